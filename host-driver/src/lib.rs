@@ -1,0 +1,1 @@
+//! Bus master for PneuDrive boards: library and command line.

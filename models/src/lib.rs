@@ -1,0 +1,1 @@
+//! Pressure models of pneumatic chambers: fitting, comparison, diagnosis.

@@ -1,0 +1,2 @@
+//! PneuDrive's bus: packets, addresses, units, framing and wire times (no_std).
+#![no_std]

@@ -1,0 +1,1 @@
+//! Virtual PneuDrive boards on a virtual RS-485 bus, with chambers behind them.
