@@ -1,0 +1,3 @@
+//! `pneudrive-model`: the command line of the modelling toolkit.
+
+fn main() {}
