@@ -1,2 +1,45 @@
-//! PneuDrive's bus: packets, addresses, units, framing and wire times (no_std).
+//! PneuDrive's bus, as pure functions of bytes and numbers.
+//!
+//! A host and up to four boards (256 addresses exist) share one half-duplex RS-485 pair at 1 Mbaud 8N1. The host
+//! sends a request to one board, that board answers, and nobody else speaks. Request and answer have the same form:
+//!
+//! ```text
+//!  byte   0    1    2    3    4    5    6    7    8    9
+//!       +----+----+----+----+----+----+----+----+----+----+
+//!       | address | value 0 | value 1 | value 2 | value 3 |     five big-endian 16-bit words
+//!       +----+----+----+----+----+----+----+----+----+----+
+//!        0xFFFF-n    0..=1023 ADC counts of a pressure sensor
+//! ```
+//!
+//! - [`Address`], [`Counts`], [`Packet`]: what is on the wire. The bytes are frozen by `tests/wire_format.rs`.
+//! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
+//! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment.
+//! - [`Baud`]: how long characters, packets and exchanges take.
+//! - [`pulse`]: the 555 timer that enables a board's line driver.
+//!
+//! Nothing here reads a clock, allocates, or does floating-point arithmetic on a board's path.
+//! The crate is `no_std` and has no `unsafe`.
 #![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod address;
+mod answer_decoder;
+mod baud;
+mod counts;
+mod frame;
+mod packet;
+pub mod pulse;
+mod request_decoder;
+mod scale;
+
+pub use address::Address;
+pub use answer_decoder::{AnswerDecoder, Echo, Heard};
+pub use baud::{BITS_PER_CHARACTER, Baud, BaudError};
+pub use counts::{Counts, CountsError};
+pub use frame::{FrameStatistics, IDLE_GAP_CHARACTERS};
+pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
+pub use request_decoder::RequestDecoder;
+pub use scale::{PressureError, ScaleError, SensorScale};

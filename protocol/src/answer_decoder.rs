@@ -1,0 +1,81 @@
+use crate::frame::FrameFinder;
+use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet};
+
+/// Whether the host hears its own bytes.
+///
+/// Adapters whose receiver stays enabled while they send return every byte of a request. Content cannot tell an echo from
+/// an answer (a board that holds its set points answers with the very bytes of the request), so this is a
+/// property of the adapter, found out once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Echo {
+    /// The first packet heard is the answer.
+    #[default]
+    Absent,
+    /// As many bytes as were sent come back before the answer.
+    Present,
+}
+
+/// A packet that the host heard while waiting for an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Heard {
+    /// The board that was asked answered with these pressures.
+    Answer([Counts; CHANNELS]),
+    /// Somebody else's packet: a late answer, or two boards with one address.
+    Other(Packet),
+}
+
+/// The host's ear for one exchange: made when a request has been sent, fed until the answer or the timeout.
+#[derive(Debug, Clone)]
+pub struct AnswerDecoder {
+    request: Packet,
+    echo_left: usize,
+    echo_damaged: bool,
+    finder: FrameFinder,
+}
+
+impl AnswerDecoder {
+    /// For the answer to `request`.
+    pub fn new(request: Packet, echo: Echo) -> Self {
+        let echo_left = match echo {
+            Echo::Absent => 0,
+            Echo::Present => PACKET_LEN,
+        };
+        Self { request, echo_left, echo_damaged: false, finder: FrameFinder::default() }
+    }
+
+    /// Takes one byte; gives the packet that it completes.
+    pub fn push(&mut self, byte: u8) -> Option<Heard> {
+        if self.echo_left > 0 {
+            let sent = self.request.encode();
+            self.echo_damaged |= byte != sent[PACKET_LEN - self.echo_left];
+            self.echo_left -= 1;
+            return None;
+        }
+        let packet = self.finder.push(byte)?;
+        Some(if packet.address == self.request.address {
+            Heard::Answer(packet.values)
+        } else {
+            Heard::Other(packet)
+        })
+    }
+
+    /// Whether the echo differed from what was sent: somebody else spoke at the same time, or the line is noisy.
+    pub fn echo_damaged(&self) -> bool {
+        self.echo_damaged
+    }
+
+    /// Whether the echo, where one is expected, has come back whole.
+    pub fn echo_complete(&self) -> bool {
+        self.echo_left == 0
+    }
+
+    /// Bytes heard that belong to no valid packet so far (a started packet included).
+    pub fn stray_bytes(&self) -> usize {
+        self.finder.statistics().discarded_bytes as usize + self.finder.pending()
+    }
+
+    /// The board whose answer is awaited.
+    pub fn expected(&self) -> Address {
+        self.request.address
+    }
+}
