@@ -12,6 +12,7 @@
 //! ```
 //!
 //! - [`Address`], [`Counts`], [`Packet`]: what is on the wire. The bytes are frozen by `tests/wire_format.rs`.
+//! - [`CheckedPacket`]: the same words with a sequence number and a CRC in their spare bits.
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
 //! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment.
 //! - [`Baud`]: how long characters, packets and exchanges take.
@@ -28,6 +29,7 @@ extern crate std;
 mod address;
 mod answer_decoder;
 mod baud;
+mod checked;
 mod counts;
 mod frame;
 mod packet;
@@ -38,6 +40,7 @@ mod scale;
 pub use address::Address;
 pub use answer_decoder::{AnswerDecoder, Echo, Heard};
 pub use baud::{BITS_PER_CHARACTER, Baud, BaudError};
+pub use checked::{CheckedError, CheckedPacket, Direction, Sequence};
 pub use counts::{Counts, CountsError};
 pub use frame::{FrameStatistics, IDLE_GAP_CHARACTERS};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
