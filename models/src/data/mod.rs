@@ -1,1 +1,30 @@
-//! Measured data.
+//! Measured data: recordings read from files, checked, masked and handed on as typed columns.
+//!
+//! ```text
+//! file -> source (plain, gzip, zstd; SHA-256) -> csv (cells to columns) -> quality (order, gaps, masks) -> Recording
+//! ```
+//!
+//! [`load`] does it all. What can be put right by leaving samples out is left out and said in the
+//! [`QualityReport`]; what cannot be understood is a [`DataError`] that names the file, the row as an editor counts
+//! it, and the column.
+//!
+//! A second file format is a second module beside `csv` that fills the same columns; [`load`] chooses by the
+//! first bytes of the file.
+
+mod channel;
+mod column;
+mod csv;
+mod error;
+mod flags;
+mod load;
+pub mod quality;
+mod recording;
+mod source;
+
+pub use channel::ChannelId;
+pub use error::DataError;
+pub use flags::Flags;
+pub use load::{LoadOptions, Loaded, load};
+pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
+pub use recording::{Channel, Drive, Joint, Recording};
+pub use source::Source;
