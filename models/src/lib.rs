@@ -4,10 +4,15 @@
 //!
 //! * [`data`]: recordings: reading, checking, masking, importing foreign columns;
 //! * [`rig`]: the TOML description of the machine that made a recording;
+//! * [`model`]: the pressure models, written once over the numbers of [`numeric`];
+//! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Nothing here reads a clock or prints; the binary `pneudrive-model` (`main.rs` and `cli/`) does.
 
 pub mod data;
+pub mod model;
+pub mod numeric;
 pub mod report;
 pub mod rig;
+pub mod rollout;

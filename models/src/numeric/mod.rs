@@ -1,0 +1,17 @@
+//! Numbers the models are written over: plain, with exact derivatives, in lockstep lanes, or both.
+//!
+//! A right-hand side is written once over [`Scalar`] and then evaluated as
+//!
+//! * `f64`: one value;
+//! * [`Dual`]`<f64, N>`: a value and its derivatives in `N` directions (forward mode, exact to rounding);
+//! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector instructions;
+//! * [`Dual`]`<Lanes<L>, N>`: both.
+
+mod dual;
+mod lanes;
+mod plain;
+mod scalar;
+
+pub use dual::Dual;
+pub use lanes::Lanes;
+pub use scalar::{Mask, Real, Scalar};

@@ -1,0 +1,219 @@
+//! Thousands of rollouts at once.
+
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+use super::{GatheredRows, Steps, System, rollout};
+use crate::model::column;
+use crate::numeric::{Dual, Lanes, Scalar};
+
+/// Rollouts in lockstep.
+const LANES: usize = 16;
+
+/// Rollouts in lockstep when sensitivities are computed too: a dual number is long already.
+const SENSITIVITY_LANES: usize = 4;
+
+/// Sensitivities computed in one pass; more parameters take more passes.
+const DIRECTIONS: usize = 8;
+
+/// One rollout of a batch.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a, const M: usize> {
+    /// Parameters in the order and units of [`System::parameters`].
+    pub parameters: &'a [f64],
+    /// Inputs, row by row as in [`column`]. Jobs may share a slice.
+    pub inputs: &'a [f64],
+    /// Absolute pressures at the first row, Pa.
+    pub start: [f64; M],
+}
+
+/// What a batch gives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchOutput<const M: usize> {
+    /// Rows per rollout.
+    pub samples: usize,
+    /// Number of parameters.
+    pub parameters: usize,
+    /// Absolute pressures in Pa, `[rollout][sample]`.
+    pub outputs: Vec<[f64; M]>,
+    /// Their derivatives by the parameters, `[rollout][sample][parameter]`, in Pa per unit of the parameter; empty unless asked for.
+    pub sensitivities: Vec<[f64; M]>,
+}
+
+impl<const M: usize> BatchOutput<M> {
+    /// The outputs of one rollout, one entry per sample.
+    #[must_use]
+    pub fn rollout(&self, job: usize) -> &[[f64; M]] {
+        &self.outputs[job * self.samples..][..self.samples]
+    }
+
+    /// The derivatives at one sample of one rollout, one entry per parameter.
+    #[must_use]
+    pub fn sensitivity(&self, job: usize, sample: usize) -> &[[f64; M]] {
+        &self.sensitivities[(job * self.samples + sample) * self.parameters..][..self.parameters]
+    }
+}
+
+/// Why a batch cannot be simulated.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BatchError {
+    /// Jobs must have the same number of input values.
+    #[error(
+        "job {job} has {found} input values, job 0 has {expected}; all rollouts of a batch are equally long"
+    )]
+    Inputs {
+        /// The job.
+        job: usize,
+        /// Values in job 0.
+        expected: usize,
+        /// Values in this job.
+        found: usize,
+    },
+    /// The inputs are not whole rows.
+    #[error("{values} input values do not make rows of {width} columns (at least {least})", least = column::COUNT)]
+    Width {
+        /// Number of values.
+        values: usize,
+        /// Columns in a row.
+        width: usize,
+    },
+    /// A job has the wrong number of parameters.
+    #[error("job {job} has {found} parameters, the system has {expected}")]
+    Parameters {
+        /// The job.
+        job: usize,
+        /// Parameters of the system.
+        expected: usize,
+        /// Parameters of the job.
+        found: usize,
+    },
+}
+
+/// Simulates all jobs, in lockstep lanes and on all threads of the current rayon pool. `width` is the number of input columns;
+/// `substeps` Runge-Kutta steps are made per tick.
+///
+/// # Errors
+/// Jobs of different lengths, incomplete rows, a wrong number of parameters.
+pub fn simulate_batch<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    jobs: &[Job<'_, M>],
+    width: usize,
+    substeps: usize,
+    sensitivities: bool,
+) -> Result<BatchOutput<M>, BatchError> {
+    let parameters = system.parameters().len();
+    let values = jobs.first().map_or(0, |job| job.inputs.len());
+    if width < column::COUNT || !values.is_multiple_of(width) {
+        return Err(BatchError::Width { values, width });
+    }
+    for (job, Job { parameters: given, inputs, .. }) in jobs.iter().enumerate() {
+        if inputs.len() != values {
+            return Err(BatchError::Inputs { job, expected: values, found: inputs.len() });
+        }
+        if given.len() != parameters {
+            return Err(BatchError::Parameters { job, expected: parameters, found: given.len() });
+        }
+    }
+    let samples = values / width;
+    let mut batch = BatchOutput {
+        samples,
+        parameters,
+        outputs: vec![[0.0; M]; jobs.len() * samples],
+        sensitivities: vec![],
+    };
+    if samples == 0 {
+        return Ok(batch);
+    }
+    if sensitivities {
+        batch.sensitivities = vec![[0.0; M]; jobs.len() * samples * parameters];
+        let outputs = batch.outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
+        let derivatives = batch.sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
+        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).for_each(
+            |((jobs, outputs), derivatives)| {
+                for from in (0..parameters).step_by(DIRECTIONS) {
+                    roll_duals(system, jobs, (width, substeps), from, outputs, derivatives);
+                }
+            },
+        );
+    } else {
+        let outputs = batch.outputs.par_chunks_mut(LANES * samples);
+        jobs.par_chunks(LANES).zip(outputs).for_each(|(jobs, outputs)| {
+            roll_lanes(system, jobs, (width, substeps), outputs);
+        });
+    }
+    Ok(batch)
+}
+
+/// The rows of up to `L` jobs; spare lanes repeat the last job.
+#[inline(always)]
+fn gather<'a, const L: usize, const M: usize>(jobs: &[Job<'a, M>], width: usize) -> GatheredRows<'a, L> {
+    GatheredRows::new(std::array::from_fn(|lane| jobs[lane.min(jobs.len() - 1)].inputs), width)
+}
+
+#[inline(always)]
+fn lanes_of<const L: usize, const M: usize>(
+    jobs: &[Job<'_, M>],
+    value: impl Fn(&Job<'_, M>) -> f64,
+) -> Lanes<L> {
+    Lanes(std::array::from_fn(|lane| value(&jobs[lane.min(jobs.len() - 1)])))
+}
+
+#[inline(always)]
+fn steps_of<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    job: &Job<'_, M>,
+    substeps: usize,
+) -> Steps {
+    Steps { ticks: system.ticks(job.inputs[column::INTERVAL_S]), substeps }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    jobs: &[Job<'_, M>],
+    (width, substeps): (usize, usize),
+    outputs: &mut [[f64; M]],
+) {
+    let count = jobs[0].parameters.len();
+    let parameters: Vec<Lanes<LANES>> = (0..count).map(|i| lanes_of(jobs, |job| job.parameters[i])).collect();
+    let start = std::array::from_fn(|i| lanes_of(jobs, |job| job.start[i]));
+    let samples = outputs.len() / jobs.len();
+    let rows = (gather(jobs, width), samples);
+    let steps = steps_of(system, &jobs[0], substeps);
+    rollout(system, &system.coefficients(&parameters), rows, start, steps, |k, y| {
+        for job in 0..jobs.len() {
+            outputs[job * samples + k] = y.map(|lanes| lanes.0[job]);
+        }
+    });
+}
+
+/// Derivatives by the parameters `from..from + DIRECTIONS`.
+#[multiversion(targets("x86_64+avx2"))]
+fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    jobs: &[Job<'_, M>],
+    (width, substeps): (usize, usize),
+    from: usize,
+    outputs: &mut [[f64; M]],
+    derivatives: &mut [[f64; M]],
+) {
+    type Number = Dual<Lanes<SENSITIVITY_LANES>, DIRECTIONS>;
+    let count = jobs[0].parameters.len();
+    let parameters: Vec<Number> = (0..count)
+        .map(|i| Dual::variable(lanes_of(jobs, |job| job.parameters[i]), i.wrapping_sub(from)))
+        .collect();
+    let start = std::array::from_fn(|i| Number::from_real(lanes_of(jobs, |job| job.start[i])));
+    let samples = outputs.len() / jobs.len();
+    let rows = (gather(jobs, width), samples);
+    let steps = steps_of(system, &jobs[0], substeps);
+    let directions = from..count.min(from + DIRECTIONS);
+    rollout(system, &system.coefficients(&parameters), rows, start, steps, |k, y| {
+        for job in 0..jobs.len() {
+            outputs[job * samples + k] = y.map(|number| number.value.0[job]);
+            for i in directions.clone() {
+                derivatives[(job * samples + k) * count + i] =
+                    y.map(|number| number.gradient[i - from].0[job]);
+            }
+        }
+    });
+}

@@ -1,0 +1,33 @@
+//! Rows of several rollouts side by side.
+
+use super::run::RowSource;
+use crate::numeric::{Lanes, Scalar};
+
+/// Inputs of `L` rollouts in lockstep. A rollout shorter than the longest repeats its last row.
+#[derive(Debug, Clone)]
+pub struct GatheredRows<'a, const L: usize> {
+    inputs: [&'a [f64]; L],
+    row: Vec<Lanes<L>>,
+}
+
+impl<'a, const L: usize> GatheredRows<'a, L> {
+    /// One slice of rows of `width` columns per lane, each with a row at least. The same slice may be given to several lanes.
+    #[must_use]
+    pub fn new(inputs: [&'a [f64]; L], width: usize) -> Self {
+        Self { inputs, row: vec![Lanes::constant(0.0); width] }
+    }
+}
+
+impl<const L: usize> RowSource<Lanes<L>> for GatheredRows<'_, L> {
+    #[inline(always)]
+    fn row(&mut self, k: usize) -> &[Lanes<L>] {
+        let width = self.row.len();
+        for (lane, inputs) in self.inputs.iter().enumerate() {
+            let from = (k * width).min(inputs.len() - width);
+            for (column, value) in self.row.iter_mut().zip(&inputs[from..from + width]) {
+                column.0[lane] = *value;
+            }
+        }
+        &self.row
+    }
+}

@@ -1,0 +1,19 @@
+//! Simulation from the inputs alone: systems, their inputs, and fixed-step Runge-Kutta rollouts.
+
+mod batch;
+mod board;
+mod chamber;
+mod check;
+mod gather;
+mod run;
+mod series;
+mod system;
+
+pub use batch::{BatchError, BatchOutput, Job, simulate_batch};
+pub use board::{Board, Controller, Sensor};
+pub use chamber::Chamber;
+pub use check::{StepCheck, choose_substeps, step_check};
+pub use gather::GatheredRows;
+pub use run::{RowSource, Rows, Start, Steps, rollout, simulate};
+pub use series::{Series, SeriesError};
+pub use system::System;
