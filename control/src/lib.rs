@@ -1,2 +1,68 @@
-//! A PneuDrive board's behaviour without its hardware (no_std).
+//! A PneuDrive board's behaviour without its hardware.
+//!
+//! Time, bytes and ADC readings are arguments; answers and valve drives are results. The same code runs on the chip
+//! (`firmware/`), in the emulated chip, and as a native board on the simulated bus, and whoever runs it makes the same
+//! calls:
+//!
+//! ```text
+//!  every byte on the bus   -> Board::receive_byte(now, byte) -> ten bytes to send back to back, or nothing
+//!  damaged byte            -> Board::line_error(now)
+//!  silence (unless bytes
+//!  are stamped exactly)    -> Board::line_idle(now)
+//!  every loop period       -> Board::control_step(now, four samples) -> four valve drives -> DirPwm -> pins
+//! ```
+//!
+//! ```
+//! use pneudrive_control::{AdcSample, Board, BoardConfig, DirPwm, Micros};
+//! use pneudrive_protocol::{Address, Counts, Packet};
+//!
+//! let mut board = Board::new(BoardConfig::default(), Address::of_board(0))?;
+//! // A board answers with the pressures of its last control step.
+//! let samples = [AdcSample::from_reading(4 * 102); 4];
+//! let drives = board.control_step(Micros::ZERO, samples);
+//! assert_eq!(DirPwm::from(drives[0]).coil(), -255); // it vents for 2 s after power-up
+//!
+//! let request = Packet { address: Address::of_board(0), values: [Counts::ATMOSPHERE; 4] }.encode();
+//! let answers: Vec<_> = request
+//!     .iter()
+//!     .enumerate()
+//!     .filter_map(|(n, byte)| board.receive_byte(Micros::new(10 * n as u64), *byte))
+//!     .collect();
+//! assert_eq!(answers, [request]); // at 102 counts, as commanded
+//! # Ok::<(), pneudrive_control::ConfigError>(())
+//! ```
+//!
+//! Inside, one file each: the bus ([`Board`]'s responder), the supervisor ([`BoardState`]), and per channel the sensor
+//! monitor ([`SensorFault`]), the low-pass, the control law and the valve drive ([`ValveDrive`], [`DirPwm`]).
+//!
+//! All arithmetic is on integers; pressures carry [`FRACTION_BITS`] bits behind the binary point. There is no `unsafe`,
+//! no allocation and no panic path that bytes, samples or times could reach.
 #![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+mod board;
+mod channel;
+mod config;
+mod drive;
+mod filter;
+mod law;
+mod liveness;
+mod responder;
+mod sample;
+mod sensor;
+mod status;
+mod supervisor;
+mod time;
+
+pub use board::{Answer, Board};
+pub use config::{BoardConfig, ConfigError};
+pub use drive::{DirPwm, Direction, ValveDrive};
+pub use liveness::Liveness;
+pub use sample::{AdcSample, FRACTION_BITS};
+pub use sensor::SensorFault;
+pub use status::{BoardStatus, ChannelStatus, Counters};
+pub use supervisor::BoardState;
+pub use time::Micros;
