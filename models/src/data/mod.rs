@@ -16,10 +16,12 @@ mod column;
 mod csv;
 mod error;
 mod flags;
+pub mod import;
 mod load;
 pub mod quality;
 mod recording;
 mod source;
+pub mod write;
 
 pub use channel::ChannelId;
 pub use error::DataError;
