@@ -91,9 +91,8 @@ mod tests {
         assert_eq!(filter.step(fine(200)), fine(200));
     }
 
-    /// 1 - 1/e of a step after ln(256/210) = 0.198 steps to the minus one: five steps are at 1 - (210/256)^5.
     #[test]
-    fn has_the_originals_time_constant() {
+    fn has_the_originals_time_constant_of_five_steps() {
         let mut filter = LowPass::new(210);
         filter.step(fine(0));
         let mut output = fine(0);
