@@ -121,9 +121,9 @@ mod tests {
         // 410 and 411 alternating are 410.5 codes, 102.625 counts.
         let rounds = [[410; 4], [411; 4]];
         assert_eq!(AdcSample::from_rounds(&rounds)[3].fine().raw(), 26_272);
-        // 100 codes over 3 readings are 8.333 counts.
+        // 101 codes over 3 readings are 8.4167 counts: 2154.67 parts of 256.
         let three = NonZeroU16::new(3).unwrap();
-        assert_eq!(AdcSample::from_sum(100, three).unwrap().fine().raw(), 2_133);
+        assert_eq!(AdcSample::from_sum(101, three).unwrap().fine().raw(), 2_155);
     }
 
     #[test]
