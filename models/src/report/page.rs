@@ -1,0 +1,81 @@
+//! A whole page.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// One self-contained HTML page: a title, a lead, sections, and a footer that says where it came from.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    lead: String,
+    sections: Vec<Markup>,
+    footer: String,
+}
+
+impl Page {
+    /// A page whose `lead` says the result in a sentence or two; `footer` names program, data and date.
+    #[must_use]
+    pub fn new(title: impl Into<String>, lead: impl Into<String>, footer: impl Into<String>) -> Self {
+        Self { title: title.into(), lead: lead.into(), sections: Vec::new(), footer: footer.into() }
+    }
+
+    /// Adds a section.
+    pub fn section(&mut self, heading: &str, content: Markup) {
+        self.sections.push(html! { section { h2 { (heading) } (content) } });
+    }
+
+    /// The file's content.
+    #[must_use]
+    pub fn html(&self) -> String {
+        html! {
+            (DOCTYPE)
+            html lang="en" {
+                head {
+                    meta charset="utf-8";
+                    meta name="viewport" content="width=device-width, initial-scale=1";
+                    title { (self.title) }
+                    style { (PreEscaped(include_str!("style.css"))) }
+                }
+                body {
+                    main {
+                        h1 { (self.title) }
+                        p.lead { (self.lead) }
+                        @for section in &self.sections { (section) }
+                        footer { (self.footer) }
+                    }
+                }
+            }
+        }
+        .into_string()
+    }
+}
+
+/// A paragraph of plain text.
+#[must_use]
+pub fn paragraph(text: &str) -> Markup {
+    html! { p { (text) } }
+}
+
+/// A list of remarks; nothing when there are none.
+#[must_use]
+pub fn notes<T: AsRef<str>>(lines: &[T]) -> Markup {
+    html! { @if !lines.is_empty() { ul.notes { @for line in lines { li { (line.as_ref()) } } } } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_is_complete_escaped_and_asks_nobody() {
+        let mut page = Page::new("A & B", "Lead <here>.", "made by a test");
+        page.section("One", paragraph("x < y"));
+        let html = page.html();
+        assert!(html.starts_with("<!DOCTYPE html>") && html.ends_with("</html>"));
+        assert!(
+            html.contains("A &amp; B") && html.contains("Lead &lt;here&gt;.") && html.contains("x &lt; y")
+        );
+        for outside in ["<script", "href=", "src=", "@import", "url("] {
+            assert!(!html.contains(outside), "{outside}");
+        }
+    }
+}
