@@ -11,6 +11,7 @@ mod check;
 mod controller;
 mod environment;
 mod error;
+mod inputs;
 mod keys;
 mod sensor;
 mod valve;
@@ -23,6 +24,7 @@ pub use chamber::Chamber;
 pub use controller::Controller;
 pub use environment::{Ambient, Supply};
 pub use error::RigError;
+pub use inputs::{InputError, Needs, series};
 pub use sensor::Sensor;
 pub use valve::Valve;
 
