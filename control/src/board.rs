@@ -4,7 +4,7 @@ use crate::supervisor::Supervisor;
 use crate::{
     AdcSample, BoardConfig, BoardState, BoardStatus, ChannelStatus, ConfigError, Counters, Micros, ValveDrive,
 };
-use pneudrive_protocol::{Address, CHANNELS, Counts, PACKET_LEN, Packet};
+use pneudrive_protocol::{Address, CHANNELS, Counts, PACKET_LEN};
 
 /// The ten bytes of an answer, to be sent back to back at once.
 pub type Answer = [u8; PACKET_LEN];
@@ -19,9 +19,8 @@ pub struct Board {
     supervisor: Supervisor,
     channels: [Channel; CHANNELS],
     commands: [Counts; CHANNELS],
-    /// Made by the control step, so that a request needs only to be recognised. `None` before the first step: a board
-    /// does not report pressures that it has not measured.
-    answer: Option<Answer>,
+    /// Pressures of the last control step. `None` before the first: a board does not report what it has not measured.
+    measured: Option<[Counts; CHANNELS]>,
     loop_period: Micros,
     last_step: Option<Micros>,
     counters: Counters,
@@ -39,7 +38,7 @@ impl Board {
             supervisor: Supervisor::new(&config),
             channels: config.enabled.map(|enabled| Channel::new(&config, enabled)),
             commands: [config.initial_command; CHANNELS],
-            answer: None,
+            measured: None,
             loop_period: config.loop_period,
             last_step: None,
             counters: Counters::default(),
@@ -57,10 +56,11 @@ impl Board {
     /// to half a character. A caller that does not know them so well passes the time at which it looked, and calls
     /// [`line_idle`](Self::line_idle).
     pub fn receive_byte(&mut self, now: Micros, byte: u8) -> Option<Answer> {
-        self.commands = self.responder.byte(now, byte)?;
+        let request = self.responder.byte(now, byte)?;
+        self.commands = request.commands;
         count(&mut self.counters.requests);
         self.supervisor.request(now);
-        let answer = self.answer?;
+        let answer = request.answer(self.address(), self.measured?);
         self.responder.answered(now);
         count(&mut self.counters.answers);
         Some(answer)
@@ -92,7 +92,7 @@ impl Board {
                 count(&mut self.counters.sensor_faults);
             }
         }
-        self.answer = Some(Packet { address: self.address(), values }.encode());
+        self.measured = Some(values);
         drives
     }
 
@@ -101,6 +101,7 @@ impl Board {
         let state = self.supervisor.step(now);
         if before == BoardState::Running && matches!(state, BoardState::Hold | BoardState::Vent) {
             count(&mut self.counters.command_timeouts);
+            self.responder.forget_host();
         }
         match state {
             BoardState::Running | BoardState::Hold => Mode::Regulate,

@@ -1,5 +1,5 @@
 use crate::{BoardConfig, Micros};
-use pneudrive_protocol::{Address, CHANNELS, Counts, FrameStatistics, RequestDecoder};
+use pneudrive_protocol::{Address, FrameStatistics, Request, RequestDecoder};
 
 /// Listens to the bus: finds the requests to this board, notices gaps, and does not listen to itself.
 #[derive(Debug, Clone)]
@@ -27,8 +27,8 @@ impl Responder {
         }
     }
 
-    /// Takes a byte whose stop bit ended at `now`; gives the commands of the request that it completes.
-    pub(crate) fn byte(&mut self, now: Micros, byte: u8) -> Option<[Counts; CHANNELS]> {
+    /// Takes a byte whose stop bit ended at `now`; gives the request that it completes.
+    pub(crate) fn byte(&mut self, now: Micros, byte: u8) -> Option<Request> {
         let since_last = self.last_byte.map(|last| now.since(last));
         self.last_byte = Some(now);
         if now < self.deaf_until {
@@ -53,6 +53,11 @@ impl Responder {
     pub(crate) fn error(&mut self, now: Micros) {
         self.last_byte = Some(now);
         self.decoder.line_error();
+    }
+
+    /// The host has fallen silent: the next one may be of the other kind.
+    pub(crate) fn forget_host(&mut self) {
+        self.decoder.forget_host();
     }
 
     pub(crate) fn address(&self) -> Address {

@@ -6,7 +6,7 @@ mod common;
 
 use common::{Bench, counts, packet};
 use pneudrive_control::{BoardConfig, Micros};
-use pneudrive_protocol::{Baud, Packet};
+use pneudrive_protocol::{Baud, CheckedPacket, Direction, Packet, Sequence};
 
 #[test]
 fn the_answer_carries_the_pressures_of_the_last_control_step() {
@@ -135,4 +135,25 @@ fn the_gap_follows_the_baud_rate() {
     };
     assert_eq!(answers_with_a_pause(200), 1);
     assert_eq!(answers_with_a_pause(261), 0);
+}
+
+/// A board answers in the format it was asked in, with the request's number; once its host is known to check, an unchecked
+/// request is ignored, until the host has been silent for the command timeout.
+#[test]
+fn a_host_that_checks_is_answered_in_kind() {
+    let mut bench = Bench::running();
+    let checked = |sequence| CheckedPacket { packet: packet(0, [200; 4]), sequence: Sequence::new(sequence) };
+    let answers = bench.raw_bytes(&checked(9).encode(Direction::Request));
+    let answer = CheckedPacket::decode(&answers[0], Direction::Answer).unwrap();
+    assert_eq!(answer.sequence, Sequence::new(9));
+    assert_eq!(bench.board.status().commands, [counts(200); 4]);
+    bench.wait_us(1_000);
+    assert_eq!(bench.request([300; 4]), None);
+    assert_eq!(bench.board.status().commands, [counts(200); 4]);
+
+    let silence = BoardConfig::default().command_timeout.get() / 1_000 + 2;
+    for _ in 0..silence {
+        bench.step();
+    }
+    assert!(bench.request([300; 4]).is_some());
 }

@@ -1,5 +1,5 @@
-use crate::frame::FrameFinder;
-use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet};
+use crate::frame::{Frame, FrameFinder};
+use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, Format, PACKET_LEN, Packet};
 
 /// Whether the host hears its own bytes.
 ///
@@ -20,7 +20,8 @@ pub enum Echo {
 pub enum Heard {
     /// The board that was asked answered with these pressures.
     Answer([Counts; CHANNELS]),
-    /// Somebody else's packet: a late answer, or two boards with one address.
+    /// Another packet: of another board, in the other format, or (from the board that was asked) with another sequence
+    /// number, so the late answer to an earlier request.
     Other(Packet),
 }
 
@@ -28,31 +29,49 @@ pub enum Heard {
 #[derive(Debug, Clone)]
 pub struct AnswerDecoder {
     request: Packet,
+    format: Format,
+    sent: [u8; PACKET_LEN],
     echo_left: usize,
     echo_damaged: bool,
     finder: FrameFinder,
 }
 
 impl AnswerDecoder {
-    /// For the answer to `request`.
+    /// For the answer to an unchecked `request`.
     pub fn new(request: Packet, echo: Echo) -> Self {
+        Self::with_format(request, Format::Unchecked, request.encode(), echo)
+    }
+
+    /// For the answer to a checked `request`.
+    pub fn for_checked(request: CheckedPacket, echo: Echo) -> Self {
+        let format = Format::Checked(request.sequence);
+        Self::with_format(request.packet, format, request.encode(Direction::Request), echo)
+    }
+
+    fn with_format(request: Packet, format: Format, sent: [u8; PACKET_LEN], echo: Echo) -> Self {
         let echo_left = match echo {
             Echo::Absent => 0,
             Echo::Present => PACKET_LEN,
         };
-        Self { request, echo_left, echo_damaged: false, finder: FrameFinder::default() }
+        Self { request, format, sent, echo_left, echo_damaged: false, finder: FrameFinder::new() }
     }
 
     /// Takes one byte; gives the packet that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Heard> {
         if self.echo_left > 0 {
-            let sent = self.request.encode();
-            self.echo_damaged |= byte != sent[PACKET_LEN - self.echo_left];
+            self.echo_damaged |= byte != self.sent[PACKET_LEN - self.echo_left];
             self.echo_left -= 1;
             return None;
         }
-        let packet = self.finder.push(byte)?;
-        Some(if packet.address == self.request.address {
+        let frame = self.finder.push(byte)?;
+        let packet = frame.packet();
+        let format = match frame {
+            Frame::Unchecked(_) => Format::Unchecked,
+            Frame::Checked(checked, Direction::Answer) => Format::Checked(checked.sequence),
+            // An echo that nobody expected says who it is.
+            Frame::Checked(_, Direction::Request) => return None,
+        };
+        Some(if packet.address == self.request.address && format == self.format {
             Heard::Answer(packet.values)
         } else {
             Heard::Other(packet)

@@ -110,15 +110,36 @@ impl CheckedPacket {
         bytes_of(self.packet.address, words)
     }
 
+    /// Largest high byte of a data word: bit 15 is 0.
+    pub(crate) const DATA_HIGH_BYTE_MAX: u8 = 0x7F;
+
     /// Reads ten bytes as a checked packet sent in `direction`.
     pub fn decode(bytes: &[u8; PACKET_LEN], direction: Direction) -> Result<Self, CheckedError> {
+        let (checked, got, expected) = Self::parse(bytes, direction)?;
+        if got == expected { Ok(checked) } else { Err(CheckedError::Crc { expected, got }) }
+    }
+
+    /// Reads ten bytes as a checked packet, and tells who sent it.
+    pub fn decode_either(bytes: &[u8; PACKET_LEN]) -> Result<(Self, Direction), CheckedError> {
+        let (checked, got, expected) = Self::parse(bytes, Direction::Request)?;
+        if got == expected {
+            Ok((checked, Direction::Request))
+        } else if got == expected ^ ANSWER_CRC_DIFFERENCE {
+            Ok((checked, Direction::Answer))
+        } else {
+            Err(CheckedError::Crc { expected, got })
+        }
+    }
+
+    /// The packet, the CRC that came with it, and the CRC that it should have.
+    fn parse(bytes: &[u8; PACKET_LEN], direction: Direction) -> Result<(Self, u16, u16), PacketError> {
         let word = |index: usize| u16::from_be_bytes([bytes[2 * index], bytes[2 * index + 1]]);
         let address = Address::from_word(word(0)).ok_or(PacketError::NotAnAddress { word: word(0) })?;
         let mut words = [0; CHANNELS];
         for (index, slot) in words.iter_mut().enumerate() {
             *slot = word(index + 1);
             if *slot > SPARE_BITS | Counts::MAX.get() {
-                return Err(PacketError::ValueOutOfRange { index, word: *slot }.into());
+                return Err(PacketError::ValueOutOfRange { index, word: *slot });
             }
         }
         let spare = gather(words);
@@ -126,10 +147,17 @@ impl CheckedPacket {
         let mut values = words.map(|word| word & !SPARE_BITS);
         let packet = Packet { address, values: values.map(Counts::saturating) };
         spread(&mut values, u32::from(sequence.0) << CRC_BITS);
-        let expected = crc_of(address, values, direction);
-        if got == expected { Ok(Self { packet, sequence }) } else { Err(CheckedError::Crc { expected, got }) }
+        Ok((Self { packet, sequence }, got, crc_of(address, values, direction)))
     }
 }
+
+/// CRCs are linear: those of the same bytes sent as request and as answer always differ by this.
+const ANSWER_CRC_DIFFERENCE: u16 = CRC.checksum(&[Direction::Request.seed(); 1 + PACKET_LEN])
+    ^ CRC.checksum(&{
+        let mut bytes = [Direction::Request.seed(); 1 + PACKET_LEN];
+        bytes[0] = Direction::Answer.seed();
+        bytes
+    });
 
 /// Writes a 20-bit number over the spare bits (adds to what is there), most significant bits into the first word.
 fn spread(words: &mut [u16; CHANNELS], spare: u32) {

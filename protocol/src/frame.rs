@@ -4,9 +4,9 @@
 //! (a byte was lost or added) is the next frame searched for byte by byte, and then every one of its ten bytes must
 //! fit. That is why an address that follows a data word ending in 0xFF is not mistaken for 0xFFFF: at the only
 //! position where it could be, either the stream is aligned to another byte, or the next address word stands where
-//! a value of at most 1023 is required.
+//! a data word with bit 15 clear is required.
 
-use crate::{PACKET_LEN, Packet};
+use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet};
 
 /// A line that was silent for this many characters starts a new frame.
 ///
@@ -17,60 +17,95 @@ pub const IDLE_GAP_CHARACTERS: u16 = 3;
 /// What a decoder has seen, since it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FrameStatistics {
-    /// Valid packets, whoever's they were.
+    /// Valid packets of either format, whoever's they were.
     pub packets: u32,
     /// Bytes that belonged to no valid packet.
     pub discarded_bytes: u32,
 }
 
-/// Up to one packet's worth of bytes that may still become a packet.
+/// Ten bytes that are a packet in one of the two formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Frame {
+    /// In the original's format: nothing tells a request from an answer.
+    Unchecked(Packet),
+    /// With a CRC that fits this direction.
+    Checked(CheckedPacket, Direction),
+}
+
+impl Frame {
+    /// Address and values.
+    pub fn packet(&self) -> Packet {
+        match self {
+            Self::Unchecked(packet) => *packet,
+            Self::Checked(checked, _) => checked.packet,
+        }
+    }
+
+    /// Reads ten bytes as either format. The spare bits of an unchecked packet are 0, and then no CRC is looked for.
+    fn decode(bytes: &[u8; PACKET_LEN]) -> Option<Self> {
+        if let Ok(packet) = Packet::decode(bytes) {
+            return Some(Self::Unchecked(packet));
+        }
+        let (checked, direction) = CheckedPacket::decode_either(bytes).ok()?;
+        Some(Self::Checked(checked, direction))
+    }
+}
+
+/// Up to one packet's worth of bytes that may still become a packet: the part that all decoders share, and an ear for
+/// whatever is said on the bus.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct FrameFinder {
+pub struct FrameFinder {
     bytes: [u8; PACKET_LEN],
     len: usize,
     statistics: FrameStatistics,
 }
 
 impl FrameFinder {
-    /// Largest high byte of a value word (1023 = 0x03FF).
-    const VALUE_HIGH_BYTE_MAX: u8 = 0x03;
+    /// Nothing heard yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
 
     /// Takes one byte; gives the packet that it completes.
-    pub(crate) fn push(&mut self, byte: u8) -> Option<Packet> {
+    pub fn push(&mut self, byte: u8) -> Option<Frame> {
         self.bytes[self.len] = byte;
         self.len += 1;
-        while !self.could_become_a_packet() {
+        loop {
+            while !self.could_become_a_packet() {
+                self.drop_first();
+            }
+            if self.len < PACKET_LEN {
+                return None;
+            }
+            if let Some(frame) = Frame::decode(&self.bytes) {
+                self.len = 0;
+                self.statistics.packets = self.statistics.packets.saturating_add(1);
+                return Some(frame);
+            }
             self.drop_first();
         }
-        if self.len < PACKET_LEN {
-            return None;
-        }
-        // All high bytes have been looked at, so this is a packet; `ok` only spares us a panic path.
-        let packet = Packet::decode(&self.bytes).ok();
-        self.len = 0;
-        self.statistics.packets = self.statistics.packets.saturating_add(1);
-        packet
     }
 
     /// The line was silent, or a byte arrived damaged: what has been collected is not the start of a packet.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
         self.count_discarded(self.len);
         self.len = 0;
     }
 
-    pub(crate) fn statistics(&self) -> FrameStatistics {
+    /// Packets and discarded bytes so far.
+    pub fn statistics(&self) -> FrameStatistics {
         self.statistics
     }
 
-    /// Bytes that wait for the rest of their packet.
-    pub(crate) fn pending(&self) -> usize {
+    /// Bytes that wait for the rest of their packet, 0 to 9.
+    pub fn pending(&self) -> usize {
         self.len
     }
 
     fn could_become_a_packet(&self) -> bool {
         self.bytes[..self.len].iter().enumerate().all(|(position, &byte)| match position {
-            0 => byte == crate::Address::HIGH_BYTE,
-            high if high % 2 == 0 => byte <= Self::VALUE_HIGH_BYTE_MAX,
+            0 => byte == Address::HIGH_BYTE,
+            high if high % 2 == 0 => byte <= CheckedPacket::DATA_HIGH_BYTE_MAX,
             _ => true,
         })
     }

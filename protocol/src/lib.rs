@@ -14,7 +14,8 @@
 //! - [`Address`], [`Counts`], [`Packet`]: what is on the wire. The bytes are frozen by `tests/wire_format.rs`.
 //! - [`CheckedPacket`]: the same words with a sequence number and a CRC in their spare bits.
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
-//! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment.
+//! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment;
+//!   [`FrameFinder`] does it for anybody who just listens.
 //! - [`Baud`]: how long characters, packets and exchanges take.
 //! - [`pulse`]: the 555 timer that enables a board's line driver.
 //!
@@ -42,7 +43,7 @@ pub use answer_decoder::{AnswerDecoder, Echo, Heard};
 pub use baud::{BITS_PER_CHARACTER, Baud, BaudError};
 pub use checked::{CheckedError, CheckedPacket, Direction, Sequence};
 pub use counts::{Counts, CountsError};
-pub use frame::{FrameStatistics, IDLE_GAP_CHARACTERS};
+pub use frame::{Frame, FrameFinder, FrameStatistics, IDLE_GAP_CHARACTERS};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
-pub use request_decoder::RequestDecoder;
+pub use request_decoder::{Format, Request, RequestDecoder};
 pub use scale::{PressureError, ScaleError, SensorScale};

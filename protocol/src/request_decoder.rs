@@ -1,25 +1,73 @@
-use crate::frame::{FrameFinder, FrameStatistics};
-use crate::{Address, CHANNELS, Counts};
+use crate::frame::{Frame, FrameFinder, FrameStatistics};
+use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence};
+
+/// In which of the two formats a request came, and its answer goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// The original's: nothing guards the values.
+    Unchecked,
+    /// With a CRC and this sequence number.
+    Checked(Sequence),
+}
+
+/// A request to this board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Request {
+    /// Commands of channels 0 to 3.
+    pub commands: [Counts; CHANNELS],
+    /// The format that the answer must have, too.
+    pub format: Format,
+}
+
+impl Request {
+    /// The ten bytes of the answer to it: the board's pressures, in the request's own format and with its number.
+    pub fn answer(&self, address: Address, pressures: [Counts; CHANNELS]) -> [u8; PACKET_LEN] {
+        let packet = Packet { address, values: pressures };
+        match self.format {
+            Format::Unchecked => packet.encode(),
+            Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Answer),
+        }
+    }
+}
 
 /// A board's ear: finds the requests to its own address among everything that is said on the bus.
 ///
 /// Feed it every byte in order; tell it when the line was silent for [`IDLE_GAP_CHARACTERS`](crate::IDLE_GAP_CHARACTERS)
 /// and when the receiver flagged a byte as damaged.
+///
+/// It never mixes formats. The first checked request shows that the host speaks the checked format, and from then on
+/// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The host is
+/// forgotten by [`forget_host`](Self::forget_host).
 #[derive(Debug, Clone)]
 pub struct RequestDecoder {
     own: Address,
     finder: FrameFinder,
+    host_checks: bool,
 }
 
 impl RequestDecoder {
     /// For the board with this address.
     pub fn new(own: Address) -> Self {
-        Self { own, finder: FrameFinder::default() }
+        Self { own, finder: FrameFinder::new(), host_checks: false }
     }
 
-    /// Takes one byte; gives the four commands of the request to this board that it completes.
-    pub fn push(&mut self, byte: u8) -> Option<[Counts; CHANNELS]> {
-        self.finder.push(byte).filter(|packet| packet.address == self.own).map(|packet| packet.values)
+    /// Takes one byte; gives the request to this board that it completes.
+    pub fn push(&mut self, byte: u8) -> Option<Request> {
+        let frame = self.finder.push(byte)?;
+        let packet = frame.packet();
+        if packet.address != self.own {
+            return None;
+        }
+        let format = match frame {
+            Frame::Unchecked(_) if self.host_checks => return None,
+            Frame::Unchecked(_) => Format::Unchecked,
+            Frame::Checked(checked, Direction::Request) => {
+                self.host_checks = true;
+                Format::Checked(checked.sequence)
+            }
+            Frame::Checked(_, Direction::Answer) => return None,
+        };
+        Some(Request { commands: packet.values, format })
     }
 
     /// The line was silent: the next byte starts a frame.
@@ -30,6 +78,11 @@ impl RequestDecoder {
     /// The receiver flagged a byte (framing, parity, overrun, break): the frame it belonged to is lost.
     pub fn line_error(&mut self) {
         self.finder.restart();
+    }
+
+    /// The host has been silent for so long that the next one may be another, of either kind.
+    pub fn forget_host(&mut self) {
+        self.host_checks = false;
     }
 
     /// The address it listens to.

@@ -150,6 +150,7 @@ proptest! {
         for direction in [Direction::Request, Direction::Answer] {
             let bytes = packet.encode(direction);
             prop_assert_eq!(CheckedPacket::decode(&bytes, direction), Ok(packet));
+            prop_assert_eq!(CheckedPacket::decode_either(&bytes), Ok((packet, direction)));
             // No data word can be an address.
             prop_assert!(bytes[2..].chunks(2).all(|word| word[0] < 0x80));
         }

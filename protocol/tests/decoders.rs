@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
-use pneudrive_protocol::{Address, AnswerDecoder, CHANNELS, Counts, Echo, Heard, Packet, RequestDecoder};
+use pneudrive_protocol::{
+    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet, Request,
+    RequestDecoder, Sequence,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -19,7 +22,11 @@ fn packet(boards: std::ops::RangeInclusive<u8>) -> impl Strategy<Value = Packet>
 
 /// What a board takes for requests to itself in `bytes`.
 fn heard(decoder: &mut RequestDecoder, bytes: &[u8]) -> Vec<[Counts; CHANNELS]> {
-    bytes.iter().filter_map(|&byte| decoder.push(byte)).collect()
+    bytes.iter().filter_map(|&byte| decoder.push(byte)).map(|request| request.commands).collect()
+}
+
+fn checked(packet: Packet, sequence: u8, direction: Direction) -> [u8; 10] {
+    CheckedPacket { packet, sequence: Sequence::new(sequence) }.encode(direction)
 }
 
 fn wire(packets: &[Packet]) -> Vec<u8> {
@@ -82,6 +89,31 @@ proptest! {
             heard(&mut decoder, &bytes).len() as u32
         }).sum();
         prop_assert!(frames + 2 >= packets.len() as u32, "{frames} of {}", packets.len());
+    }
+
+    /// Both formats on one bus, back to back: nobody is misread, and answers are not requests.
+    #[test]
+    fn a_mixed_stream_is_never_misread(frames in vec((packet(0..=127), 0u8..16, 0u8..3), 1..20), board in 0u8..=127) {
+        let own = Address::of_board(board);
+        let mut bytes = Vec::new();
+        let mut mine = Vec::new();
+        let mut host_checks = false;
+        for (packet, sequence, kind) in frames {
+            let to_me = packet.address == own;
+            let format = match kind {
+                0 => { bytes.extend(packet.encode()); Format::Unchecked }
+                1 => { bytes.extend(checked(packet, sequence, Direction::Request)); Format::Checked(Sequence::new(sequence)) }
+                _ => { bytes.extend(checked(packet, sequence, Direction::Answer)); continue }
+            };
+            if to_me && !(host_checks && format == Format::Unchecked) {
+                host_checks |= format != Format::Unchecked;
+                mine.push(Request { commands: packet.values, format });
+            }
+        }
+        let mut decoder = RequestDecoder::new(own);
+        let heard: Vec<_> = bytes.into_iter().filter_map(|byte| decoder.push(byte)).collect();
+        prop_assert_eq!(heard, mine);
+        prop_assert_eq!(decoder.statistics().discarded_bytes, 0);
     }
 
     #[test]
@@ -147,4 +179,42 @@ fn another_boards_answer_is_not_ours() {
     bytes.extend(request.encode());
     let heard: Vec<_> = bytes.into_iter().filter_map(|byte| decoder.push(byte)).collect();
     assert_eq!(heard, [Heard::Other(late), Heard::Answer(request.values)]);
+}
+
+#[test]
+fn a_board_answers_in_the_format_it_was_asked_in_and_never_mixes() {
+    let request = Packet { address: Address::of_board(0), values: [Counts::ATMOSPHERE; CHANNELS] };
+    let pressures = [Counts::MAX; CHANNELS];
+    let mut decoder = RequestDecoder::new(request.address);
+    let ask = |decoder: &mut RequestDecoder, bytes: [u8; 10]| -> Option<[u8; 10]> {
+        let heard = bytes.into_iter().find_map(|byte| decoder.push(byte))?;
+        Some(heard.answer(request.address, pressures))
+    };
+    let answer = Packet { values: pressures, ..request };
+    assert_eq!(ask(&mut decoder, request.encode()), Some(answer.encode()));
+    let numbered = checked(request, 7, Direction::Request);
+    assert_eq!(ask(&mut decoder, numbered), Some(checked(answer, 7, Direction::Answer)));
+    // From now on this host is known to check.
+    assert_eq!(ask(&mut decoder, request.encode()), None);
+    decoder.forget_host();
+    assert_eq!(ask(&mut decoder, request.encode()), Some(answer.encode()));
+}
+
+/// Late, repeated and crossed answers, and the host's own echo, are told apart from the answer.
+#[test]
+fn only_the_answer_to_this_very_request_counts() {
+    let request = Packet { address: Address::of_board(1), values: [Counts::MIN; CHANNELS] };
+    let answer = Packet { values: [Counts::MAX; CHANNELS], ..request };
+    let asked = CheckedPacket { packet: request, sequence: Sequence::new(4) };
+    let mut decoder = AnswerDecoder::for_checked(asked, Echo::Absent);
+    let mut heard = Vec::new();
+    for frame in [
+        asked.encode(Direction::Request),
+        checked(answer, 3, Direction::Answer),
+        answer.encode(),
+        checked(answer, 4, Direction::Answer),
+    ] {
+        heard.extend(frame.into_iter().filter_map(|byte| decoder.push(byte)));
+    }
+    assert_eq!(heard, [Heard::Other(answer), Heard::Other(answer), Heard::Answer(answer.values)]);
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, dead_code)]
 
-use pneudrive_control::{AdcSample, Board, BoardConfig, Micros, ValveDrive};
+use pneudrive_control::{AdcSample, Answer, Board, BoardConfig, Micros, ValveDrive};
 use pneudrive_protocol::{Address, CHANNELS, Counts, Packet};
 
 /// Time of a character at 1 Mbaud, us.
@@ -60,13 +60,18 @@ impl Bench {
         (0..steps).map(|_| self.step()).last().unwrap()
     }
 
-    /// Bytes back to back; gives every answer.
+    /// Bytes back to back; gives every answer to unchecked requests.
     pub fn bytes(&mut self, bytes: &[u8]) -> Vec<Packet> {
+        self.raw_bytes(bytes).iter().map(|answer| Packet::decode(answer).unwrap()).collect()
+    }
+
+    /// Bytes back to back; gives every answer as it is sent.
+    pub fn raw_bytes(&mut self, bytes: &[u8]) -> Vec<Answer> {
         let mut answers = Vec::new();
         for &byte in bytes {
             self.now_us += CHARACTER_US;
             if let Some(answer) = self.board.receive_byte(Micros::new(self.now_us), byte) {
-                answers.push(Packet::decode(&answer).unwrap());
+                answers.push(answer);
             }
         }
         answers
