@@ -1,0 +1,99 @@
+//! `pneudrive-sim record`: a recording from the command line.
+
+use std::path::PathBuf;
+
+use crate::plant::{Effect, Nuisances, PlantParameters};
+
+use super::{Columns, Excitation, Loop, RecordError, Recorder, RecordingSettings, rig_toml, write_csv};
+
+/// Record the truth plant without a bus: the measured-data CSV a host would have written.
+#[derive(Debug, Clone, clap::Args)]
+pub struct RecordArgs {
+    /// File to write: .csv, .csv.gz or .csv.zst
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Also write the nominal rig description (TOML) that goes with it
+    #[arg(long, value_name = "FILE")]
+    pub rig_out: Option<PathBuf>,
+    /// Length, s
+    #[arg(long, default_value_t = 220.0)]
+    pub seconds: f64,
+    /// Rows a second, 1 to 1000
+    #[arg(long, default_value_t = 100.0)]
+    pub rate: f64,
+    /// Channels, four to a board
+    #[arg(long, default_value_t = 4)]
+    pub channels: usize,
+    /// What the set points do
+    #[arg(long, value_enum, default_value = "mixed")]
+    pub excitation: Excitation,
+    /// Lowest and highest set point, kPa gauge
+    #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [50.0, 300.0])]
+    pub range: Vec<f64>,
+    /// Switch an effect on: id, id=value or id:name=value,name=value, each with an optional @b0 or @b0c2; repeatable
+    #[arg(long = "effect", value_name = "EFFECT")]
+    pub effects: Vec<Effect>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Close the loop once a row and record the drive it holds until the next row, so that the plant alone can be simulated
+    #[arg(long)]
+    pub drive: bool,
+    /// Free the joints and record their angles
+    #[arg(long)]
+    pub joints: bool,
+    /// Record the supply pressure
+    #[arg(long)]
+    pub supply: bool,
+    /// Laboratory nuisances: 1 % supply wander, 5 % spread between channels
+    #[arg(long)]
+    pub nuisances: bool,
+    /// Sensor noise before conversion, kPa RMS
+    #[arg(long, value_name = "KPA", default_value_t = PlantParameters::default().sensor.noise_kpa)]
+    pub noise: f64,
+    /// Record the true pressures instead of the sensor's counts
+    #[arg(long)]
+    pub exact: bool,
+}
+
+impl RecordArgs {
+    /// The recording the arguments describe.
+    #[must_use]
+    pub fn settings(&self) -> RecordingSettings {
+        let mut plant = PlantParameters { channels: self.channels, ..PlantParameters::default() };
+        plant.sensor.noise_kpa = self.noise;
+        plant.joint.free = self.joints;
+        if self.nuisances {
+            plant.nuisances = Nuisances::laboratory();
+        }
+        let defaults = RecordingSettings::default();
+        RecordingSettings {
+            plant,
+            effects: self.effects.clone(),
+            seed: self.seed,
+            seconds: self.seconds,
+            rate_hz: self.rate,
+            excitation: self.excitation,
+            range_kpa: [self.range[0], self.range[1]],
+            control_loop: if self.drive { Loop::Row } else { defaults.control_loop },
+            columns: Columns { drive: self.drive, joints: self.joints, supply: self.supply },
+            exact: self.exact,
+            ..defaults
+        }
+    }
+
+    /// Makes the recording; returns the number of rows.
+    ///
+    /// # Errors
+    /// Unusable arguments, or a file that cannot be written.
+    pub fn run(&self) -> Result<u64, RecordError> {
+        let settings = self.settings();
+        let recorder = Recorder::new(&settings)?;
+        let rows = write_csv(&self.out, self.channels, settings.columns, recorder)?;
+        if let Some(path) = &self.rig_out {
+            let text = rig_toml(&settings)?;
+            std::fs::write(path, text).map_err(|source| RecordError::Write { path: path.clone(), source })?;
+        }
+        Ok(rows)
+    }
+}

@@ -1,0 +1,56 @@
+//! What can go wrong with a recording.
+
+use std::path::PathBuf;
+
+use crate::plant::{EffectError, PlantError};
+
+/// A recording that cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// A setting is outside its range.
+    #[error("{name} is {value} {unit}: expected {expected}")]
+    Setting {
+        /// The setting.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// Unit of `value`.
+        unit: &'static str,
+        /// The range that is accepted.
+        expected: &'static str,
+    },
+    /// The plant cannot be built.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// An effect cannot be read.
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    /// The output's name does not say how to write it.
+    #[error("{}: expected a name that ends in .csv, .csv.gz or .csv.zst", path.display())]
+    Extension {
+        /// The file asked for.
+        path: PathBuf,
+    },
+    /// A file cannot be written.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The rig's description cannot be written as TOML.
+    #[error("rig description: {0}")]
+    Toml(#[from] toml::ser::Error),
+}
+
+impl RecordError {
+    /// Exit status of a program that ends with this error: 2 for unusable arguments, 1 for a failure while running.
+    #[must_use]
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Self::Setting { .. } | Self::Plant(_) | Self::Effect(_) | Self::Extension { .. } => 2,
+            Self::Write { .. } | Self::Toml(_) => 1,
+        }
+    }
+}

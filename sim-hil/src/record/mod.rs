@@ -1,0 +1,32 @@
+//! Recordings of the truth plant without a bus: what a host would have recorded, for fitting and for blind tests.
+//!
+//! A [`Recorder`] runs a plant under an excitation, in closed loop with a board's control law or with drives that are held from
+//! row to row, and yields one [`Row`] per exchange. [`write_csv`] stores them in the measured-data format.
+//!
+//! ```
+//! use pneudrive_sim::record::{Recorder, RecordingSettings};
+//!
+//! let settings = RecordingSettings { seconds: 0.5, ..RecordingSettings::default() };
+//! let rows: Vec<_> = Recorder::new(&settings)?.collect();
+//! assert_eq!(rows.len(), 50);
+//! assert_eq!(rows[0].pressure_kpa.len(), 4);
+//! # Ok::<(), pneudrive_sim::record::RecordError>(())
+//! ```
+
+pub mod cli;
+mod controller;
+mod csv;
+mod error;
+mod excitation;
+mod recorder;
+mod rig;
+mod schedule;
+mod settings;
+
+pub use self::controller::{BoardLaw, OriginalLaw};
+pub use self::csv::write_csv;
+pub use self::error::RecordError;
+pub use self::excitation::{Excitation, SetPoints};
+pub use self::recorder::{Recorder, Row};
+pub use self::rig::rig_toml;
+pub use self::settings::{Columns, ControlSettings, Loop, RecordingSettings};
