@@ -27,17 +27,17 @@ pub fn step_check<Y: System<N, M>, const N: usize, const M: usize>(
     compare(substeps, series, &coarse, &fine)
 }
 
-/// The smallest power of two of substeps, up to `most`, whose [`step_check`] stays below `tolerance_pa` everywhere. Returns the
-/// last check even when it failed: compare its `max_pa`.
+/// Doubles the substeps from `least` until the [`step_check`] stays below `tolerance_pa` everywhere, or until twice as many
+/// would exceed `most`: compare the returned `max_pa`.
 pub fn choose_substeps<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     parameters: &[f64],
     series: &Series<M>,
     start: Start<'_, M>,
+    (least, most): (usize, usize),
     tolerance_pa: f64,
-    most: usize,
 ) -> StepCheck {
-    let mut substeps = 1;
+    let mut substeps = least;
     let mut coarse = simulate(system, parameters, series, start, substeps);
     loop {
         let fine = simulate(system, parameters, series, start, 2 * substeps);

@@ -1,0 +1,283 @@
+//! Residuals of rollouts: simulated minus measured pressure.
+
+use std::ops::Range;
+
+use multiversion::multiversion;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::normal::Accumulator;
+use super::objective::with_width;
+use super::{Normal, Objective, Space};
+use crate::numeric::{Dual, Lanes, Real, Scalar};
+use crate::rollout::{GatheredRows, RowSource, Rows, Series, Start, Steps, System, rollout, simulate};
+
+/// Segments simulated in lockstep when there are several.
+const LANES: usize = 4;
+
+/// Residuals are in kPa.
+const KPA_PER_PA: f64 = 1e-3;
+
+/// Bounds of a fitted start pressure, absolute, kPa.
+const START_BOUNDS_KPA: (f64, f64) = (1.0, 1e5);
+
+/// How the pressure at the start of each segment is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StartPressure {
+    /// It is the first usable measurement.
+    Measured,
+    /// It is one more unknown per segment and output, started at the first usable measurement.
+    #[default]
+    Fitted,
+}
+
+/// Sum of the squared differences in kPa between a system's rollouts and the measurements, over all segments.
+///
+/// Coordinates: the free parameters, then, if fitted, the start pressures (kPa absolute) of segment 0, 1, ...
+#[derive(Debug)]
+pub struct RolloutObjective<'a, Y, const N: usize, const M: usize> {
+    system: &'a Y,
+    series: &'a Series<M>,
+    space: Space,
+    start: StartPressure,
+    steps: Steps,
+    free: usize,
+    /// Segments by length, longest first, so that lanes are filled evenly.
+    order: Vec<usize>,
+}
+
+impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y, N, M> {
+    /// The residuals of `series` with the parameters of `space`.
+    pub fn new(
+        system: &'a Y,
+        series: &'a Series<M>,
+        space: Space,
+        start: StartPressure,
+        substeps: usize,
+    ) -> Self {
+        let steps = Steps { ticks: system.ticks(series.interval_s()), substeps };
+        let mut order: Vec<usize> = (0..series.segments().len()).collect();
+        order.sort_by_key(|&segment| std::cmp::Reverse(series.segments()[segment].len()));
+        let free = space.free_count();
+        Self { system, series, space, start, steps, free, order }
+    }
+
+    fn fitted_starts(&self) -> bool {
+        self.start == StartPressure::Fitted
+    }
+
+    /// Directions of one rollout: the free parameters and its own start pressures.
+    #[must_use]
+    pub fn directions(&self) -> usize {
+        self.free + if self.fitted_starts() { M } else { 0 }
+    }
+
+    /// Absolute start pressures in Pa of each segment.
+    #[must_use]
+    pub fn start_pressures(&self, coordinates: &[f64]) -> Vec<[f64; M]> {
+        if !self.fitted_starts() {
+            return self.series.starts().to_vec();
+        }
+        let starts = coordinates[self.free..].chunks_exact(M);
+        starts.map(|start| std::array::from_fn(|output| start[output] / KPA_PER_PA)).collect()
+    }
+
+    /// Coordinates of the directions of a segment's rollout.
+    fn indices(&self, segment: usize) -> Vec<usize> {
+        let own = self.free + segment * M;
+        let starts = if self.fitted_starts() { own..own + M } else { 0..0 };
+        (0..self.free).chain(starts).collect()
+    }
+
+    /// Start pressures in Pa, with their directions when they are fitted.
+    #[inline(always)]
+    fn start_duals<R: Real, const W: usize>(&self, pressures: [R; M]) -> [Dual<R, W>; M] {
+        std::array::from_fn(|output| {
+            if self.fitted_starts() {
+                Dual::variable(pressures[output].times(KPA_PER_PA), self.free + output)
+                    .times(1.0 / KPA_PER_PA)
+            } else {
+                Dual::from_real(pressures[output])
+            }
+        })
+    }
+
+    /// Residuals of several rollouts in lockstep, weighted; `sink` gets the row's number and each output's residual.
+    #[inline(always)]
+    fn stream<R: Real, const W: usize>(
+        &self,
+        coordinates: &[f64],
+        source: impl RowSource<R>,
+        segments: &[Range<usize>],
+        pressures: [R; M],
+        mut sink: impl FnMut(usize, &[Dual<R, W>; M]),
+    ) {
+        let coefficients = self.system.coefficients(&self.space.duals::<R, W>(coordinates));
+        let count = segments.iter().map(Range::len).max().unwrap_or(0);
+        let (measured, weights) = (self.series.measured(), self.series.weights());
+        rollout(
+            self.system,
+            &coefficients,
+            (source, count),
+            self.start_duals(pressures),
+            self.steps,
+            |k, outputs: &[Dual<R, W>; M]| {
+                let residuals = std::array::from_fn(|output| {
+                    // A lane whose segment is over, or whose sample is masked, weighs nothing.
+                    let row = |lane: usize| {
+                        let rows = segments.get(lane).filter(|rows| k < rows.len())?;
+                        Some(rows.start + k).filter(|&row| weights[row][output] > 0.0)
+                    };
+                    let target = R::from_lanes(|lane| row(lane).map_or(0.0, |row| measured[row][output]));
+                    let weight = R::from_lanes(|lane| row(lane).map_or(0.0, |row| weights[row][output]));
+                    (outputs[output] - Dual::from_real(target)).scale(weight.times(KPA_PER_PA))
+                });
+                sink(k, &residuals);
+            },
+        );
+    }
+
+    fn segment_normal<const W: usize>(&self, coordinates: &[f64], segments: &[usize]) -> Normal {
+        let starts = self.start_pressures(coordinates);
+        let mut normal = Normal::zeros(self.dimension());
+        if let [segment] = *segments {
+            let sums = single_sums::<Y, W, N, M>(self, coordinates, segment, starts[segment]);
+            sums.scatter(0, &self.indices(segment), &mut normal);
+        } else {
+            let sums = lockstep_sums::<Y, W, N, M>(self, coordinates, segments, &starts);
+            for (lane, &segment) in segments.iter().enumerate() {
+                sums.scatter(lane, &self.indices(segment), &mut normal);
+            }
+        }
+        normal
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn single_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
+    objective: &RolloutObjective<'_, Y, N, M>,
+    coordinates: &[f64],
+    segment: usize,
+    pressures: [f64; M],
+) -> Accumulator<f64, W> {
+    let range = objective.series.segments()[segment].clone();
+    let rows = Rows { inputs: objective.series.inputs(range.clone()), width: objective.series.width() };
+    let mut sums = Accumulator::new();
+    objective.stream(coordinates, rows, &[range], pressures, |_, residuals| {
+        for residual in residuals {
+            sums.add(residual);
+        }
+    });
+    sums
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn lockstep_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
+    objective: &RolloutObjective<'_, Y, N, M>,
+    coordinates: &[f64],
+    segments: &[usize],
+    starts: &[[f64; M]],
+) -> Accumulator<Lanes<LANES>, W> {
+    let series = objective.series;
+    let of = |lane: usize| segments[lane.min(segments.len() - 1)];
+    let inputs = std::array::from_fn(|lane| series.inputs(series.segments()[of(lane)].clone()));
+    let ranges: Vec<Range<usize>> =
+        segments.iter().map(|&segment| series.segments()[segment].clone()).collect();
+    let pressures = std::array::from_fn(|output| Lanes::from_lanes(|lane| starts[of(lane)][output]));
+    let mut sums = Accumulator::new();
+    let rows = GatheredRows::new(inputs, series.width());
+    objective.stream(coordinates, rows, &ranges, pressures, |_, residuals| {
+        for residual in residuals {
+            sums.add(residual);
+        }
+    });
+    sums
+}
+
+impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjective<'_, Y, N, M> {
+    fn dimension(&self) -> usize {
+        self.free + if self.fitted_starts() { M * self.series.segments().len() } else { 0 }
+    }
+
+    fn bounds(&self) -> Vec<(f64, f64)> {
+        let mut bounds = self.space.bounds();
+        bounds.resize(self.dimension(), START_BOUNDS_KPA);
+        bounds
+    }
+
+    fn nominal(&self) -> Vec<f64> {
+        let mut nominal = self.space.nominal();
+        if self.fitted_starts() {
+            nominal.extend(self.series.starts().iter().flatten().map(|pressure| pressure * KPA_PER_PA));
+        }
+        nominal
+    }
+
+    fn normal(&self, coordinates: &[f64]) -> Normal {
+        let parts: Vec<Normal> = self
+            .order
+            .par_chunks(LANES)
+            .map(|segments| {
+                with_width!(self.directions(), W => self.segment_normal::<W>(coordinates, segments))
+            })
+            .collect();
+        // Summed in a fixed order: the result does not depend on the number of threads.
+        let mut normal = Normal::zeros(self.dimension());
+        for part in parts {
+            normal.cost += part.cost;
+            normal.gradient += part.gradient;
+            normal.matrix += part.matrix;
+        }
+        normal
+    }
+
+    fn residuals(&self) -> usize {
+        self.series.usable()
+    }
+
+    fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
+        let starts = self.start_pressures(coordinates);
+        for (segment, range) in self.series.segments().iter().enumerate() {
+            let indices = self.indices(segment);
+            let rows = Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() };
+            with_width!(self.directions(), W => self.stream::<f64, W>(
+                coordinates,
+                rows,
+                std::slice::from_ref(range),
+                starts[segment],
+                |_, residuals| {
+                    let mut score = DVector::zeros(self.dimension());
+                    let mut square = 0.0;
+                    for residual in residuals {
+                        square += residual.value * residual.value;
+                        for (direction, &index) in indices.iter().enumerate() {
+                            score[index] += residual.gradient[direction] * residual.value;
+                        }
+                    }
+                    sink(segment, &score, square);
+                },
+            ));
+        }
+    }
+}
+
+/// Root mean square difference in kPa between a rollout and the usable measurements, and their number.
+pub fn rollout_rms_kpa<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    parameters: &[f64],
+    series: &Series<M>,
+    start: Start<'_, M>,
+    substeps: usize,
+) -> (f64, usize) {
+    let outputs = simulate(system, parameters, series, start, substeps);
+    let (mut sum, mut count) = (0.0, 0_u32);
+    for row in series.segments().iter().flat_map(Clone::clone) {
+        for output in 0..M {
+            if series.weights()[row][output] > 0.0 {
+                sum += ((outputs[row][output] - series.measured()[row][output]) * KPA_PER_PA).powi(2);
+                count += 1;
+            }
+        }
+    }
+    ((sum / f64::from(count)).sqrt(), count as usize)
+}
