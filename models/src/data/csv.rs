@@ -176,8 +176,24 @@ impl Header {
             );
             return Err(DataError::NoChannels { file: file.to_owned(), found: listed(&names), hint });
         }
+        for id in channels.unwrap_or_default() {
+            check_present(file, *id, &names)?;
+        }
         Ok(Self { width: names.len(), time, wanted, near_misses })
     }
+}
+
+/// Fails, naming the channels that are there, when `id` has no column among `names`.
+fn check_present(file: &str, id: ChannelId, names: &[String]) -> Result<(), DataError> {
+    let mut present: Vec<ChannelId> =
+        names.iter().filter_map(|name| ColumnKind::parse(name)?.channel()).collect();
+    present.sort_unstable();
+    present.dedup();
+    if present.contains(&id) {
+        return Ok(());
+    }
+    let found = present.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    Err(DataError::NoSuchChannel { file: file.to_owned(), channel: id, found })
 }
 
 fn listed(names: &[String]) -> String {

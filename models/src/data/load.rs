@@ -46,11 +46,7 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
     let file = open.file.clone();
     let table = csv::read(&file, &mut *open.text, &mut plan)?;
     let source = open.finish()?;
-    let loaded = assemble(table, source, options.limits)?;
-    for id in options.channels.unwrap_or_default() {
-        loaded.recording.channel(*id)?;
-    }
-    Ok(loaded)
+    assemble(table, source, options.limits)
 }
 
 /// Checks the raw columns and sorts them into channels.

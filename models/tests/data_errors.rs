@@ -1,0 +1,157 @@
+//! Every kind of unusable data file, and the exact sentence a user reads.
+
+mod common;
+
+use common::Folder;
+use pneudrive_model::data::{ChannelId, LoadOptions, load};
+
+/// Loads `text` from a file and returns the error with the folder's path taken out.
+fn message(text: &[u8]) -> String {
+    let folder = Folder::new();
+    let path = folder.write("run.csv", text);
+    let error = load(&path, LoadOptions::default()).expect_err("the file cannot be used");
+    folder.strip(&error.to_string())
+}
+
+fn assert_message(text: &str, expected: &str) {
+    assert_eq!(message(text.as_bytes()), expected);
+}
+
+#[test]
+fn a_file_that_is_not_there() {
+    let folder = Folder::new();
+    let error = load(&folder.path("none.csv"), LoadOptions::default()).unwrap_err();
+    assert!(
+        folder.strip(&error.to_string()).starts_with("none.csv: cannot be opened: No such file"),
+        "{error}"
+    );
+    let error = load(folder.root(), LoadOptions::default()).unwrap_err();
+    assert!(error.to_string().ends_with("cannot be opened: it is a folder; name a file in it"), "{error}");
+}
+
+#[test]
+fn an_empty_file() {
+    let expected =
+        "run.csv: the file is empty; a recording starts with a header row such as t_s,b0_cmd0_kpa,b0_p0_kpa";
+    assert_message("", expected);
+    assert_message("# only a comment\n", expected);
+}
+
+#[test]
+fn other_formats_are_recognised_by_their_first_bytes() {
+    assert_eq!(
+        message(b"\x89MCAP0\r\nxxxx"),
+        "run.csv: this is an MCAP file, which cannot be read; this version reads CSV, plain or compressed with gzip or zstd: convert it"
+    );
+    assert_eq!(
+        message(b"PK\x03\x04xxxx"),
+        "run.csv: this is a zip archive or a spreadsheet, which cannot be read; export it as CSV"
+    );
+}
+
+#[test]
+fn no_time_column() {
+    assert_message(
+        "time,b0_p0_kpa\n0,1\n",
+        "run.csv, row 1: no column t_s (time in s) among: time, b0_p0_kpa; rename the time column, or use `import --time`",
+    );
+    assert_message(
+        "t_s;b0_p0_kpa\n0;1\n",
+        "run.csv, row 1: no column t_s (time in s) among: t_s;b0_p0_kpa; rename the time column, or use `import --time`; the columns are separated by semicolons: use `import --delimiter ';'`",
+    );
+}
+
+#[test]
+fn no_channel_column() {
+    assert_message(
+        "t_s,b0_p0_psi\n0,1\n",
+        "run.csv, row 1: no channel columns such as b0_cmd0_kpa and b0_p0_kpa among: t_s, b0_p0_psi; rename them, or use `import --map`; is b0_p0_psi meant to be b0_p0_kpa?",
+    );
+}
+
+#[test]
+fn a_column_twice() {
+    assert_message(
+        "t_s,b0_p0_kpa,b0_p0_kpa\n0,1,1\n",
+        "run.csv, row 1: column b0_p0_kpa appears twice; remove or rename one of them",
+    );
+}
+
+#[test]
+fn drives_that_do_not_fit_together() {
+    assert_message(
+        "t_s,b0_p0_kpa,b0_fill0\n0,1,1\n1,1,1\n",
+        "run.csv, row 1: column b0_fill0 has no b0_vent0 beside it; separate fill and vent drives come in pairs (a single spool valve's drive is b{n}_u{k})",
+    );
+    assert_message(
+        "t_s,b0_p0_kpa,b0_fill0,b0_vent0,b0_u0\n0,1,1,0,0\n1,1,1,0,0\n",
+        "run.csv, row 1: columns b0_u0 and b0_fill0 both describe the drive of b0c0; keep the ones the valve really got",
+    );
+}
+
+#[test]
+fn a_cell_that_is_no_number() {
+    assert_message(
+        "# a comment\nt_s,b0_p0_kpa\n0,1\n0.01,1;2\n",
+        "run.csv, row 4, column b0_p0_kpa: expected a number, found \"1;2\"; correct the cell, or leave it empty to have it masked",
+    );
+}
+
+#[test]
+fn a_drive_in_another_unit() {
+    assert_message(
+        "t_s,b0_p0_kpa,b0_u0\n0,1,0.5\n0.01,1,-1.0000001\n0.02,1,250\n",
+        "run.csv, row 4, column b0_u0: 250 is outside -1 to 1; a drive runs from -1 (vent) to 1 (fill): divide by the full-scale drive, or import it with a scale",
+    );
+}
+
+#[test]
+fn rows_of_another_width() {
+    assert_message(
+        "t_s,b0_p0_kpa\n0,1\n0.01,1,2\n",
+        "run.csv, row 3: 3 cells where the header has 2 columns; correct or remove the row",
+    );
+    // Too short in the middle; as the last row it would be a recorder that was killed.
+    assert_message(
+        "t_s,b0_p0_kpa,b0_cmd0_kpa\n0,1,1\n0.01,1\n0.02,1,1\n",
+        "run.csv, row 3: 2 cells where the header has 3 columns; correct or remove the row",
+    );
+}
+
+#[test]
+fn text_that_is_not_utf_8() {
+    assert_eq!(
+        message(b"t_s,b0_p0_kpa\n0,1\n0.01,\xff\xfe\n"),
+        "run.csv, row 3: not valid UTF-8 text; save the file as plain CSV in UTF-8"
+    );
+}
+
+#[test]
+fn too_few_rows() {
+    assert_message(
+        "t_s,b0_p0_kpa\n0,1\n",
+        "run.csv: 1 usable rows; a recording needs at least 2, and fitting a few hundred",
+    );
+}
+
+#[test]
+fn a_cut_off_archive_names_the_last_row_read() {
+    let folder = Folder::new();
+    let rows: String =
+        (0..20_000).map(|k| format!("{},{}\n", f64::from(k) * 0.01, (k * 7919) % 1000)).collect();
+    let whole = common::gzip(format!("t_s,b0_p0_kpa\n{rows}").as_bytes());
+    let path = folder.write("run.csv.gz", &whole[..whole.len() / 2]);
+    let error = load(&path, LoadOptions::default()).unwrap_err().to_string();
+    let text = folder.strip(&error);
+    assert!(text.starts_with("run.csv.gz: reading failed after row "), "{text}");
+    assert!(text.ends_with("the file may be cut off or damaged, copy it again"), "{text}");
+}
+
+#[test]
+fn a_channel_that_is_not_there() {
+    let folder = Folder::new();
+    let path = folder.write("run.csv", b"t_s,b0_p0_kpa,b1_p3_kpa\n0,1,1\n1,1,1\n");
+    let wanted = [ChannelId { board: 2, channel: 0 }];
+    let error = load(&path, LoadOptions { channels: Some(&wanted), ..LoadOptions::default() }).unwrap_err();
+    assert_eq!(folder.strip(&error.to_string()), "run.csv: no channel b2c0; the file has b0c0, b1c3");
+}
