@@ -48,8 +48,9 @@ impl Board {
     /// A byte was heard on the bus; its stop bit ended at `now`.
     ///
     /// If it completes a request to this board, the commands are taken over and the answer is returned, with the
-    /// pressures of the last control step. The answer's first start bit must follow within 20 us and its bytes must
-    /// follow each other without a pause. Bytes that come while the answer is on the wire are the board's own echo and
+    /// pressures of the last control step. The answer's first start bit must follow after
+    /// [`answer_delay`](BoardConfig::answer_delay) and within 20 us of `now`, and its bytes must follow each other without
+    /// a pause. Bytes that come while the answer is on the wire are the board's own echo and
     /// are ignored.
     ///
     /// A silence of [`IDLE_GAP_CHARACTERS`](pneudrive_protocol::IDLE_GAP_CHARACTERS) is found from the times of the bytes

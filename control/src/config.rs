@@ -11,6 +11,18 @@ pub struct BoardConfig {
     /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it. Default 1 Mbaud.
     pub baud: Baud,
 
+    /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 13.
+    ///
+    /// A host whose line driver is enabled by the boards' 555 circuit holds the line for up to 112 us from its first start
+    /// bit ([`pulse`](pneudrive_protocol::pulse)), which is 12 us after its last stop bit: an answer that begins
+    /// earlier meets two drivers on one line. The answer must have begun after 20 us.
+    pub answer_delay: Micros,
+
+    /// Whether the board's receiver may hear the board's own answer, which has the form of a request to it. Default true:
+    /// what is heard while the answer is on the wire is ignored, and a host cannot speak then. False where that
+    /// cannot be and requests may follow at once: a simulated wire that takes no time.
+    pub hears_itself: bool,
+
     /// Time between two control steps, us: 100 to 10,000. Default 1000, the original's loop of about 1 kHz.
     ///
     /// `kd` and `filter_previous` count in steps. To keep the closed loop as it is at another period, multiply `kd` by
@@ -74,6 +86,8 @@ impl BoardConfig {
     /// The original's values, usable in constants.
     pub const ORIGINAL: Self = Self {
         baud: Baud::ORIGINAL,
+        answer_delay: Micros::new(13),
+        hears_itself: true,
         loop_period: Micros::new(1_000),
         kp: 10,
         kd: 20,
@@ -99,7 +113,8 @@ impl BoardConfig {
         const MINUTE: u64 = 60_000_000;
         let sensor_low = (self.sensor_min.get() as u64).wrapping_sub(self.sensor_margin as u64);
         let sensor_high = self.sensor_max.get() as u64 + self.sensor_margin as u64;
-        let limits: [(&'static str, &'static str, u64, u64, u64); 11] = [
+        let limits: [(&'static str, &'static str, u64, u64, u64); 12] = [
+            ("answer_delay", "us", self.answer_delay.get(), 0, 20),
             ("loop_period", "us", self.loop_period.get(), 100, 10_000),
             ("kp", "drive counts per count", self.kp as u64, 1, ControlLaw::GAIN_MAX as u64),
             ("kd", "drive counts per count", self.kd as u64, 0, ControlLaw::GAIN_MAX as u64),
@@ -173,6 +188,7 @@ mod tests {
     fn every_limit_is_checked_and_named() {
         let counts = |value| Counts::new(value).unwrap();
         let bad = [
+            ("answer_delay", BoardConfig { answer_delay: Micros::new(21), ..GOOD }),
             ("loop_period", BoardConfig { loop_period: Micros::new(99), ..GOOD }),
             ("loop_period", BoardConfig { loop_period: Micros::new(10_001), ..GOOD }),
             ("kp", BoardConfig { kp: 0, ..GOOD }),

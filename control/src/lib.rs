@@ -48,6 +48,7 @@ mod channel;
 mod config;
 mod drive;
 mod filter;
+mod indicator;
 mod law;
 mod liveness;
 mod responder;

@@ -7,7 +7,8 @@ pub(crate) struct Responder {
     decoder: RequestDecoder,
     /// Distance between the ends of two characters that has an idle gap between them.
     gap: Micros,
-    answer_time: Micros,
+    /// From a request's end to the moment from which on a byte cannot be an echo.
+    deaf_time: Micros,
     last_byte: Option<Micros>,
     deaf_until: Micros,
 }
@@ -18,10 +19,13 @@ impl Responder {
         // less, so that a gap of just the right length is seen whatever the resolution of the time stamps.
         let half_character_ns = config.baud.characters_ns(1) / 2;
         let gap_ns = config.baud.idle_gap_ns() + half_character_ns;
+        let answer_time = Micros::new((config.baud.packet_ns() + half_character_ns) / 1_000);
+        let deaf_time =
+            if config.hears_itself { config.answer_delay.after(answer_time) } else { Micros::ZERO };
         Self {
             decoder: RequestDecoder::new(address),
             gap: Micros::new(gap_ns / 1_000),
-            answer_time: Micros::new(config.baud.packet_ns() / 1_000),
+            deaf_time,
             last_byte: None,
             deaf_until: Micros::ZERO,
         }
@@ -40,10 +44,11 @@ impl Responder {
         self.decoder.push(byte)
     }
 
-    /// An answer leaves the board. It takes a packet's time at least, and until then all that can be heard is
-    /// its own echo (which would look like a request to this board).
+    /// An answer leaves the board, and until it has gone all that can be heard is its own echo (which looks like a
+    /// request to this board). The next request's first byte ends a whole character later; half of it is allowed for
+    /// an answer that begins late.
     pub(crate) fn answered(&mut self, now: Micros) {
-        self.deaf_until = now.after(self.answer_time);
+        self.deaf_until = now.after(self.deaf_time);
     }
 
     pub(crate) fn idle(&mut self) {

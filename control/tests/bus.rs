@@ -112,6 +112,8 @@ fn back_to_back_polling_of_four_boards_loses_nothing() {
             };
             let request = packet(asked, [cycle, 255, 511, 1023]).encode();
             let answers = say(&mut benches, request, None);
+            // All boards' clocks are one: the answer begins after 13 us.
+            benches.iter_mut().for_each(|bench| bench.wait_us(13));
             assert_eq!(answers, [packet(asked, [102; 4])]);
             assert_eq!(say(&mut benches, answers[0].encode(), Some(asked)), []);
         }
@@ -156,4 +158,15 @@ fn a_host_that_checks_is_answered_in_kind() {
         bench.step();
     }
     assert!(bench.request([300; 4]).is_some());
+}
+
+#[test]
+fn a_board_that_cannot_hear_itself_takes_the_next_request_at_once() {
+    let request = packet(0, [200; 4]).encode();
+    let answers = |hears_itself| {
+        let mut bench = Bench::new(BoardConfig { hears_itself, ..BoardConfig::default() }, 0);
+        bench.step();
+        bench.bytes(&[request, request].concat()).len()
+    };
+    assert_eq!((answers(true), answers(false)), (1, 2));
 }
