@@ -1,0 +1,131 @@
+//! One file per effect, and their list.
+
+use super::{Areas, ChannelInputs, EffectInfo, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+use crate::numeric::Scalar;
+
+/// Declares the modules, the list and one type that is any of them. Effects of a model are called in the order of the list,
+/// which for those between drive and flow is the order of the hardware.
+macro_rules! catalogue {
+    ($($module:ident :: $name:ident,)*) => {
+        $(mod $module;)*
+
+        /// All effects.
+        pub static CATALOGUE: &[&EffectInfo] = &[$(&$module::INFO),*];
+
+        /// Any effect of the catalogue, at work.
+        #[derive(Debug, Clone)]
+        #[allow(missing_docs, clippy::large_enum_variant)]
+        pub enum AnyEffect<S: Scalar> {
+            $($name($module::$name<S>)),*
+        }
+
+        impl<S: Scalar<Real = f64>> AnyEffect<S> {
+            /// Installs number `index` of the [`CATALOGUE`] with the values of its parameters; `None` beyond its end.
+            #[must_use]
+            pub fn install(index: usize, values: &[S]) -> Option<Self> {
+                let mut number = 0;
+                $(
+                    if number == index {
+                        return Some(Self::$name($module::$name::new(values)));
+                    }
+                    number += 1;
+                )*
+                let _ = number;
+                None
+            }
+        }
+
+        impl<S: Scalar<Real = f64>> Hook<S> for AnyEffect<S> {
+            #[inline]
+            fn reset(&mut self) {
+                match self { $(Self::$name(e) => e.reset()),* }
+            }
+
+            #[inline]
+            fn structure(&self, structure: &mut Structure<S>) {
+                match self { $(Self::$name(e) => e.structure(structure)),* }
+            }
+
+            #[inline]
+            fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
+                match self { $(Self::$name(e) => e.drive(step, valve, drive)),* }
+            }
+
+            #[inline]
+            fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
+                match self { $(Self::$name(e) => e.valve(step, law)),* }
+            }
+
+            #[inline]
+            fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {
+                match self { $(Self::$name(e) => e.regulator(step, law)),* }
+            }
+
+            #[inline]
+            fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
+                match self { $(Self::$name(e) => e.areas(step, areas)),* }
+            }
+
+            #[inline]
+            fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
+                match self { $(Self::$name(e) => e.supply(step, supply, areas, pressure)),* }
+            }
+
+            #[inline]
+            fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
+                match self { $(Self::$name(e) => e.stretch(step, pressure, stretch)),* }
+            }
+
+            #[inline]
+            fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
+                match self { $(Self::$name(e) => e.sense(step, gauge)),* }
+            }
+
+            #[inline]
+            fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+                match self { $(Self::$name(e) => e.sample(inputs, row, reading)),* }
+            }
+        }
+    };
+}
+
+catalogue! {
+    drive_saturation::DriveSaturation,
+    transport_delay::TransportDelay,
+    valve_lag::ValveLag,
+    valve_hysteresis::ValveHysteresis,
+    valve_stiction::ValveStiction,
+    valve_asymmetry::ValveAsymmetry,
+    vent_restriction::VentRestriction,
+    flow_function::FlowFunctionShape,
+    heat_exchange::HeatExchange,
+    wall_compliance::WallCompliance,
+    wall_creep::WallCreep,
+    line_restriction::LineRestriction,
+    chamber_coupling::ChamberCoupling,
+    supply_sag::SupplySag,
+    supply_ripple::SupplyRipple,
+    sensor_lag::SensorLag,
+    sensor_nonlinearity::SensorNonlinearity,
+    sensor_drift::SensorDrift,
+    sensor_crosstalk::SensorCrosstalk,
+    valve_wear::ValveWear,
+    stale_samples::StaleSamples,
+    dead_band::DeadBand,
+    rate_limit::RateLimit,
+    offset::Offset,
+    supply_level::SupplyLevel,
+    exhaust_leak::ExhaustLeak,
+    fill_leak::FillLeak,
+    valve_gain::ValveGain,
+    valve_centre::ValveCentre,
+    chamber_volume::ChamberVolume,
+    sensor_offset::SensorOffset,
+    sensor_gain::SensorGain,
+}
+
+/// Position of an effect by its id.
+#[must_use]
+pub fn index_of(id: &str) -> Option<usize> {
+    CATALOGUE.iter().position(|effect| effect.id == id)
+}

@@ -1,0 +1,46 @@
+//! `sensor_crosstalk`: reading contains the channel sampled before.
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach};
+use crate::numeric::Scalar;
+
+/// What the catalogue says about it.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "sensor_crosstalk",
+    title: "Reading contains the channel sampled before",
+    physics: "The sampling capacitor has not settled when the converter moves on: a part of the previous channel remains in the reading.",
+    equation: "y = p + share (p_before - p), p_before measured",
+    source: "RP2040 datasheet, ADC: source impedance and settling",
+    question: Question::Structure,
+    domain: Domain::Valve,
+    reach: Reach::Channel,
+    parameters: &[
+        EffectParameter::linear("share", "1", (-0.1, 0.0, 0.5), "part of the other channel's reading"),
+    ],
+    probes: &[&[0.02]],
+    rivals: &["chamber_coupling", "supply_sag"],
+    separated_by: "one channel held while the one sampled before it moves",
+    smallest: 0.002,
+    check: "source impedance and settling time of the converter's inputs",
+};
+
+/// The effect at work.
+#[derive(Debug, Clone)]
+pub struct SensorCrosstalk<S> {
+    share: S,
+}
+
+impl<S: Scalar<Real = f64>> SensorCrosstalk<S> {
+    /// With the values of [`INFO`]'s parameters.
+    pub fn new(values: &[S]) -> Self {
+        Self { share: values[0] }
+    }
+}
+
+impl<S: Scalar<Real = f64>> Hook<S> for SensorCrosstalk<S> {
+    fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+        match inputs.sampled_before_pa.get(row) {
+            Some(&before) => reading - self.share * reading.plus(-before),
+            None => reading,
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! `supply_ripple`: supply cycles by itself.
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Step, Question, Reach};
+use crate::numeric::Scalar;
+
+/// What the catalogue says about it.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "supply_ripple",
+    title: "Supply cycles by itself",
+    physics: "A compressor switches on and off: the supply rises while it runs and falls while it rests, whatever the channels do.",
+    equation: "p_s = p_nominal + amplitude triangle(t / period + phase), rising for a part `rise` of the period",
+    source: "pressure switch of a compressor",
+    question: Question::Structure,
+    domain: Domain::Valve,
+    reach: Reach::Rig,
+    parameters: &[
+        EffectParameter::linear("amplitude", "kPa", (0.0, 0.0, 300.0), "half of the swing"),
+        EffectParameter::logarithmic("period", "s", (0.3, 8.0, 600.0), "period"),
+        EffectParameter::linear("phase", "1", (-1.0, 0.0, 2.0), "phase at the start, in periods"),
+        EffectParameter::linear("rise", "1", (0.1, 0.5, 0.9), "part of the period in which it rises"),
+    ],
+    probes: &[],
+    rivals: &["supply_sag", "valve_wear"],
+    separated_by: "the same movements repeated over several periods; better, record the supply",
+    smallest: 1.0,
+    check: "the compressor's pressure switch; a regulator after the tank",
+};
+
+/// The effect at work.
+#[derive(Debug, Clone)]
+pub struct SupplyRipple<S> {
+    amplitude: S,
+    period: S,
+    phase: S,
+    rise: S,
+}
+
+impl<S: Scalar<Real = f64>> SupplyRipple<S> {
+    /// With the values of [`INFO`]'s parameters.
+    pub fn new(values: &[S]) -> Self {
+        Self { amplitude: values[0], period: values[1], phase: values[2], rise: values[3] }
+    }
+}
+
+impl<S: Scalar<Real = f64>> Hook<S> for SupplyRipple<S> {
+    fn supply(&mut self, step: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
+        let phase = self.period.recip().times(step.time_s) + self.phase;
+        let phase = phase.plus(-phase.real().floor());
+        let up = (phase / self.rise).times(2.0).plus(-1.0);
+        let down = ((phase - self.rise) / (-self.rise).plus(1.0)).times(-2.0).plus(1.0);
+        let wave = S::select(phase.less(self.rise), up, down);
+        supply + (self.amplitude * wave).times(1e3)
+    }
+}

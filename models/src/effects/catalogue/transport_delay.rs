@@ -1,0 +1,60 @@
+//! `transport_delay`: dead time between drive and flow.
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use std::collections::VecDeque;
+
+use crate::numeric::Scalar;
+
+/// What the catalogue says about it.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "transport_delay",
+    title: "Dead time between drive and flow",
+    physics: "Nothing happens for a fixed time after the drive has changed, then the flow follows unchanged.",
+    equation: "u_spool(t) = u(t - delay)",
+    source: "pure delay of a line or a sampled bus; Franklin, Powell, Workman, Digital Control, ch. 4",
+    question: Question::Structure,
+    domain: Domain::Both,
+    reach: Reach::Channel,
+    parameters: &[
+        EffectParameter::linear("delay", "s", (0.0, 0.0, 0.25), "dead time"),
+    ],
+    probes: &[&[0.004], &[0.012], &[0.03], &[0.08]],
+    rivals: &["valve_lag", "sensor_lag"],
+    separated_by: "fast drive steps: a lag starts to move at once, a dead time does not",
+    smallest: 0.0025,
+    check: "loop and bus timing, valve switching time, length of the tube",
+};
+
+/// The effect at work.
+#[derive(Debug, Clone)]
+pub struct TransportDelay<S> {
+    delay: S,
+    past: [VecDeque<S>; 2],
+}
+
+impl<S: Scalar<Real = f64>> TransportDelay<S> {
+    /// With the values of [`INFO`]'s parameters.
+    pub fn new(values: &[S]) -> Self {
+        Self { delay: values[0], past: [VecDeque::new(), VecDeque::new()] }
+    }
+}
+
+impl<S: Scalar<Real = f64>> Hook<S> for TransportDelay<S> {
+    fn reset(&mut self) {
+        self.past.iter_mut().for_each(VecDeque::clear);
+    }
+
+    fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
+        let steps = self.delay.times(1.0 / step.length_s);
+        let whole = steps.real().floor().max(0.0);
+        let part = steps.plus(-whole);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // floored, not negative, bounded
+        let back = whole as usize;
+        let past = &mut self.past[valve];
+        past.push_front(drive);
+        past.truncate(back + 2);
+        let at = |k: usize| past.get(k).or(past.back()).copied().unwrap_or(drive);
+        // Mean over the step of a drive that is constant over each step.
+        at(back) + (at(back + 1) - at(back)) * part
+    }
+}

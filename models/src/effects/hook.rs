@@ -1,0 +1,124 @@
+//! Where an effect can take hold of a simulated channel.
+
+use super::inputs::ChannelInputs;
+use crate::numeric::Scalar;
+
+/// The moment a hook is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<'a> {
+    /// Row of the recording whose interval is simulated.
+    pub row: usize,
+    /// Middle of the step, s from the start of the recording.
+    pub time_s: f64,
+    /// Length of the step, s.
+    pub length_s: f64,
+    /// The channel's measured inputs.
+    pub inputs: &'a ChannelInputs,
+}
+
+/// The openings' parameters, areas in mm^2; [`Nonlinear`](crate::model::Nonlinear) says what they mean.
+#[derive(Debug, Clone, Copy)]
+pub struct ValveLaw<S> {
+    /// Area the fill port closes to.
+    pub leak_in: S,
+    /// Area the vent port closes to.
+    pub leak_out: S,
+    /// Opening of the fill port per unit of drive.
+    pub gain_in: S,
+    /// Opening of the vent port per unit of drive.
+    pub gain_out: S,
+    /// Fill drive at which the fill port opens.
+    pub threshold_in: S,
+    /// Vent drive at which the vent port opens.
+    pub threshold_out: S,
+    /// Width of the corners.
+    pub corner: S,
+}
+
+/// How a regulator answers: `dp/dt = speed (beta command - alpha p)`.
+#[derive(Debug, Clone, Copy)]
+pub struct RegulatorLaw<S> {
+    /// Speed while the pressure rises, 1 in the base model.
+    pub rising: S,
+    /// Speed while it falls.
+    pub falling: S,
+    /// Added to the command, Pa.
+    pub offset_pa: S,
+    /// Largest rate of the pressure, Pa/s.
+    pub slew_pa_s: Option<S>,
+}
+
+/// The two ports' effective areas, mm^2.
+#[derive(Debug, Clone, Copy)]
+pub struct Areas<S> {
+    /// Supply to chamber.
+    pub fill: S,
+    /// Chamber to air.
+    pub vent: S,
+}
+
+/// A chamber's relative volume: what multiplies the geometric volume.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch<S> {
+    /// Volume over geometric volume.
+    pub factor: S,
+    /// Its rate by itself, 1/s.
+    pub rate: S,
+    /// Its derivative by the chamber's pressure, 1/Pa.
+    pub by_pressure: S,
+}
+
+/// The parts of a channel an effect can replace as a whole.
+#[derive(Debug, Clone, Copy)]
+pub struct Structure<S> {
+    /// Critical ratio and subsonic exponent, instead of the rig's.
+    pub flow_function: Option<(S, S)>,
+    /// Time constant of the gas temperature at ambient pressure, s.
+    pub heat_time_constant_s: Option<S>,
+    /// Tube between valve and chamber: area of its orifice over the fill port's gain, and its volume over the chamber's.
+    pub line: Option<(S, S)>,
+}
+
+/// An effect at work in the simulation of one channel. Every method passes its argument through by default.
+///
+/// `drive` to `sense` are called once a step, in this order; `sample` once a row.
+#[allow(unused_variables)]
+pub trait Hook<S: Scalar> {
+    /// Forgets the past: a new stretch of rows begins.
+    fn reset(&mut self) {}
+
+    /// Replaces parts of the channel; called once, before the simulation.
+    fn structure(&self, structure: &mut Structure<S>) {}
+
+    /// The drive that reaches valve number `valve` (0: the spool or the fill valve, 1: the vent valve), mean over the step.
+    fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
+        drive
+    }
+
+    /// Changes the law of the valve.
+    fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {}
+
+    /// Changes the law of a regulator.
+    fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {}
+
+    /// Changes the areas of the ports.
+    fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {}
+
+    /// The supply pressure at this channel's valve, absolute, Pa. `areas` and `pressure` (chamber, absolute, Pa) are those of this step.
+    fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
+        supply
+    }
+
+    /// Changes the volume, at an absolute chamber pressure in Pa.
+    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {}
+
+    /// What the sensor delivers, gauge, Pa, at the end of the step.
+    fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
+        gauge
+    }
+
+    /// What is recorded in row `row`, gauge, Pa.
+    fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+        reading
+    }
+}

@@ -1,0 +1,118 @@
+//! What the catalogue says about an effect.
+
+use crate::model::Scale;
+
+/// How far one set of an effect's parameters reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// Each channel has its own: valves, chambers, sensors.
+    Channel,
+    /// One thing that all channels share: the supply.
+    Rig,
+}
+
+/// In which of the two questions an effect is a possible answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// Which physical effect does the model lack? Asked after the base model was fitted to the recording.
+    Structure,
+    /// Which calibrated parameter has moved? Asked against a reference; the fit of a recording absorbs it.
+    Change,
+}
+
+/// Which base models it makes sense for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Domain {
+    /// A valve and a chamber.
+    Valve,
+    /// A pressure regulator with its own loop.
+    Regulator,
+    /// Both; of a regulator, the command takes the place of the drive.
+    Both,
+}
+
+/// One parameter of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectParameter {
+    /// Name in reports and files, unique within the effect.
+    pub name: &'static str,
+    /// Unit, `1` when it has none.
+    pub unit: &'static str,
+    /// Smallest value that is fitted.
+    pub lower: f64,
+    /// Largest value that is fitted.
+    pub upper: f64,
+    /// Value at which the effect is absent (as closely as the bounds allow).
+    pub null: f64,
+    /// Scale of fitting.
+    pub scale: Scale,
+    /// What it means, in a few words.
+    pub meaning: &'static str,
+}
+
+impl EffectParameter {
+    /// A parameter fitted as it is; the range is (lower, null, upper).
+    #[must_use]
+    pub const fn linear(
+        name: &'static str,
+        unit: &'static str,
+        (lower, null, upper): (f64, f64, f64),
+        meaning: &'static str,
+    ) -> Self {
+        Self { name, unit, lower, upper, null, scale: Scale::Linear, meaning }
+    }
+
+    /// A positive parameter fitted by its logarithm; the range is (lower, null, upper).
+    #[must_use]
+    pub const fn logarithmic(
+        name: &'static str,
+        unit: &'static str,
+        (lower, null, upper): (f64, f64, f64),
+        meaning: &'static str,
+    ) -> Self {
+        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, meaning }
+    }
+}
+
+/// An entry of the catalogue.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectInfo {
+    /// Name in reports and files.
+    pub id: &'static str,
+    /// Name for people.
+    pub title: &'static str,
+    /// The physics in a sentence or two.
+    pub physics: &'static str,
+    /// The equation that is simulated.
+    pub equation: &'static str,
+    /// Where the equation comes from.
+    pub source: &'static str,
+    /// Which question it answers.
+    pub question: Question,
+    /// Where it makes sense.
+    pub domain: Domain,
+    /// One for the rig or one a channel.
+    pub reach: Reach,
+    /// The parameters, in the order in which they are installed.
+    pub parameters: &'static [EffectParameter],
+    /// Values at which the effect is tried: one inner slice per probe, one value per parameter. Empty when the probes are
+    /// computed from the recording.
+    pub probes: &'static [&'static [f64]],
+    /// Effects it is easily confused with.
+    pub rivals: &'static [&'static str],
+    /// The excitation that tells it from them.
+    pub separated_by: &'static str,
+    /// Smallest value of the first parameter (distance from null) worth naming, in its unit: below it the recording's own
+    /// timing and rounding can look the same.
+    pub smallest: f64,
+    /// What a person at the rig looks at first when this is named.
+    pub check: &'static str,
+}
+
+impl EffectInfo {
+    /// Position of a parameter by name.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|p| p.name == name)
+    }
+}

@@ -1,0 +1,21 @@
+//! The catalogue of physical effects, and the simulation of a channel with any of them at work.
+//!
+//! * [`catalogue`]: one file per effect: what it is, its parameters, its rivals, and its [`Hook`];
+//! * [`simulate()`]: the base model with hooks, over plain numbers or with exact derivatives.
+//!
+//! A new effect is a new file in `catalogue/` and one line in its list.
+
+pub mod catalogue;
+mod chamber;
+mod hook;
+mod info;
+mod inputs;
+mod plant;
+mod simulate;
+
+pub use chamber::HEAT_REFERENCE_PA;
+pub use hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
+pub use inputs::{ChannelInputs, DriveInput};
+pub use plant::{BoardLoop, Kind, Plant};
+pub use simulate::{Row, simulate};

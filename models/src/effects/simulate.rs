@@ -1,0 +1,235 @@
+//! One channel simulated with effects: the loop over rows and steps.
+
+use super::catalogue::AnyEffect;
+use super::chamber::{Chamber, Conditions};
+use super::hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+use super::inputs::{ChannelInputs, DriveInput};
+use super::plant::{BoardLoop, Kind, Plant};
+use crate::model::smooth_corner;
+use crate::numeric::Scalar;
+
+/// What a simulation says about one row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<S> {
+    /// Row number.
+    pub row: usize,
+    /// What the sensor is expected to report at the row's time, gauge, Pa.
+    pub reading: S,
+    /// Drive over the interval that starts here (mean), -1 to 1 (fill minus vent where there are two valves).
+    pub drive: f64,
+    /// Mass flow drawn from the supply over that interval (mean), mm^2 Pa.
+    pub draw: f64,
+}
+
+/// Runs the channel through all rows and hands each row's outcome to `each`.
+///
+/// `base` are the base model's parameters in the order of [`Plant::parameters`].
+pub fn simulate<S: Scalar<Real = f64>>(
+    plant: &Plant,
+    base: &[S],
+    effects: &mut [AnyEffect<S>],
+    inputs: &ChannelInputs,
+    mut each: impl FnMut(Row<S>),
+) {
+    let mut structure = Structure { flow_function: None, heat_time_constant_s: None, line: None };
+    for effect in effects.iter() {
+        effect.structure(&mut structure);
+    }
+    let mut run = Run {
+        plant,
+        base,
+        inputs,
+        chamber: Chamber::new(plant, structure),
+        reading: S::zero(),
+        filtered: S::zero(),
+    };
+    let mut next_start = 0;
+    for row in 0..inputs.rows() {
+        if inputs.starts.get(next_start) == Some(&row) {
+            next_start += 1;
+            for effect in effects.iter_mut() {
+                effect.reset();
+            }
+            run.start(row);
+        }
+        let mut reading = run.report();
+        for effect in effects.iter_mut() {
+            reading = effect.sample(inputs, row, reading);
+        }
+        let (drive, draw) = run.interval(row, effects);
+        each(Row { row, reading, drive, draw });
+    }
+}
+
+struct Run<'a, S: Scalar> {
+    plant: &'a Plant,
+    base: &'a [S],
+    inputs: &'a ChannelInputs,
+    chamber: Chamber<S>,
+    /// What the sensor delivers now, gauge, Pa.
+    reading: S,
+    /// The board's filtered sample, gauge, Pa.
+    filtered: S,
+}
+
+impl<S: Scalar<Real = f64>> Run<'_, S> {
+    fn start(&mut self, row: usize) {
+        let measured = self.inputs.measured_pa[row];
+        self.chamber.start(S::constant(measured));
+        self.reading = S::constant(measured - self.inputs.ambient_pa);
+        self.filtered = self.reading;
+    }
+
+    /// What the board reports: the filtered pressure where it filters.
+    fn report(&self) -> S {
+        match (&self.inputs.drive, &self.plant.board) {
+            (DriveInput::Controlled, Some(board)) if board.filter > 0.0 => self.filtered,
+            _ => self.reading,
+        }
+    }
+
+    fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
+        let inputs = self.inputs;
+        let interval = inputs.interval_s[row];
+        let controlled = match &inputs.drive {
+            DriveInput::Controlled => self.plant.board.as_ref(),
+            _ => None,
+        };
+        let steps = match controlled {
+            Some(board) => board.ticks(interval),
+            None => self.plant.steps(interval),
+        };
+        let length_s = interval / steps as f64;
+        let (mut mean_drive, mut mean_draw) = (0.0, 0.0);
+        for k in 0..steps {
+            let time_s = inputs.time_s[row] + (k as f64 + 0.5) * length_s;
+            let step = Step { row, time_s, length_s, inputs };
+            let (mut fill, mut vent) = match (&inputs.drive, controlled) {
+                (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
+                (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
+                (DriveInput::Controlled, Some(board)) => {
+                    let u = self.control(board, inputs.command_pa[row] - inputs.ambient_pa);
+                    (u, -u)
+                }
+                (DriveInput::Controlled | DriveInput::Command, _) => {
+                    let u = (inputs.command_pa[row] - inputs.ambient_pa) / self.plant.command_range_pa;
+                    (S::constant(u), S::constant(-u))
+                }
+            };
+            let separate = matches!(inputs.drive, DriveInput::Separate { .. });
+            mean_drive += if separate { fill.real() - vent.real() } else { fill.real() };
+            for effect in effects.iter_mut() {
+                fill = effect.drive(&step, 0, fill);
+                if separate {
+                    vent = effect.drive(&step, 1, vent);
+                }
+            }
+            if !separate {
+                vent = -fill;
+            }
+            let draw = match self.plant.kind {
+                Kind::Nonlinear(_) => self.nonlinear_step(&step, fill, vent, effects),
+                Kind::Linear => {
+                    self.linear_step(&step, fill, effects);
+                    0.0
+                }
+            };
+            mean_draw += draw;
+            let mut reading = self.chamber.port().plus(-inputs.ambient_pa);
+            for effect in effects.iter_mut() {
+                reading = effect.sense(&step, reading);
+            }
+            self.reading = reading;
+        }
+        (mean_drive / steps as f64, mean_draw / steps as f64)
+    }
+
+    /// One loop of the board's controller. The converter's rounding is left out: the sensor's noise of about half a count
+    /// dithers it, so that its mean is the straight line.
+    fn control(&mut self, board: &BoardLoop, command: f64) -> S {
+        let sample = self.reading.max(S::constant(board.lowest_pa));
+        let previous = self.filtered;
+        self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
+        let command = command.clamp(board.lowest_pa, board.highest_pa);
+        let error = -self.filtered.plus(-command);
+        let change = self.filtered - previous;
+        let one = S::constant(1.0);
+        (error.times(board.gain_per_pa) - change.times(board.damping_per_pa)).min(one).max(-one)
+    }
+
+    fn law(&self) -> ValveLaw<S> {
+        let p = self.base;
+        if self.plant.separate() {
+            ValveLaw {
+                leak_in: p[0],
+                leak_out: p[1],
+                gain_in: p[2],
+                gain_out: p[3],
+                threshold_in: p[4],
+                threshold_out: p[5],
+                corner: p[6],
+            }
+        } else {
+            ValveLaw {
+                leak_in: p[0],
+                leak_out: p[1],
+                gain_in: p[2],
+                gain_out: p[2],
+                threshold_in: p[3],
+                threshold_out: -p[4],
+                corner: p[5],
+            }
+        }
+    }
+
+    fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
+        let inputs = self.inputs;
+        let mut law = self.law();
+        for effect in effects.iter_mut() {
+            effect.valve(step, &mut law);
+        }
+        let mut areas = Areas {
+            fill: law.leak_in + smooth_corner(law.gain_in * (fill - law.threshold_in) - law.leak_in, law.corner),
+            vent: law.leak_out + smooth_corner(law.gain_out * (vent - law.threshold_out) - law.leak_out, law.corner),
+        };
+        let pressure = self.chamber.pressure();
+        let mut stretch = Stretch { factor: S::constant(1.0), rate: S::zero(), by_pressure: S::zero() };
+        let mut supply = S::constant(inputs.supply_pa[step.row]);
+        for effect in effects.iter_mut() {
+            effect.areas(step, &mut areas);
+            supply = effect.supply(step, supply, &areas, pressure);
+            effect.stretch(step, pressure, &mut stretch);
+        }
+        let volume = inputs.volume_m3[step.row];
+        let weight = self.base[self.plant.volume_weight()];
+        let conditions = Conditions {
+            areas,
+            supply,
+            volume_m3: volume,
+            open_area: law.gain_in,
+            expansion: weight.times(inputs.volume_rate_m3_s[step.row] / volume),
+            stretch,
+        };
+        self.chamber.advance(step.length_s, &conditions)
+    }
+
+    fn linear_step(&mut self, step: &Step<'_>, drive: S, effects: &mut [AnyEffect<S>]) {
+        let one = S::constant(1.0);
+        let mut law = RegulatorLaw { rising: one, falling: one, offset_pa: S::zero(), slew_pa_s: None };
+        for effect in effects.iter_mut() {
+            effect.regulator(step, &mut law);
+        }
+        let (alpha, beta) = (self.base[0], self.base[1]);
+        let gauge = self.chamber.pressure().plus(-self.inputs.ambient_pa);
+        let driven = beta * (drive.times(self.plant.command_range_pa) + law.offset_pa);
+        let speed = S::select(driven.less(gauge * alpha), law.falling, law.rising);
+        let decay = (-(alpha * speed).times(step.length_s)).exp();
+        let target = driven / alpha;
+        let mut next = target + (gauge - target) * decay;
+        if let Some(slew) = law.slew_pa_s {
+            let most = slew.times(step.length_s);
+            next = gauge + (next - gauge).min(most).max(-most);
+        }
+        self.chamber.set(next.plus(self.inputs.ambient_pa));
+    }
+}
