@@ -1,1 +1,60 @@
 //! The RP2040 as far as PneuDrive's firmware uses it, in virtual time.
+//!
+//! [`Chip`] loads the firmware's ELF file unchanged and runs it instruction by instruction. Nothing here reads a
+//! clock: [`Chip::run_until`] takes the time to run to in [`Ticks`] of 8 ns, and between two calls the caller moves
+//! bytes, levels and voltages in and out through the methods of [`Chip`].
+//!
+//! # What is modelled
+//!
+//! - The Cortex-M0+ core 0: all of ARMv6-M, NVIC with priorities and preemption, SysTick, WFE/WFI/SEV, HardFault and
+//!   lockup, the cycle counts of ARM's technical reference manual and the wait states of the APB bridge.
+//! - UART0 and UART1 with FIFOs, interrupts, DMA requests, error bits and exact character times; DMA with chaining,
+//!   rings, all four alias blocks and pacing; ADC with round robin and FIFO; PWM with double-buffered real counters;
+//!   TIMER; WATCHDOG; SIO with spinlocks and divider; IO_BANK0 with overrides and pin interrupts; PADS_BANK0 with pulls;
+//!   RESETS; the clock tree from the oscillators to every consumer.
+//! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC, both PLLs, VREG, PSM; I2C
+//!   and SPI without a bus behind them, SYSINFO, SYSCFG, TBMAN.
+//! - Time is exact: every counter is computed from an exact fraction of its clock, whatever clocks the firmware sets.
+//!
+//! # What is not
+//!
+//! - **Boot.** The boot ROM and boot2 do not run; the core starts at the vector table at 0x1000_0100, at 6.5 MHz from the
+//!   ring oscillator. On the board the boot ROM adds some milliseconds before it. There is no ROM image: calls of its
+//!   functions (fast floating point, flash programming) fault, reads give zero and are reported.
+//! - **XIP cache.** Every fetch from flash hits. A cold miss costs about a microsecond on the chip, so figures for code
+//!   that runs rarely are too low. Writing to flash is not possible.
+//! - **Bus contention** between the core and the DMA, and the DMA's own latency beyond one transfer a cycle.
+//! - **Core 1**, USB, PIO, RTC, the interpolators, the DMA sniffer, the MPU, unprivileged mode, NMI, debug, sleep and
+//!   dormant modes (power, not behaviour), the striping of SRAM and the aliases of its banks.
+//! - UART flow control, loopback and IrDA; PWM inputs; the reception of bytes at a wrong baud rate; sub-bit jitter of
+//!   the start bit; analogue effects of the ADC; tail-chaining (a handler that follows another directly starts some
+//!   ten cycles late).
+//! - Before a peripheral's reset has been released its registers are not there, as on the chip.
+//!
+//! Whatever the firmware touches of the second list is in [`Chip::unmodelled_accesses`]: a test that trusts the emulation
+//! asserts that this list is empty.
+//!
+//! # Navigating
+//!
+//! `cortex_m0/` is the core, one file per encoding class of the architecture manual; `peripherals/` one file per
+//! peripheral of the datasheet; `bus/` joins them: address map, events, DMA transfers, clocks, pins. `chip.rs` runs
+//! it, `wires.rs` is the outside of the package.
+
+mod bus;
+mod chip;
+mod cortex_m0;
+mod image;
+mod peripherals;
+mod report;
+mod rtt;
+mod ticks;
+mod wires;
+
+pub use bus::{Edge, Level};
+pub use chip::Chip;
+pub use image::ElfError;
+pub use peripherals::adc::Conversions;
+pub use peripherals::uart::{LineErrors, Transmitted};
+pub use report::{Access, Concern, Fault, HardFault, Reset, ResetReason, UnmodelledAccess};
+pub use ticks::Ticks;
+pub use wires::PINS;

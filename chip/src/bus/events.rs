@@ -1,0 +1,92 @@
+//! What peripherals do by themselves, and the interrupt lines.
+
+use super::Bus;
+use crate::ticks::Ticks;
+
+/// Interrupt numbers (2.3.2).
+mod irq {
+    pub const TIMER_IRQ_0: u32 = 0;
+    pub const PWM_IRQ_WRAP: u32 = 4;
+    pub const DMA_IRQ_0: u32 = 11;
+    pub const DMA_IRQ_1: u32 = 12;
+    pub const IO_IRQ_BANK0: u32 = 13;
+    pub const UART0_IRQ: u32 = 20;
+    pub const UART1_IRQ: u32 = 21;
+    pub const ADC_IRQ_FIFO: u32 = 22;
+}
+
+impl Bus {
+    /// Does everything due up to now, in order of time.
+    pub fn advance(&mut self) {
+        while self.next_event <= self.now {
+            let at = self.next_event;
+            for (number, uart) in self.uarts.iter_mut().enumerate() {
+                if uart.next_event() <= at {
+                    uart.advance(at, self.pins.uart_receives(number));
+                }
+            }
+            self.adc.advance(at);
+            self.timer.advance(at);
+            self.watchdog.advance(at);
+            self.pwm.advance(at);
+            self.dma.advance(at);
+            self.pace_dma_by_pwm();
+            self.run_dma(at);
+            if self.pins.watches_pwm() {
+                self.update_pins_at(at);
+            }
+            if let Some(reason) = self.watchdog.take_reset() {
+                self.reset_request = Some(reason);
+            }
+            self.update_interrupt_lines();
+            self.reschedule();
+        }
+    }
+
+    /// After a register access: lets DMA answer new requests, and sets lines and the next event right.
+    pub(super) fn settle(&mut self) {
+        let now = self.now;
+        self.pace_dma_by_pwm();
+        self.run_dma(now);
+        if let Some(reason) = self.watchdog.take_reset() {
+            self.reset_request = Some(reason);
+            // Makes the run loop look.
+            self.next_event = Ticks::ZERO;
+        }
+        self.update_interrupt_lines();
+        self.reschedule();
+    }
+
+    /// Something outside changed: a byte on a wire, a pin.
+    pub fn outside_changed(&mut self) {
+        self.update_interrupt_lines();
+        self.reschedule();
+    }
+
+    fn reschedule(&mut self) {
+        let uarts = self.uarts[0].next_event().min(self.uarts[1].next_event());
+        self.next_event = uarts
+            .min(self.adc.next_event())
+            .min(self.timer.next_event())
+            .min(self.watchdog.next_event())
+            .min(self.pwm.next_event())
+            .min(self.dma.next_event())
+            .min(self.next_dma_transfer());
+    }
+
+    pub(super) fn update_interrupt_lines(&mut self) {
+        let line = |raised: bool, number: u32| u32::from(raised) << number;
+        let lines = self.timer.interrupts() << irq::TIMER_IRQ_0
+            | line(self.pwm.interrupt(), irq::PWM_IRQ_WRAP)
+            | line(self.dma.interrupt(0), irq::DMA_IRQ_0)
+            | line(self.dma.interrupt(1), irq::DMA_IRQ_1)
+            | line(self.io.interrupt(), irq::IO_IRQ_BANK0)
+            | line(self.uarts[0].interrupt(), irq::UART0_IRQ)
+            | line(self.uarts[1].interrupt(), irq::UART1_IRQ)
+            | line(self.adc.interrupt(), irq::ADC_IRQ_FIFO);
+        let rising = lines & !self.interrupt_lines;
+        self.interrupt_lines = lines;
+        self.interrupt_edges |= rising;
+        self.interrupts_changed |= rising != 0;
+    }
+}

@@ -1,0 +1,188 @@
+//! The address map (2.2) and the accesses of core and DMA.
+
+use super::Bus;
+use crate::report::{Access, Concern, Fault};
+
+/// Flash through the XIP cache, and its three aliases that differ in caching only.
+const XIP: u32 = 0x1000_0000;
+const XIP_END: u32 = 0x1400_0000;
+const XIP_OFFSET: u32 = 0x00ff_ffff;
+/// The six SRAM banks, the first four striped (2.6.2).
+const SRAM: u32 = 0x2000_0000;
+pub(crate) const SRAM_SIZE: usize = 264 * 1024;
+
+/// Peripherals behind the APB bridge from 0x4000_0000, on the AHB-Lite from 0x5000_0000.
+const PERIPHERALS: u32 = 0x4000_0000;
+const PERIPHERALS_END: u32 = 0x6000_0000;
+/// XIP control, SSI and streaming registers.
+const XIP_CONTROL: u32 = 0x1400_0000;
+const XIP_CONTROL_END: u32 = 0x2000_0000;
+/// The single-cycle IO port.
+const SIO: u32 = 0xd000_0000;
+const SIO_END: u32 = 0xd000_1000;
+const ROM_END: u32 = 0x0000_4000;
+
+/// What SRAM holds at power-on. The chip's content is random; a fixed pattern that is neither zero nor a small number
+/// shows reads of memory that was never written.
+const POWER_ON_BYTE: u8 = 0xa5;
+
+pub(super) fn power_on_sram() -> Vec<u8> {
+    vec![POWER_ON_BYTE; SRAM_SIZE]
+}
+
+/// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port, and at least four cycles of bus
+/// for a read and five for a write behind the APB bridge (2.1.3) instead of one.
+#[inline]
+pub(crate) fn access_cycles(address: u32, write: bool) -> u32 {
+    match address >> 28 {
+        0x4 if write => 6,
+        0x4 => 5,
+        0xd => 1,
+        _ => 2,
+    }
+}
+
+impl Bus {
+    /// The bytes at an address in SRAM.
+    #[inline]
+    fn sram<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        let start = address.wrapping_sub(SRAM) as usize;
+        self.sram.get(start..)?.first_chunk().copied()
+    }
+
+    #[inline]
+    fn sram_mut<const N: usize>(&mut self, address: u32) -> Option<&mut [u8; N]> {
+        let start = address.wrapping_sub(SRAM) as usize;
+        self.sram.get_mut(start..)?.first_chunk_mut()
+    }
+
+    /// The bytes at an address in flash. What the image does not fill reads as erased flash.
+    #[inline]
+    fn flash<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        if !(XIP..XIP_END).contains(&address) {
+            return None;
+        }
+        let start = (address & XIP_OFFSET) as usize;
+        Some(self.flash.get(start..).and_then(|f| f.first_chunk().copied()).unwrap_or([0xff; N]))
+    }
+
+    #[inline]
+    fn memory<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        self.sram(address).or_else(|| self.flash(address))
+    }
+
+    /// An instruction.
+    #[inline]
+    pub fn fetch(&mut self, address: u32) -> Result<u16, Fault> {
+        match self.flash(address).or_else(|| self.sram(address)) {
+            Some(bytes) => Ok(u16::from_le_bytes(bytes)),
+            None => Err(Fault::Bus(address)),
+        }
+    }
+
+    #[inline]
+    pub fn read32(&mut self, address: u32) -> Result<u32, Fault> {
+        if address & 3 != 0 {
+            return Err(Fault::Unaligned(address));
+        }
+        match self.memory(address) {
+            Some(bytes) => Ok(u32::from_le_bytes(bytes)),
+            None => self.read_device(address),
+        }
+    }
+
+    #[inline]
+    pub fn read16(&mut self, address: u32) -> Result<u16, Fault> {
+        if address & 1 != 0 {
+            return Err(Fault::Unaligned(address));
+        }
+        match self.memory(address) {
+            Some(bytes) => Ok(u16::from_le_bytes(bytes)),
+            None => Ok((self.read_device(address & !3)? >> (8 * (address & 2))) as u16),
+        }
+    }
+
+    #[inline]
+    pub fn read8(&mut self, address: u32) -> Result<u8, Fault> {
+        match self.memory(address) {
+            Some([byte]) => Ok(byte),
+            None => Ok((self.read_device(address & !3)? >> (8 * (address & 3))) as u8),
+        }
+    }
+
+    #[inline]
+    pub fn write32(&mut self, address: u32, value: u32) -> Result<(), Fault> {
+        if address & 3 != 0 {
+            return Err(Fault::Unaligned(address));
+        }
+        match self.sram_mut(address) {
+            Some(bytes) => *bytes = value.to_le_bytes(),
+            None => self.write_device(address, value)?,
+        }
+        Ok(())
+    }
+
+    /// A narrow write to a peripheral puts the value on all lanes: the register is written as a whole (2.1.4).
+    #[inline]
+    pub fn write16(&mut self, address: u32, value: u16) -> Result<(), Fault> {
+        if address & 1 != 0 {
+            return Err(Fault::Unaligned(address));
+        }
+        match self.sram_mut(address) {
+            Some(bytes) => *bytes = value.to_le_bytes(),
+            None => self.write_device(address & !3, u32::from(value) * 0x0001_0001)?,
+        }
+        Ok(())
+    }
+
+    #[inline]
+    pub fn write8(&mut self, address: u32, value: u8) -> Result<(), Fault> {
+        match self.sram_mut(address) {
+            Some(byte) => *byte = [value],
+            None => self.write_device(address & !3, u32::from(value) * 0x0101_0101)?,
+        }
+        Ok(())
+    }
+
+    fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
+        match address {
+            SIO..SIO_END => Ok(self.read_sio(address)),
+            PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),
+            // There is no boot ROM image, and nothing behind the flash controller's registers.
+            0..ROM_END | XIP_CONTROL..XIP_CONTROL_END => {
+                self.note_unmodelled(address, Access::Read, Concern::NotModelled);
+                Ok(0)
+            }
+            _ => Err(Fault::Bus(address)),
+        }
+    }
+
+    fn write_device(&mut self, address: u32, value: u32) -> Result<(), Fault> {
+        match address {
+            SIO..SIO_END => self.write_sio(address, value),
+            PERIPHERALS..PERIPHERALS_END => self.write_register(address, value),
+            XIP_CONTROL..XIP_CONTROL_END => {
+                self.note_unmodelled(address, Access::Write, Concern::NotModelled)
+            }
+            _ => return Err(Fault::Bus(address)),
+        }
+        Ok(())
+    }
+
+    /// A byte of flash or SRAM without side effects.
+    pub fn peek(&self, address: u32) -> Option<u8> {
+        self.memory(address).map(|[byte]| byte)
+    }
+
+    /// Copies a program's initial RAM contents, or a test's.
+    pub fn load_sram(&mut self, address: u32, bytes: &[u8]) -> Result<(), Fault> {
+        let start = address.wrapping_sub(SRAM) as usize;
+        match self.sram.get_mut(start..).and_then(|sram| sram.get_mut(..bytes.len())) {
+            Some(target) => {
+                target.copy_from_slice(bytes);
+                Ok(())
+            }
+            None => Err(Fault::Bus(address)),
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Everything outside the core: time, memories, peripherals, pins, interrupt lines.
+//!
+//! - `memory.rs`: the address map and accesses of the core and the DMA;
+//! - `registers.rs`: which peripheral answers where, and what a register access sets in motion;
+//! - `events.rs`: what peripherals do by themselves as time goes on;
+//! - `dma_engine.rs`: DMA requests and transfers;
+//! - `clock_tree.rs`: frequencies from the oscillators to every consumer;
+//! - `pins.rs`: what stands on the pins.
+
+mod clock_tree;
+mod dma_engine;
+mod events;
+mod memory;
+mod pins;
+mod registers;
+mod resets;
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use crate::peripherals::adc::Adc;
+use crate::peripherals::clocks::Clocks;
+use crate::peripherals::dma::Dma;
+use crate::peripherals::gpio::IoBank;
+use crate::peripherals::pads::Pads;
+use crate::peripherals::pll::Pll;
+use crate::peripherals::psm::Psm;
+use crate::peripherals::pwm::Pwm;
+use crate::peripherals::resets::Resets;
+use crate::peripherals::rosc::Rosc;
+use crate::peripherals::sio::Sio;
+use crate::peripherals::storage::{self, Storage};
+use crate::peripherals::timer::Timer;
+use crate::peripherals::uart::Uart;
+use crate::peripherals::vreg::Vreg;
+use crate::peripherals::watchdog::Watchdog;
+use crate::peripherals::xosc::Xosc;
+use crate::report::{Access, Concern, ResetReason, UnmodelledLog};
+use crate::ticks::{Rate, Ticks};
+
+use clock_tree::CycleClock;
+use dma_engine::DmaEngine;
+pub(crate) use memory::access_cycles;
+use pins::PinState;
+pub use pins::{Edge, Level};
+
+/// The whole chip but the core.
+#[derive(Clone, Debug)]
+pub(crate) struct Bus {
+    /// Virtual time.
+    pub now: Ticks,
+    /// The interrupt lines, or something else the core must look at before its next instruction, changed.
+    pub interrupts_changed: bool,
+    /// The core's own timer changed: its next event must be asked for again.
+    pub reschedule_core: bool,
+    /// The processor clock or the 1 us tick changed.
+    pub clocks_changed: bool,
+    interrupt_lines: u32,
+    interrupt_edges: u32,
+    /// When a peripheral next does something by itself.
+    next_event: Ticks,
+    cycle_clock: CycleClock,
+    flash: Arc<[u8]>,
+    sram: Vec<u8>,
+    reset_request: Option<ResetReason>,
+    unmodelled: UnmodelledLog,
+    pins: PinState,
+    dma_engine: DmaEngine,
+
+    pub(crate) uarts: [Uart; 2],
+    pub(crate) adc: Adc,
+    pub(crate) pwm: Pwm,
+    sio: Sio,
+    io: IoBank,
+    pads: Pads,
+    dma: Dma,
+    timer: Timer,
+    watchdog: Watchdog,
+    clocks: Clocks,
+    resets: Resets,
+    psm: Psm,
+    xosc: Xosc,
+    rosc: Rosc,
+    pll_sys: Pll,
+    pll_usb: Pll,
+    vreg: Vreg,
+    i2c: [Storage; 2],
+    spi: [Storage; 2],
+    sysinfo: Storage,
+    syscfg: Storage,
+    tbman: Storage,
+}
+
+impl Bus {
+    /// A chip with `flash` at 0x1000_0000, just powered.
+    pub fn new(flash: Arc<[u8]>) -> Bus {
+        let mut bus = Bus {
+            now: Ticks::ZERO,
+            interrupts_changed: true,
+            reschedule_core: true,
+            clocks_changed: true,
+            interrupt_lines: 0,
+            interrupt_edges: 0,
+            next_event: Ticks::NEVER,
+            cycle_clock: CycleClock::default(),
+            flash,
+            sram: memory::power_on_sram(),
+            reset_request: None,
+            unmodelled: UnmodelledLog::default(),
+            pins: PinState::default(),
+            dma_engine: DmaEngine::default(),
+            uarts: Default::default(),
+            adc: Adc::default(),
+            pwm: Pwm::default(),
+            sio: Sio::default(),
+            io: IoBank::default(),
+            pads: Pads::default(),
+            dma: Dma::default(),
+            timer: Timer::default(),
+            watchdog: Watchdog::default(),
+            clocks: Clocks::default(),
+            resets: Resets::default(),
+            psm: Psm::default(),
+            xosc: Xosc::default(),
+            rosc: Rosc::default(),
+            pll_sys: Pll::default(),
+            pll_usb: Pll::default(),
+            vreg: Vreg::default(),
+            i2c: [Storage::new(storage::I2C), Storage::new(storage::I2C)],
+            spi: [Storage::new(storage::SPI), Storage::new(storage::SPI)],
+            sysinfo: Storage::new(storage::SYSINFO),
+            syscfg: Storage::new(storage::SYSCFG),
+            tbman: Storage::new(storage::TBMAN),
+        };
+        bus.update_clocks();
+        bus.update_pins();
+        bus.settle();
+        bus
+    }
+
+    /// When a peripheral next does something by itself.
+    pub fn next_event(&self) -> Ticks {
+        self.next_event
+    }
+
+    /// The interrupt lines as they are now, bit n for IRQ n.
+    pub fn interrupt_lines(&self) -> u32 {
+        self.interrupt_lines
+    }
+
+    /// Lines that rose since the last call.
+    pub fn take_interrupt_edges(&mut self) -> u32 {
+        std::mem::take(&mut self.interrupt_edges)
+    }
+
+    /// The reset a peripheral asks for, once.
+    pub fn take_reset_request(&mut self) -> Option<ResetReason> {
+        self.reset_request.take()
+    }
+
+    /// Moves time on by processor cycles.
+    #[inline]
+    pub fn spend_cycles(&mut self, cycles: u32) {
+        self.now += self.cycle_clock.ticks(cycles);
+    }
+
+    /// clk_sys, which is the processor's clock.
+    pub fn processor_rate(&self) -> Rate {
+        self.cycle_clock.rate()
+    }
+
+    /// The watchdog's tick, the reference clock of SysTick.
+    pub fn tick_rate(&self) -> Rate {
+        match self.watchdog.tick_cycles() {
+            Some(cycles) => {
+                let (numerator, denominator) = self.clk_ref();
+                Rate::hertz(numerator, denominator * cycles)
+            }
+            None => Rate::STOPPED,
+        }
+    }
+
+    pub fn note_unmodelled(&mut self, address: u32, access: Access, concern: Concern) {
+        self.unmodelled.note(address, access, concern);
+    }
+
+    pub fn unmodelled(&self) -> &UnmodelledLog {
+        &self.unmodelled
+    }
+}

@@ -1,0 +1,240 @@
+//! The Cortex-M0+ core: ARMv6-M (ARM DDI 0419) with the cycle counts of the Cortex-M0+ TRM (ARM DDI 0484).
+//!
+//! One file per encoding class of the architecture manual's chapter A5, one for each part of the system control space.
+
+mod alu;
+mod branch;
+mod data_processing;
+mod decode;
+mod exceptions;
+mod load_store;
+mod load_store_multiple;
+mod miscellaneous;
+mod nvic;
+mod shift_add;
+mod special_data;
+mod special_registers;
+mod system_control;
+mod systick;
+mod wide;
+
+#[cfg(test)]
+mod tests;
+
+use crate::bus::Bus;
+use crate::report::{Fault, HardFault};
+use crate::ticks::Ticks;
+
+use exceptions::ActiveExceptions;
+use nvic::Nvic;
+use systick::SysTick;
+
+/// Register numbers with a role.
+const SP: usize = 13;
+const LR: usize = 14;
+const PC: usize = 15;
+
+/// Whether the core executes, and if not, what would make it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Activity {
+    Running,
+    /// After `WFE`.
+    WaitingForEvent,
+    /// After `WFI`.
+    WaitingForInterrupt,
+    /// A HardFault within a HardFault (B1.5.15): only a reset helps.
+    LockedUp,
+}
+
+/// N, Z, C, V of the APSR.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Flags {
+    pub n: bool,
+    pub z: bool,
+    pub c: bool,
+    pub v: bool,
+}
+
+/// The processor's state.
+#[derive(Clone, Debug)]
+pub(crate) struct Core {
+    /// R0 to R12, the stack pointer in use, LR, and in R15 the address of the next instruction.
+    r: [u32; 16],
+    flags: Flags,
+    /// The stack pointer not in use: PSP while the main stack is, MSP while the process stack is.
+    banked_sp: u32,
+    /// CONTROL.SPSEL: thread mode uses the process stack.
+    process_stack: bool,
+    primask: bool,
+    /// IPSR: number of the exception being handled, 0 in thread mode.
+    ipsr: u32,
+    event_register: bool,
+    activity: Activity,
+    active: ActiveExceptions,
+    nvic: Nvic,
+    systick: SysTick,
+    /// VTOR.
+    vector_table: u32,
+    /// SCR.SEVONPEND: an interrupt becoming pending is an event, even if it is disabled.
+    send_event_on_pending: bool,
+    system_reset_requested: bool,
+    counters: Counters,
+}
+
+/// Figures for tests and performance pages; they survive resets.
+#[derive(Clone, Debug)]
+pub(crate) struct Counters {
+    pub instructions: u64,
+    pub cycles: u64,
+    pub lowest_sp: u32,
+    pub hard_faults: u64,
+    pub last_hard_fault: Option<HardFault>,
+    /// Exceptions entered, by exception number (ARMv6-M B1.5.2).
+    pub exceptions: [u64; 48],
+}
+
+impl Default for Counters {
+    fn default() -> Self {
+        Counters {
+            instructions: 0,
+            cycles: 0,
+            lowest_sp: u32::MAX,
+            hard_faults: 0,
+            last_hard_fault: None,
+            exceptions: [0; 48],
+        }
+    }
+}
+
+impl Core {
+    /// A core held in reset; [`Core::reset`] starts it.
+    pub fn new() -> Core {
+        Core {
+            r: [0; 16],
+            flags: Flags::default(),
+            banked_sp: 0,
+            process_stack: false,
+            primask: false,
+            ipsr: 0,
+            event_register: false,
+            activity: Activity::Running,
+            active: ActiveExceptions::default(),
+            nvic: Nvic::default(),
+            systick: SysTick::default(),
+            vector_table: 0,
+            send_event_on_pending: false,
+            system_reset_requested: false,
+            counters: Counters::default(),
+        }
+    }
+
+    /// Takes the reset exception (B1.5.5) with the vector table at `vector_table`.
+    pub fn reset(&mut self, bus: &mut Bus, vector_table: u32) {
+        let counters = std::mem::take(&mut self.counters);
+        *self = Core { counters, vector_table, ..Core::new() };
+        bus.take_interrupt_edges();
+        bus.interrupts_changed = true;
+        match (bus.read32(vector_table), bus.read32(vector_table + 4)) {
+            (Ok(sp), Ok(entry)) => {
+                self.set_sp(sp & !3);
+                self.r[PC] = entry & !1;
+            }
+            _ => self.activity = Activity::LockedUp,
+        }
+    }
+
+    pub fn activity(&self) -> Activity {
+        self.activity
+    }
+
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    pub fn counters_mut(&mut self) -> &mut Counters {
+        &mut self.counters
+    }
+
+    /// Address of the next instruction.
+    pub fn pc(&self) -> u32 {
+        self.r[PC]
+    }
+
+    /// Register `number` (0 to 14; 15 is the address of the next instruction).
+    pub fn register(&self, number: usize) -> u32 {
+        self.r[number]
+    }
+
+    /// True once after AIRCR.SYSRESETREQ was written.
+    pub fn take_system_reset_request(&mut self) -> bool {
+        std::mem::take(&mut self.system_reset_requested)
+    }
+
+    /// When SysTick next reaches zero with its interrupt enabled.
+    pub fn next_event(&self) -> Ticks {
+        self.systick.next_interrupt()
+    }
+
+    /// Does what is due at the bus's time: at present only the SysTick exception becoming pending.
+    pub fn advance(&mut self, bus: &mut Bus) {
+        if self.systick.advance(bus.now) {
+            self.nvic.set_systick_pending(true);
+            bus.interrupts_changed = true;
+        }
+    }
+
+    /// The processor clock or the 1 us tick has changed.
+    pub fn reclock(&mut self, bus: &Bus) {
+        self.systick.restart(bus);
+    }
+
+    /// Executes one instruction or enters one exception, and moves the bus's time on by its cycles.
+    #[inline]
+    pub fn step(&mut self, bus: &mut Bus) {
+        if bus.interrupts_changed && self.take_pending_exception(bus) {
+            return;
+        }
+        let pc = self.r[PC];
+        let result = match bus.fetch(pc) {
+            Ok(opcode) => {
+                self.r[PC] = pc.wrapping_add(2);
+                self.counters.instructions += 1;
+                decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode)
+            }
+            Err(fault) => Err(fault),
+        };
+        match result {
+            Ok(cycles) => self.spend(bus, cycles),
+            Err(fault) => self.hard_fault(bus, pc, fault),
+        }
+    }
+
+    #[inline]
+    fn spend(&mut self, bus: &mut Bus, cycles: u32) {
+        self.counters.cycles += u64::from(cycles);
+        bus.spend_cycles(cycles);
+    }
+
+    /// The value an instruction reads from the PC: its own address + 4 (A5.1.2).
+    #[inline]
+    fn pc_operand(&self) -> u32 {
+        self.r[PC].wrapping_add(2)
+    }
+
+    #[inline]
+    fn set_sp(&mut self, value: u32) {
+        self.r[SP] = value;
+        if value < self.counters.lowest_sp {
+            self.counters.lowest_sp = value;
+        }
+    }
+}
+
+/// Three bits of an opcode as the number of a low register.
+#[inline]
+fn low(opcode: u16, shift: u32) -> usize {
+    usize::from(opcode >> shift & 7)
+}
+
+/// What every instruction returns: its cycles, or why it could not be completed.
+type Outcome = Result<u32, Fault>;
