@@ -90,8 +90,8 @@ impl Chip {
     /// one instruction or exception entry. Whatever the peripherals do at or before `until` has been done.
     pub fn run_until(&mut self, until: Ticks) {
         loop {
-            if self.bus.reschedule_core || self.bus.clocks_changed {
-                self.reschedule_core();
+            if std::mem::take(&mut self.bus.pause_core) {
+                self.look_at_core();
             }
             let due = self.bus.next_event().min(self.core_event);
             if due <= self.bus.now {
@@ -113,19 +113,17 @@ impl Chip {
     /// Instructions until something else has to be looked at.
     fn run_core(&mut self, until: Ticks) {
         let Chip { core, bus, core_event, .. } = self;
-        while bus.now < until && bus.now < bus.next_event() && bus.now < *core_event {
+        let until = until.min(*core_event);
+        while bus.now < until && bus.now < bus.next_event() && !bus.pause_core {
             core.step(bus);
-            if core.activity() != Activity::Running || bus.reschedule_core || bus.clocks_changed {
-                break;
-            }
         }
     }
 
-    fn reschedule_core(&mut self) {
+    /// The core asked to be looked at: its clock or timer changed, or it wants to be reset.
+    fn look_at_core(&mut self) {
         if std::mem::take(&mut self.bus.clocks_changed) {
             self.core.reclock(&self.bus);
         }
-        self.bus.reschedule_core = false;
         self.core_event = self.core.next_event();
         if self.core.take_system_reset_request() {
             self.drain_log();
@@ -151,7 +149,7 @@ impl Chip {
     pub fn next_event(&self) -> Ticks {
         match self.core.activity() {
             Activity::Running => self.bus.now,
-            _ if self.bus.interrupts_changed || self.bus.reschedule_core => self.bus.now,
+            _ if self.bus.interrupts_changed || self.bus.pause_core => self.bus.now,
             _ => self.bus.next_event().min(self.core_event).max(self.bus.now),
         }
     }

@@ -76,10 +76,16 @@ impl Bus {
         for uart in &mut self.uarts {
             uart.set_clock(clk_peri);
         }
-        let tick = self.tick_rate();
-        self.timer.set_tick(tick, now);
-        self.watchdog.set_tick(tick, now);
-        self.clocks_changed = true;
+        self.update_tick();
         running
+    }
+
+    /// Hands the present 1 us tick to the timer and the watchdog.
+    pub(super) fn update_tick(&mut self) {
+        let tick = self.tick_rate();
+        self.timer.set_tick(tick, self.now);
+        self.watchdog.set_tick(tick, self.now);
+        self.clocks_changed = true;
+        self.pause_core = true;
     }
 }

@@ -32,9 +32,7 @@ impl Bus {
             self.dma.advance(at);
             self.pace_dma_by_pwm();
             self.run_dma(at);
-            if self.pins.watches_pwm() {
-                self.update_pins_at(at);
-            }
+            self.update_pwm_pins(at);
             if let Some(reason) = self.watchdog.take_reset() {
                 self.reset_request = Some(reason);
             }

@@ -53,9 +53,9 @@ pub(crate) struct Bus {
     pub now: Ticks,
     /// The interrupt lines, or something else the core must look at before its next instruction, changed.
     pub interrupts_changed: bool,
-    /// The core's own timer changed: its next event must be asked for again.
-    pub reschedule_core: bool,
-    /// The processor clock or the 1 us tick changed.
+    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed.
+    pub pause_core: bool,
+    /// The processor clock or the 1 us tick changed. Sets `pause_core` too.
     pub clocks_changed: bool,
     interrupt_lines: u32,
     interrupt_edges: u32,
@@ -99,7 +99,7 @@ impl Bus {
         let mut bus = Bus {
             now: Ticks::ZERO,
             interrupts_changed: true,
-            reschedule_core: true,
+            pause_core: true,
             clocks_changed: true,
             interrupt_lines: 0,
             interrupt_edges: 0,

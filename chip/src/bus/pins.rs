@@ -36,49 +36,31 @@ pub struct Edge {
 #[derive(Clone, Debug)]
 pub(super) struct PinState {
     outside: [Level; PINS],
-    /// Inputs to the peripherals as last computed.
-    inputs: u32,
     watched: u32,
     seen: [Level; PINS],
     edges: Vec<Edge>,
     /// By UART: some pin is switched to its RX.
     receive_pins: [bool; 2],
-    /// Pins on PWM or UART, which change without anybody writing a register.
-    self_moving: bool,
-    /// Some watched pin, or one with an interrupt, is on PWM.
-    pwm_watched: bool,
+    /// PWM pins that are watched or have an interrupt enabled.
+    pwm_watched: u32,
 }
 
 impl Default for PinState {
     fn default() -> Self {
         PinState {
             outside: [Level::Floating; PINS],
-            inputs: 0,
             watched: 0,
             seen: [Level::Floating; PINS],
             edges: Vec::new(),
             receive_pins: [false; 2],
-            self_moving: false,
-            pwm_watched: false,
+            pwm_watched: 0,
         }
     }
 }
 
 impl PinState {
-    pub fn inputs(&self) -> u32 {
-        self.inputs
-    }
-
     pub fn uart_receives(&self, uart: usize) -> bool {
         self.receive_pins[uart]
-    }
-
-    pub fn inputs_move_by_themselves(&self) -> bool {
-        self.self_moving
-    }
-
-    pub fn watches_pwm(&self) -> bool {
-        self.pwm_watched
     }
 }
 
@@ -129,16 +111,15 @@ impl Bus {
         })
     }
 
-    /// What the input buffers hand on, after INOVER. A floating pin reads low.
-    fn input_levels_at(&self, at: Ticks) -> u32 {
-        (0..PINS).fold(0, |inputs, pin| {
-            let high = self.pads.input_enabled(pin) && self.pin_level(pin, at) == Level::High;
-            inputs | u32::from(self.io.input(pin, high)) << pin
-        })
+    /// What a pin's input buffer hands on, after INOVER. A floating pin reads low.
+    fn input_level(&self, pin: usize, at: Ticks) -> bool {
+        let high = self.pads.input_enabled(pin) && self.pin_level(pin, at) == Level::High;
+        self.io.input(pin, high)
     }
 
+    /// The inputs of all pins, for GPIO_IN.
     pub(super) fn input_levels(&self) -> u32 {
-        self.input_levels_at(self.now)
+        (0..PINS).fold(0, |inputs, pin| inputs | u32::from(self.input_level(pin, self.now)) << pin)
     }
 
     /// A level from outside; floating to let go.
@@ -150,29 +131,30 @@ impl Bus {
 
     /// Something that decides levels changed: looks at all pins.
     pub(super) fn update_pins(&mut self) {
-        self.update_pins_at(self.now);
+        self.update_some_pins(u32::MAX, self.now);
     }
 
-    /// PWM registers changed; only watched pins care.
-    pub(super) fn update_pins_if_watched(&mut self) {
-        if self.pins.pwm_watched {
-            self.update_pins();
+    /// Looks at the PWM pins that are watched or interrupt.
+    pub(super) fn update_pwm_pins(&mut self, at: Ticks) {
+        if self.pins.pwm_watched != 0 {
+            self.update_some_pins(self.pins.pwm_watched, at);
         }
     }
 
-    pub(super) fn update_pins_at(&mut self, at: Ticks) {
-        self.pins.inputs = self.input_levels_at(at);
-        self.io.set_levels(self.pins.inputs);
-        let mut watched = self.pins.watched;
-        while watched != 0 {
-            let pin = watched.trailing_zeros() as usize;
-            watched &= watched - 1;
-            let level = self.pin_level(pin, at);
-            if level != self.pins.seen[pin] {
-                self.pins.seen[pin] = level;
-                self.pins.edges.push(Edge { at, pin: pin as u8, level });
+    /// Looks at these pins: hands changed inputs to the pin interrupts, changed levels of watched pins to the log.
+    pub(super) fn update_some_pins(&mut self, pins: u32, at: Ticks) {
+        let mut inputs = self.io.levels();
+        for pin in (0..PINS).filter(|pin| pins >> pin & 1 != 0) {
+            inputs = inputs & !(1 << pin) | u32::from(self.input_level(pin, at)) << pin;
+            if self.pins.watched >> pin & 1 != 0 {
+                let level = self.pin_level(pin, at);
+                if level != self.pins.seen[pin] {
+                    self.pins.seen[pin] = level;
+                    self.pins.edges.push(Edge { at, pin: pin as u8, level });
+                }
             }
         }
+        self.io.set_levels(inputs);
     }
 
     /// A pin's function, or its interrupt enables, changed.
@@ -187,8 +169,7 @@ impl Bus {
             self.pins.receive_pins[number] = signals.contains(&(number, 1));
         }
         let looked_at = pwm_pins & (self.pins.watched | self.io.interrupt_pins());
-        self.pins.self_moving = uart_pins | pwm_pins != 0;
-        self.pins.pwm_watched = looked_at != 0;
+        self.pins.pwm_watched = looked_at;
         self.pwm.watch_pins(looked_at);
         self.update_pins();
     }

@@ -2,8 +2,8 @@
 
 use super::Bus;
 use crate::peripherals::resets::bit;
-use crate::peripherals::sio::Sio;
-use crate::peripherals::{RegisterWrite, Written};
+use crate::peripherals::sio::GPIO_IN;
+use crate::peripherals::{RegisterWrite, Written, adc, uart};
 use crate::report::{Access, Concern};
 
 /// Base addresses; each block has 16 KiB, four times 4 KiB for the atomic aliases.
@@ -74,7 +74,7 @@ impl Bus {
     pub(super) fn read_register(&mut self, address: u32) -> u32 {
         let value = self.read_register_quietly(address);
         // Only these reads take something away: a FIFO entry.
-        if matches!(split(address).0, base::UART0 | base::UART1 | base::ADC) {
+        if matches!(split(address), (base::UART0 | base::UART1, uart::UARTDR) | (base::ADC, adc::FIFO)) {
             self.settle();
         }
         value
@@ -196,16 +196,13 @@ impl Bus {
             base::ADC => self.adc.write(offset, write, now),
             base::PWM => {
                 let written = self.pwm.write(offset, write, now);
-                self.update_pins_if_watched();
+                self.update_pwm_pins(now);
                 written
             }
             base::TIMER => self.timer.write(offset, write, now),
             base::WATCHDOG => {
                 let written = self.watchdog.write(offset, write, now);
-                let tick = self.tick_rate();
-                self.timer.set_tick(tick, now);
-                self.watchdog.set_tick(tick, now);
-                self.clocks_changed = true;
+                self.update_tick();
                 written
             }
             base::ROSC => self.rosc.write(offset, write),
@@ -221,23 +218,22 @@ impl Bus {
     }
 
     pub(super) fn read_sio(&mut self, address: u32) -> u32 {
-        let inputs = self.pins.inputs();
-        let inputs = match self.pins.inputs_move_by_themselves() {
-            true => self.input_levels(),
-            false => inputs,
-        };
-        self.sio.read(address & 0xfff, || inputs).unwrap_or_else(|| {
+        let offset = address & 0xfff;
+        let value = if offset == GPIO_IN { Some(self.input_levels()) } else { self.sio.read(offset) };
+        value.unwrap_or_else(|| {
             self.note_unmodelled(address, Access::Read, Concern::NotModelled);
             0
         })
     }
 
     pub(super) fn write_sio(&mut self, address: u32, value: u32) {
+        let (output, enable) = (self.sio.output(), self.sio.output_enable());
         if !self.sio.write(address & 0xfff, value) {
             self.note_unmodelled(address, Access::Write, Concern::NotModelled);
         }
-        if Sio::drives_pins(address & 0xfff) {
-            self.update_pins();
+        let changed = output ^ self.sio.output() | enable ^ self.sio.output_enable();
+        if changed != 0 {
+            self.update_some_pins(changed, self.now);
             self.update_interrupt_lines();
         }
     }

@@ -57,6 +57,13 @@ impl Core {
         }
     }
 
+    /// Stops executing. An interrupt that is already pending may wake the core at once, so it is looked for.
+    pub(super) fn sleep(&mut self, bus: &mut Bus, activity: Activity) {
+        self.activity = activity;
+        bus.interrupts_changed = true;
+        bus.pause_core = true;
+    }
+
     /// Whether a sleeping core has a reason to go on; wakes it if so.
     pub fn try_wake(&mut self, bus: &mut Bus) -> bool {
         let previously_pending = self.nvic.pending;
@@ -181,16 +188,16 @@ impl Core {
         self.counters.last_hard_fault = Some(HardFault { at: bus.now, pc, fault });
         self.r[PC] = pc;
         if self.active_priority() < 0 {
-            self.activity = Activity::LockedUp;
+            self.sleep(bus, Activity::LockedUp);
         } else {
             self.enter_exception(bus, HARD_FAULT);
         }
     }
 
     /// The exception frame or vector could not be accessed.
-    fn lock_up(&mut self, bus: &Bus, fault: Fault) {
+    fn lock_up(&mut self, bus: &mut Bus, fault: Fault) {
         self.counters.hard_faults += 1;
         self.counters.last_hard_fault = Some(HardFault { at: bus.now, pc: self.r[PC], fault });
-        self.activity = Activity::LockedUp;
+        self.sleep(bus, Activity::LockedUp);
     }
 }

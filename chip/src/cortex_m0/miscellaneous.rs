@@ -71,14 +71,12 @@ pub(super) fn hint(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
             if core.event_register {
                 core.event_register = false;
             } else {
-                core.activity = Activity::WaitingForEvent;
-                bus.interrupts_changed = true;
+                core.sleep(bus, Activity::WaitingForEvent);
             }
             Ok(2)
         }
         0x30 => {
-            core.activity = Activity::WaitingForInterrupt;
-            bus.interrupts_changed = true;
+            core.sleep(bus, Activity::WaitingForInterrupt);
             Ok(2)
         }
         0x40 => {

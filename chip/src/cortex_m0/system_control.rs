@@ -117,7 +117,7 @@ impl Core {
             _ => bus.note_unmodelled(address, Access::Write, Concern::NotModelled),
         }
         bus.interrupts_changed = true;
-        bus.reschedule_core = true;
+        bus.pause_core = true;
         Ok(())
     }
 

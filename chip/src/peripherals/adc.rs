@@ -9,7 +9,7 @@ use crate::ticks::{Rate, Ticks};
 const CS: u32 = 0x00;
 const RESULT: u32 = 0x04;
 const FCS: u32 = 0x08;
-const FIFO: u32 = 0x0c;
+pub(crate) const FIFO: u32 = 0x0c;
 const DIV: u32 = 0x10;
 const INTR: u32 = 0x14;
 const INTE: u32 = 0x18;

@@ -47,6 +47,8 @@ pub(crate) struct Dma {
     clock: (u64, u64),
     /// Next channel in the round robin.
     turn: usize,
+    /// TREQ_SEL of the busy channels, bit n for request n.
+    awaited: u64,
 }
 
 /// TIMER0 to 3: X/Y of clk_sys transfers a second.
@@ -69,6 +71,7 @@ impl Default for Dma {
             timers: [timer; 4],
             clock: (0, 1),
             turn: 0,
+            awaited: 0,
         }
     }
 }
@@ -115,6 +118,17 @@ impl Dma {
     }
 
     pub fn write(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
+        let written = self.write_register(offset, write, now);
+        self.note_awaited();
+        written
+    }
+
+    fn note_awaited(&mut self) {
+        let busy = self.channels.iter().filter(|channel| channel.is_busy());
+        self.awaited = busy.fold(0, |set, channel| set | 1 << channel.request());
+    }
+
+    fn write_register(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
         if offset < END_OF_CHANNELS {
             let number = (offset / CHANNEL_STRIDE) as usize;
             let channel = &mut self.channels[number];
@@ -170,7 +184,7 @@ impl Dma {
     }
 
     pub fn any_busy(&self) -> bool {
-        self.channels.iter().any(Channel::is_busy)
+        self.awaited != 0
     }
 
     /// The channel whose turn it is among those that are busy and requested: high priority first, then round robin
@@ -194,6 +208,7 @@ impl Dma {
         if let Some(next) = finished.filter(|next| *next != number && *next < CHANNELS) {
             self.trigger(next);
         }
+        self.note_awaited();
     }
 
     /// A pulse request (PWM wrap, pacing timer): one credit for every channel that waits for it.
@@ -206,17 +221,18 @@ impl Dma {
     /// PWM slices, as bits, whose wrap some busy channel waits for.
     pub fn paced_by_pwm(&self) -> u32 {
         const FIRST_PWM_REQUEST: u32 = 24;
-        let slices =
-            self.channels.iter().filter(|c| c.is_busy()).map(|c| c.request().wrapping_sub(FIRST_PWM_REQUEST));
-        slices.filter(|slice| *slice < 8).fold(0, |set, slice| set | 1 << slice)
+        (self.awaited >> FIRST_PWM_REQUEST) as u32 & 0xff
     }
 
     fn timer_in_use(&self, number: usize) -> bool {
-        self.channels.iter().any(|c| c.is_busy() && c.request() == FIRST_TIMER_REQUEST + number as u32)
+        self.awaited >> (FIRST_TIMER_REQUEST as usize + number) & 1 != 0
     }
 
     /// When a pacing timer in use next requests.
     pub fn next_event(&self) -> Ticks {
+        if self.awaited >> FIRST_TIMER_REQUEST & 0xf == 0 {
+            return Ticks::NEVER;
+        }
         let due = |(number, timer): (usize, &PacingTimer)| {
             let used = self.timer_in_use(number);
             if used { timer.since + timer.rate.ticks_for(timer.requests_seen + 1) } else { Ticks::NEVER }

@@ -90,6 +90,11 @@ impl IoBank {
         overridden(self.control[pin] >> 16, level)
     }
 
+    /// The pins' input levels as last set.
+    pub fn levels(&self) -> u32 {
+        self.levels
+    }
+
     /// The pins' input levels changed.
     pub fn set_levels(&mut self, levels: u32) {
         let mut changed = levels ^ self.levels;

@@ -41,6 +41,8 @@ pub(crate) struct Pwm {
     pacing: u32,
     /// Wraps since the last [`Pwm::take_wraps`], by slice.
     wraps: u32,
+    /// [`Pwm::next_event`], recomputed when something changes.
+    next_event: Ticks,
 }
 
 impl Default for Pwm {
@@ -54,6 +56,7 @@ impl Default for Pwm {
             watched: 0,
             pacing: 0,
             wraps: 0,
+            next_event: Ticks::NEVER,
         }
     }
 }
@@ -69,6 +72,7 @@ impl Pwm {
         for slice in &mut self.slices {
             slice.set_clock(clock, now);
         }
+        self.reschedule();
     }
 
     /// The slice behind a pin, and whether the pin is its channel B (4.5.2).
@@ -80,14 +84,19 @@ impl Pwm {
     pub fn watch_pins(&mut self, pins: u32) {
         self.watched =
             (0..30).filter(|pin| pins >> pin & 1 != 0).fold(0, |set, pin| set | 1 << slice_number(pin));
+        self.reschedule();
     }
 
     /// Slices whose wraps DMA waits for.
     pub fn set_pacing(&mut self, slices: u32) {
-        self.pacing = slices;
+        if slices != self.pacing {
+            self.pacing = slices;
+            self.reschedule();
+        }
     }
 
-    pub fn read(&self, offset: u32, now: Ticks) -> Option<u32> {
+    pub fn read(&mut self, offset: u32, now: Ticks) -> Option<u32> {
+        self.catch_up(now);
         if offset < EN {
             let slice = &self.slices[(offset / SLICE_STRIDE) as usize];
             return Some(match offset % SLICE_STRIDE {
@@ -109,7 +118,13 @@ impl Pwm {
     }
 
     pub fn write(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
-        self.advance(now);
+        self.catch_up(now);
+        let written = self.write_register(offset, write, now);
+        self.reschedule();
+        written
+    }
+
+    fn write_register(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
         if offset < EN {
             let clock = self.clock;
             let slice = &mut self.slices[(offset / SLICE_STRIDE) as usize];
@@ -151,6 +166,10 @@ impl Pwm {
     /// When somebody next has to look: at wraps that interrupt, pace DMA or take over new values, and at every edge of
     /// a watched slice.
     pub fn next_event(&self) -> Ticks {
+        self.next_event
+    }
+
+    fn reschedule(&mut self) {
         let needs_wrap = self.enable | self.pacing;
         let mut next = Ticks::NEVER;
         for (i, slice) in self.slices.iter().enumerate() {
@@ -160,10 +179,18 @@ impl Pwm {
                 next = next.min(slice.next_wrap());
             }
         }
-        next
+        self.next_event = next;
     }
 
     pub fn advance(&mut self, now: Ticks) {
+        if now >= self.next_event {
+            self.catch_up(now);
+            self.reschedule();
+        }
+    }
+
+    /// Accounts for all wraps up to `now`, also those nobody waited for: INTR latches them.
+    fn catch_up(&mut self, now: Ticks) {
         for (i, slice) in self.slices.iter_mut().enumerate() {
             if slice.advance(now) {
                 self.raw |= 1 << i;

@@ -6,7 +6,8 @@ use divider::Divider;
 
 /// Register offsets (2.3.1.7).
 const CPUID: u32 = 0x000;
-const GPIO_IN: u32 = 0x004;
+/// The pins' levels, which the bus knows.
+pub(crate) const GPIO_IN: u32 = 0x004;
 const GPIO_HI_IN: u32 = 0x008;
 const GPIO_OUT: u32 = 0x010;
 const GPIO_OUT_SET: u32 = 0x014;
@@ -50,11 +51,10 @@ impl Sio {
         self.output_enable
     }
 
-    /// `inputs`: the pins' levels, for GPIO_IN.
-    pub fn read(&mut self, offset: u32, inputs: impl FnOnce() -> u32) -> Option<u32> {
+    /// Every register but GPIO_IN.
+    pub fn read(&mut self, offset: u32) -> Option<u32> {
         Some(match offset {
             CPUID => 0,
-            GPIO_IN => inputs(),
             GPIO_HI_IN => QSPI_IDLE,
             GPIO_OUT..=GPIO_OUT_XOR => self.output,
             GPIO_OE..=GPIO_OE_XOR => self.output_enable,
@@ -98,11 +98,6 @@ impl Sio {
         self.output_enable &= PIN_MASK;
         true
     }
-
-    /// Whether a write to this offset can change a pin.
-    pub fn drives_pins(offset: u32) -> bool {
-        (GPIO_OUT..=GPIO_OE_XOR).contains(&offset)
-    }
 }
 
 #[cfg(test)]
@@ -112,11 +107,11 @@ mod tests {
     #[test]
     fn a_spinlock_is_given_once() {
         let mut sio = Sio::default();
-        assert_eq!(sio.read(SPINLOCK31, || 0), Some(1 << 31));
-        assert_eq!(sio.read(SPINLOCK31, || 0), Some(0));
-        assert_eq!(sio.read(SPINLOCK_ST, || 0), Some(1 << 31));
+        assert_eq!(sio.read(SPINLOCK31), Some(1 << 31));
+        assert_eq!(sio.read(SPINLOCK31), Some(0));
+        assert_eq!(sio.read(SPINLOCK_ST), Some(1 << 31));
         assert!(sio.write(SPINLOCK31, 0));
-        assert_eq!(sio.read(SPINLOCK31, || 0), Some(1 << 31));
+        assert_eq!(sio.read(SPINLOCK31), Some(1 << 31));
     }
 
     #[test]
@@ -135,7 +130,7 @@ mod tests {
     fn unknown_registers_are_refused() {
         let mut sio = Sio::default();
         let interpolator_0_accumulator = 0x080;
-        assert_eq!(sio.read(interpolator_0_accumulator, || 0), None);
+        assert_eq!(sio.read(interpolator_0_accumulator), None);
         assert!(!sio.write(interpolator_0_accumulator, 1));
     }
 }

@@ -16,7 +16,7 @@ use receive::Receiver;
 use transmit::Transmitter;
 
 /// Register offsets (4.2.8).
-const UARTDR: u32 = 0x000;
+pub(crate) const UARTDR: u32 = 0x000;
 const UARTRSR: u32 = 0x004;
 const UARTFR: u32 = 0x018;
 const UARTILPR: u32 = 0x020;
