@@ -4,6 +4,7 @@ use pneudrive_protocol::Counts;
 
 /// Why a channel's sensor cannot be believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorFault {
     /// Below the sensor's range: broken signal wire, no supply, short circuit to ground.
     BelowRange,

@@ -3,6 +3,7 @@ use pneudrive_protocol::{CHANNELS, Counts, FrameStatistics};
 
 /// What a channel did in the last control step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ChannelStatus {
     /// The valve follows the control law.
     Regulating,

@@ -8,6 +8,7 @@ use crate::{BoardConfig, Micros};
 ///                                   +------ a valid request ----+-------------------+
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BoardState {
     /// All channels vent after power-up. Requests are answered and their commands kept for later.
     PowerUpVent,

@@ -16,6 +16,12 @@ impl Address {
         Self(board)
     }
 
+    /// Address of the board whose two-way switch stands so: both open is board 0, the first closed adds 1, the second
+    /// adds 2.
+    pub const fn of_switch(first_closed: bool, second_closed: bool) -> Self {
+        Self(first_closed as u8 | (second_closed as u8) << 1)
+    }
+
     /// The board's number, 0 to 255.
     pub const fn board(self) -> u8 {
         self.0
@@ -46,6 +52,12 @@ mod tests {
     fn the_four_switch_positions_are_the_top_four_words() {
         let words = [0, 1, 2, 3].map(|n| Address::of_board(n).word());
         assert_eq!(words, [0xFFFF, 0xFFFE, 0xFFFD, 0xFFFC]);
+    }
+
+    #[test]
+    fn the_switch_counts_in_binary() {
+        let positions = [(false, false), (true, false), (false, true), (true, true)];
+        assert_eq!(positions.map(|(first, second)| Address::of_switch(first, second).board()), [0, 1, 2, 3]);
     }
 
     #[test]

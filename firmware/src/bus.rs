@@ -1,0 +1,112 @@
+//! The RS-485 bus: every byte heard goes to the board, and its answers go out.
+//!
+//! Reception is done by two chained DMA channels ([`receiver`]); their interrupt hands the bytes to the board with the
+//! times at which they came. An answer waits for its time on an alarm ([`transmitter`]).
+
+mod receiver;
+mod transmitter;
+
+use crate::shared::Shared;
+use crate::{chip, config, shared};
+use core::cell::RefCell;
+use embassy_rp::Peri;
+use embassy_rp::gpio::Output;
+use embassy_rp::interrupt;
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, PIN_0, PIN_1, UART0};
+use embassy_rp::uart::{self, Blocking, Uart};
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use receiver::Receiver;
+use transmitter::Transmitter;
+
+/// What the bus needs of the chip.
+pub struct BusHardware {
+    /// The UART.
+    pub uart: Peri<'static, UART0>,
+    /// Its transmit pin.
+    pub transmit: Peri<'static, PIN_0>,
+    /// Its receive pin.
+    pub receive: Peri<'static, PIN_1>,
+    /// High while an answer is on the wire.
+    pub driver_enable: Output<'static>,
+    /// Carries the characters heard.
+    pub characters: Peri<'static, DMA_CH0>,
+    /// Carries their times.
+    pub stamps: Peri<'static, DMA_CH1>,
+}
+
+struct Bus {
+    receiver: Receiver,
+    transmitter: Transmitter,
+    /// Dropping it would switch the UART off.
+    _uart: Uart<'static, Blocking>,
+}
+
+static BUS: CriticalSectionMutex<RefCell<Option<Bus>>> = CriticalSectionMutex::new(RefCell::new(None));
+
+/// Listens from now on. The board must have been installed.
+pub fn start(hardware: BusHardware) {
+    let mut uart_config = uart::Config::default();
+    uart_config.baudrate = config::BOARD.baud.get();
+    let bus = Bus {
+        _uart: Uart::new_blocking(hardware.uart, hardware.transmit, hardware.receive, uart_config),
+        receiver: Receiver::start(hardware.characters, hardware.stamps),
+        transmitter: Transmitter::new(hardware.driver_enable),
+    };
+    BUS.lock(|cell| cell.replace(Some(bus)));
+
+    interrupt::DMA_IRQ_1.set_priority(Priority::P0);
+    chip::ANSWER_TIMER_IRQ.set_priority(Priority::P0);
+    // SAFETY: from here on the handlers may run, and everything they use is in place.
+    unsafe {
+        interrupt::DMA_IRQ_1.enable();
+        chip::ANSWER_TIMER_IRQ.enable();
+    }
+}
+
+/// Lets the receive interrupt run once without a byte, so that it can report that it lives.
+pub fn ask_for_a_sign_of_life() {
+    interrupt::DMA_IRQ_1.pend();
+}
+
+#[interrupt]
+fn DMA_IRQ_1() {
+    receiver::acknowledge();
+    with(|bus| {
+        shared::with(|shared| {
+            pass_on(bus, shared);
+            if bus.receiver.is_listening() {
+                shared.liveness.bus_ran();
+            }
+        });
+    });
+}
+
+/// Hands everything heard to the board, and its answer to the transmitter.
+fn pass_on(bus: &mut Bus, shared: &mut Shared) {
+    let now = shared::now();
+    while let Some(character) = bus.receiver.next() {
+        let heard = now.of_stamp(character.stamp);
+        match character.byte() {
+            Err(receiver::Damaged) => shared.board.line_error(heard),
+            Ok(byte) => {
+                if let Some(answer) = shared.board.receive_byte(heard, byte) {
+                    bus.transmitter.send_at(heard.after(config::BOARD.answer_delay), answer);
+                }
+            }
+        }
+    }
+}
+
+/// The transmitter's alarm has gone off.
+pub fn on_answer_alarm() {
+    with(|bus| bus.transmitter.on_alarm());
+}
+
+fn with(action: impl FnOnce(&mut Bus)) {
+    BUS.lock(|cell| {
+        if let Some(bus) = cell.borrow_mut().as_mut() {
+            action(bus);
+        }
+    });
+}

@@ -1,0 +1,16 @@
+//! What this board is configured to.
+
+use pneudrive_control::BoardConfig;
+
+/// The original's control law, limits and times. Change them here.
+pub const BOARD: BoardConfig = BoardConfig::ORIGINAL;
+
+const _: () =
+    assert!(BOARD.check().is_ok(), "a parameter is outside its limits (pneudrive-control, BoardConfig)");
+
+/// Readings of each sensor that are averaged into one sample. Sixteen rounds of four channels at 2 us a reading
+/// take 128 us.
+pub const OVERSAMPLING: usize = 16;
+
+/// PWM frequency, Hz: that of the original (16 MHz / 510, an Arduino's phase-correct timer).
+pub const PWM_HZ: u32 = 31_372;

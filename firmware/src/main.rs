@@ -1,0 +1,75 @@
+//! A PneuDrive board: Embassy on the RP2040 (or RP2350).
+//!
+//! All behaviour is in `pneudrive-control`. What is here moves bytes, samples and duties, at these priorities:
+//!
+//! | priority | what | when |
+//! | --- | --- | --- |
+//! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
+//! | P1 | Embassy's timer and DMA interrupts | |
+//! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
+//! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
+//!
+//! The board itself ([`shared`]) is behind a critical section that lasts as long as one control step at most.
+//! `docs/firmware.md` has the pin map, the wiring, and what was measured.
+#![no_std]
+#![no_main]
+
+mod bus;
+mod chip;
+mod config;
+mod control_loop;
+mod pins;
+mod safe_state;
+mod sensors;
+mod shared;
+mod supervision;
+mod valves;
+
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_rp::interrupt;
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use pneudrive_control::Board;
+
+/// Runs the control loop above everything but the interrupts.
+static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    // Until here the valve pins were not driven, and the board's pull-ups vented the valves.
+    safe_state::enter();
+
+    let hardware = pins::Hardware::split(peripherals);
+    let watchdog = supervision::start_watchdog(hardware.watchdog);
+
+    let address = hardware.switch.read().await;
+    // The configuration was checked at compile time (config.rs).
+    let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
+    shared::install(board);
+    defmt::info!("board {=u8}", address.board());
+
+    let sensors = sensors::Sensors::new(hardware.sensors);
+    bus::start(hardware.bus);
+
+    chip::EMBASSY_TIMER_IRQ.set_priority(Priority::P1);
+    interrupt::DMA_IRQ_0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_0.set_priority(Priority::P2);
+    let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
+
+    // A task can be spawned once, and is.
+    let (Ok(control), Ok(supervision)) =
+        (control_loop::run(sensors, hardware.valves), supervision::run(watchdog, hardware.led))
+    else {
+        defmt::unreachable!()
+    };
+    control_spawner.spawn(control);
+    spawner.spawn(supervision);
+}
+
+#[interrupt]
+// SAFETY: called by the hardware only, as the executor's interrupt.
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+}
