@@ -7,12 +7,14 @@
 //! * [`model`]: the pressure models, written once over the numbers of [`numeric`];
 //! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`fit`]: finding their parameters, and how well the data determine them;
+//! * [`experiment`]: the three models on one recording: fitted, judged, compared;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Nothing here reads a clock or prints; the binary `pneudrive-model` (`main.rs` and `cli/`) does.
 
 pub mod data;
 pub mod effects;
+pub mod experiment;
 pub mod fit;
 pub mod model;
 pub mod numeric;

@@ -14,7 +14,7 @@ const PA_PER_KPA: f64 = 1e3;
 const SHORTEST_STRETCH_ROWS: usize = 10;
 
 /// What a simulation of a channel needs to know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Needs {
     /// The commanded pressure (linear model, board's controller).
     pub command: bool,
@@ -22,8 +22,12 @@ pub struct Needs {
     pub drive: bool,
     /// Supply pressure and chamber volume.
     pub pneumatics: bool,
-    /// Measured pressures to compare with; without them the start pressure is given.
+    /// Measured pressures to compare with and to start from.
     pub pressure: bool,
+    /// Without measured pressures: pressure at the start of every stretch, kPa gauge.
+    pub start_kpa: f64,
+    /// Combine separate fill and vent drives to the drive of one spool, their difference.
+    pub as_spool: bool,
 }
 
 /// Why a channel of a recording cannot be simulated on this rig.
@@ -93,6 +97,15 @@ pub enum InputError {
     },
 }
 
+impl InputError {
+    /// [`InputError::NoDrive`] for a channel of a recording.
+    pub(crate) fn no_drive(recording: &Recording, id: ChannelId) -> Self {
+        let (fill, vent) = id.fill_vent_columns();
+        let file = recording.source.file.clone();
+        Self::NoDrive { file, channel: id, spool: id.drive_column(), fill, vent }
+    }
+}
+
 /// The inputs of `channel` over all rows of `recording`, with the stretches inside `rows` as segments.
 ///
 /// Pressures are absolute and in Pa. Supply and volume are means over each interval, the volume's rate is its change over the
@@ -136,6 +149,10 @@ pub fn series(
             if next > row { recording.time_s[next] - recording.time_s[row] } else { recording.period_s };
         let (fill, vent) = match &channel.drive {
             Some(Drive::Spool(u)) => (f64::from(u[row]), -f64::from(u[row])),
+            Some(Drive::Separate { fill, vent }) if needs.as_spool => {
+                let u = f64::from(fill[row]) - f64::from(vent[row]);
+                (u, -u)
+            }
             Some(Drive::Separate { fill, vent }) => (f64::from(fill[row]), f64::from(vent[row])),
             None => (0.0, 0.0),
         };
@@ -153,10 +170,11 @@ pub fn series(
         table.extend(values);
     }
     let pressure = channel.pressure_kpa.as_deref();
-    let measured =
-        (0..count).map(|row| [pressure.map_or(f64::NAN, |p| ambient_pa + PA_PER_KPA * f64::from(p[row]))]);
-    let usable = |row: usize| pressure.is_some() && channel.flags[row].pressure_usable();
-    let weights = (0..count).map(|row| [f64::from(u8::from(usable(row)))]);
+    let gauge_pa = |kpa: f64| ambient_pa + PA_PER_KPA * kpa;
+    let mut measured: Vec<[f64; 1]> =
+        (0..count).map(|row| [pressure.map_or(f64::NAN, |p| gauge_pa(f64::from(p[row])))]).collect();
+    let usable = |row: usize| needs.pressure && pressure.is_some() && channel.flags[row].pressure_usable();
+    let mut weights: Vec<[f64; 1]> = (0..count).map(|row| [f64::from(u8::from(usable(row)))]).collect();
     let segments = stretches(recording, channel, &rows, needs.pressure);
     if segments.is_empty() {
         let line = |row: usize| recording.line[row.min(count - 1)];
@@ -168,8 +186,16 @@ pub fn series(
         });
     }
     volume.check(recording, id, &segments)?;
-    Series::new(column::COUNT, table, measured.collect(), weights.collect(), segments)
-        .map_err(|source| InputError::Series { file: file.clone(), channel: id, source })
+    if !needs.pressure {
+        for stretch in &segments {
+            (measured[stretch.start], weights[stretch.start]) = ([gauge_pa(needs.start_kpa)], [1.0]);
+        }
+    }
+    Series::new(column::COUNT, table, measured, weights, segments).map_err(|source| InputError::Series {
+        file: file.clone(),
+        channel: id,
+        source,
+    })
 }
 
 /// The simulated stretches: each begins at a usable measurement where measurements are needed.

@@ -1,0 +1,27 @@
+//! Experiments on recordings: which model, on which part, how well, how fast.
+//!
+//! ```text
+//! Recording + Rig -> Subject (model, drive kind, controller) + Series -> Fit on one part -> Score on another
+//! ```
+//!
+//! [`compare()`] is the paper's experiment: the three models fitted on the first part of a recording and judged on the rest.
+
+mod compare;
+mod kind;
+mod page;
+mod prepare;
+mod score;
+mod split;
+mod subject;
+mod table;
+
+pub use compare::{
+    ChannelComparison, CompareError, CompareSettings, Comparison, ModelResult, Overall, Trace, compare,
+};
+pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
+pub use page::{Origin, comparison_page};
+pub use prepare::{Prepared, prepare, simulation};
+pub use score::{Score, score};
+pub use split::{Split, SplitError};
+pub use subject::{Objective, Subject};
+pub use table::comparison_text;

@@ -1,0 +1,64 @@
+//! From a channel and the user's choices to a model and its inputs.
+
+use std::ops::Range;
+
+use crate::data::{Channel, Recording};
+use crate::model::FlowForm;
+use crate::rig::{self, InputError, Needs, Rig};
+use crate::rollout::Series;
+
+use super::{Setup, Subject, subject};
+
+/// A model set up for a channel, with the channel's data in it.
+pub struct Prepared {
+    /// What is simulated.
+    pub setup: Setup,
+    /// The model.
+    pub subject: Box<dyn Subject>,
+    /// Inputs and measurements, one per requested range of rows.
+    pub series: Vec<Series<1>>,
+}
+
+impl std::fmt::Debug for Prepared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Prepared").field("setup", &self.setup).finish_non_exhaustive()
+    }
+}
+
+/// Sets up `setup` for `channel` with one series for each range of rows, measured pressures included.
+///
+/// # Errors
+/// [`InputError`] when the recording or the rig lacks something.
+pub fn prepare(
+    setup: Setup,
+    recording: &Recording,
+    channel: &Channel,
+    rig: &Rig,
+    form: FlowForm,
+    ranges: &[Range<usize>],
+) -> Result<Prepared, InputError> {
+    let series = ranges
+        .iter()
+        .map(|rows| rig::series(recording, channel, rig, setup.needs(true), rows.clone()))
+        .collect::<Result<_, _>>()?;
+    Ok(Prepared { setup, subject: subject::subject(setup, rig, form)?, series })
+}
+
+/// Sets up `setup` for a simulation of the whole recording. It starts at the measured pressure where there is one, else at
+/// `start_kpa` (gauge).
+///
+/// # Errors
+/// [`InputError`] when the recording or the rig lacks something.
+pub fn simulation(
+    setup: Setup,
+    recording: &Recording,
+    channel: &Channel,
+    rig: &Rig,
+    form: FlowForm,
+    start_kpa: f64,
+) -> Result<Prepared, InputError> {
+    let measured = channel.usable_samples() > 0;
+    let needs = Needs { start_kpa, ..setup.needs(measured) };
+    let series = rig::series(recording, channel, rig, needs, 0..recording.rows())?;
+    Ok(Prepared { setup, subject: subject::subject(setup, rig, form)?, series: vec![series] })
+}
