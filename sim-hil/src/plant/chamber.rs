@@ -110,6 +110,30 @@ impl ChamberPhysics {
         y
     }
 
+    /// Whether the channel is nothing but a rigid chamber of gas at a fixed temperature.
+    pub fn is_plain(&self) -> bool {
+        let fixed = matches!(self.gas, GasPhysics::Fixed { .. });
+        let rigid = self.compliance.abs() <= 0.0 && self.creep.is_none();
+        fixed && rigid && self.line.is_none() && self.muffler.is_none()
+    }
+
+    /// [`ChamberPhysics::rates`] of a plain channel with a still joint and no leak, a quarter faster: most channels of most
+    /// runs are that. The same numbers to the last bit.
+    #[inline]
+    pub fn plain_rates(&self, y: &GasState, s: &Surroundings) -> (GasState, Flows) {
+        let exponent = match self.gas {
+            GasPhysics::Fixed { exponent } => exponent,
+            GasPhysics::Balance { .. } => f64::NAN,
+        };
+        let p = y.chamber_pa;
+        let fill = self.flow.mass_flow(s.valve.fill, s.supply_pa, s.supply_k, p, self.ambient_k);
+        let vent = self.flow.mass_flow(s.valve.vent, p, self.ambient_k, self.ambient_pa, self.ambient_k);
+        let fill_k = if fill >= 0.0 { s.supply_k } else { self.ambient_k };
+        let heat_flow = fill_k * fill - self.ambient_k * vent;
+        let chamber_pa = exponent * GAS_CONSTANT * heat_flow / self.cylinder(0.0);
+        (GasState { chamber_pa, ..GasState::default() }, Flows { fill, vent, leak: 0.0 })
+    }
+
     /// Rates of change of the state, and the flows that cause them.
     #[inline]
     pub fn rates(&self, y: &GasState, s: &Surroundings) -> (GasState, Flows) {
@@ -176,5 +200,45 @@ impl ChamberPhysics {
         rate.chamber_pa = (exponent * GAS_CONSTANT * heat_flow + heat - gain * swelling)
             / (volume + gain * cylinder * self.compliance);
         (rate, flows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parameters::PlantParameters;
+    use super::super::physics::SideVolume;
+    use super::*;
+
+    /// The shortcut is the general balance, bit for bit, filling, venting and holding.
+    #[test]
+    fn plain_rates_are_the_general_ones() {
+        let chamber = PlantParameters::default().channel_physics().chamber;
+        assert!(chamber.is_plain());
+        for (fill, vent, kpa) in
+            [(3e-9, 1e-11, 1.0), (1e-11, 3e-9, 500.0), (2e-11, 1e-11, 549.9), (1e-10, 1e-10, 600.0)]
+        {
+            let y = chamber.at_rest(chamber.ambient_pa + 1e3 * kpa);
+            let surroundings = Surroundings {
+                supply_pa: 651_325.0,
+                supply_k: 300.0,
+                valve: Conductances { fill, vent },
+                leak: 0.0,
+                angle: 0.0,
+                angle_rate: 0.0,
+            };
+            assert_eq!(chamber.plain_rates(&y, &surroundings), chamber.rates(&y, &surroundings));
+        }
+    }
+
+    /// What makes a channel more than plain is noticed.
+    #[test]
+    fn anything_more_is_not_plain() {
+        let chamber = PlantParameters::default().channel_physics().chamber;
+        assert!(!ChamberPhysics { compliance: 1e-7, ..chamber.clone() }.is_plain());
+        assert!(!ChamberPhysics { creep: Some((1e-7, 1.0)), ..chamber.clone() }.is_plain());
+        let side = Some(SideVolume { conductance: 1e-9, volume_m3: 1e-5 });
+        assert!(!ChamberPhysics { line: side, ..chamber.clone() }.is_plain());
+        assert!(!ChamberPhysics { muffler: side, ..chamber.clone() }.is_plain());
+        assert!(!ChamberPhysics { gas: GasPhysics::Balance { wall_w_per_k: 1.0 }, ..chamber }.is_plain());
     }
 }

@@ -35,10 +35,19 @@ pub struct Dynamics {
     pub ambient_k: f64,
 }
 
+/// What of the dynamics is idle, found once.
+#[derive(Debug, Clone)]
+struct Idle {
+    joints: bool,
+    /// Per channel, whether it is a plain chamber.
+    plain: Vec<bool>,
+}
+
 /// State vector, its workspace and the step.
 #[derive(Debug, Clone)]
 pub struct Integrator {
     dynamics: Dynamics,
+    idle: Idle,
     step_s: f64,
     y: Vec<f64>,
     trial: Vec<f64>,
@@ -54,7 +63,11 @@ impl Integrator {
         }
         y.resize(y.len() + dynamics.joints.len() * JOINT_STATES, 0.0);
         let zeros = vec![0.0; y.len()];
-        Self { dynamics, step_s, y, trial: zeros.clone(), rate: zeros.clone(), sum: zeros }
+        let idle = Idle {
+            joints: !dynamics.joints.iter().any(|joint| joint.free),
+            plain: dynamics.chambers.iter().map(ChamberPhysics::is_plain).collect(),
+        };
+        Self { dynamics, idle, step_s, y, trial: zeros.clone(), rate: zeros.clone(), sum: zeros }
     }
 
     pub fn dynamics(&self) -> &Dynamics {
@@ -83,18 +96,18 @@ impl Integrator {
 
     /// One step with the given openings (one a channel) and source.
     pub fn step(&mut self, openings: &[Openings], source: &Source) {
-        let Self { dynamics, step_s: h, y, trial, rate, sum } = self;
+        let Self { dynamics, idle, step_s: h, y, trial, rate, sum } = self;
         let h = *h;
-        dynamics.rates(y, 0, openings, source, rate);
+        dynamics.rates(idle, y, 0, openings, source, rate);
         sum.copy_from_slice(rate);
         advance(trial, y, rate, 0.5 * h);
-        dynamics.rates(trial, 1, openings, source, rate);
+        dynamics.rates(idle, trial, 1, openings, source, rate);
         accumulate(sum, rate);
         advance(trial, y, rate, 0.5 * h);
-        dynamics.rates(trial, 1, openings, source, rate);
+        dynamics.rates(idle, trial, 1, openings, source, rate);
         accumulate(sum, rate);
         advance(trial, y, rate, h);
-        dynamics.rates(trial, 2, openings, source, rate);
+        dynamics.rates(idle, trial, 2, openings, source, rate);
         for ((y, sum), rate) in y.iter_mut().zip(sum.iter()).zip(rate.iter()) {
             *y += h / 6.0 * (sum + rate);
         }
@@ -170,19 +183,47 @@ impl Dynamics {
         }
     }
 
-    fn rates(&self, y: &[f64], instant: usize, openings: &[Openings], source: &Source, out: &mut [f64]) {
+    fn rates(
+        &self,
+        idle: &Idle,
+        y: &[f64],
+        instant: usize,
+        openings: &[Openings],
+        source: &Source,
+        out: &mut [f64],
+    ) {
+        let gas = SUPPLY_STATES..SUPPLY_STATES + self.chambers.len() * GAS_STATES;
+        let (states, _) = y[gas.clone()].as_chunks::<GAS_STATES>();
+        let (rates, _) = out[gas].as_chunks_mut::<GAS_STATES>();
+        let supply_pa = self.manifold_pa(y, source);
         let mut drawn = 0.0;
-        for (channel, (chamber, opening)) in self.chambers.iter().zip(openings).enumerate() {
-            let state = GasState::from_slice(gas_slice(y, channel));
-            let surroundings = self.surroundings(y, channel, instant, opening, source);
-            let (rate, flows) = chamber.rates(&state, &surroundings);
+        let channels = self.chambers.iter().zip(openings).zip(states).zip(rates);
+        for (channel, (((chamber, opening), state), rate)) in channels.enumerate() {
+            let (angle, angle_rate) =
+                if idle.joints { (0.0, 0.0) } else { self.lengthening_angle(y, channel) };
+            let surroundings = Surroundings {
+                supply_pa,
+                supply_k: source.temperature_k,
+                valve: opening.valve[instant],
+                leak: opening.leak,
+                angle,
+                angle_rate,
+            };
+            let state = GasState::from_slice(state);
+            let plain = idle.plain[channel] && idle.joints && opening.leak <= 0.0;
+            let (own, flows) = if plain {
+                chamber.plain_rates(&state, &surroundings)
+            } else {
+                chamber.rates(&state, &surroundings)
+            };
             drawn += flows.fill;
-            let at = SUPPLY_STATES + channel * GAS_STATES;
-            out[at..at + GAS_STATES].copy_from_slice(&rate.to_array());
+            *rate = own.to_array();
         }
         self.supply_rates(y, drawn, source, out);
-        for board in 0..self.joints.len() {
-            self.joint_rates(y, board, out);
+        if !idle.joints {
+            for board in 0..self.joints.len() {
+                self.joint_rates(y, board, out);
+            }
         }
     }
 

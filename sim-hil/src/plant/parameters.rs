@@ -1,7 +1,7 @@
 //! What the rig is like before any effect is switched on.
 //!
 //! The defaults are the nominal rig of the project (chambers of 0.36 litre, 550 kPa supply) with a valve that fills a
-//! chamber from 0 to 300 kPa in 0.42 s. Pressures whose name says nothing else are gauge.
+//! chamber from 0 to 300 kPa in 0.41 s. Pressures whose name says nothing else are gauge.
 
 use super::flow::FlowFunction;
 

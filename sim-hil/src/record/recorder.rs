@@ -99,13 +99,12 @@ impl Recorder {
     }
 
     fn apply_drives(&mut self, board: usize) {
-        for (k, drive) in self.boards[board].drives().into_iter().enumerate() {
-            // The last board's missing channels have no valve.
-            let channel = ChannelId { board: index_u8(board), channel: index_u8(k) };
-            if self.plant.truth(channel).is_ok() {
-                let set = self.plant.set_drive(channel, drive);
-                debug_assert!(set.is_ok(), "{set:?}");
-            }
+        let drives = self.boards[board].drives();
+        // The last board's missing channels have no valve.
+        let first = board * CHANNELS_PER_BOARD;
+        for (place, drive) in (first..self.plant.channels()).zip(drives) {
+            let set = ChannelId::from_index(place).map(|channel| self.plant.set_drive(channel, drive));
+            debug_assert!(matches!(set, Some(Ok(()))), "{set:?}");
         }
     }
 
