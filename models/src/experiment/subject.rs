@@ -107,6 +107,7 @@ fn behind_board<Q: Model + Copy + 'static>(
             kd: controller.kd,
             saturation: controller.saturation,
             filter: controller.filter,
+            arithmetic: crate::rollout::Arithmetic::default(),
         },
         sensor: Sensor {
             bits: sensor.bits,

@@ -23,6 +23,7 @@ pub use derivative::{Slope, slopes};
 pub use levenberg::{Ending, Minimum, Stopping, minimise};
 pub use multistart::{Best, Control, Progress, StartOutcome, best_of_starts, start_points};
 pub use normal::{Accumulator, Normal};
+pub(crate) use objective::with_width;
 pub use objective::{MOST_DIRECTIONS, Objective};
 pub use profile::{ProfileInterval, profile};
 pub use rate::RateObjective;

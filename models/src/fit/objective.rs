@@ -29,15 +29,12 @@ pub trait Objective: Sync {
 /// Widest Jacobian row there is a specialised rollout for.
 pub const MOST_DIRECTIONS: usize = 32;
 
-/// Runs `$body` with the constant `$width` set to the smallest compiled number of directions that holds `$count`.
+/// Runs `$body` with the constant `$width` set to the smallest compiled number of directions that holds `$count`. Few, because
+/// every simulation is compiled for each of them.
 macro_rules! with_width {
     ($count:expr, $width:ident => $body:expr) => {
         match $count {
-            0..=4 => {
-                const $width: usize = 4;
-                $body
-            }
-            5..=8 => {
+            0..=8 => {
                 const $width: usize = 8;
                 $body
             }
@@ -45,12 +42,8 @@ macro_rules! with_width {
                 const $width: usize = 12;
                 $body
             }
-            13..=16 => {
-                const $width: usize = 16;
-                $body
-            }
-            17..=24 => {
-                const $width: usize = 24;
+            13..=20 => {
+                const $width: usize = 20;
                 $body
             }
             _ => {

@@ -47,13 +47,25 @@ impl<'a, Q: Model> RateObjective<'a, Q> {
         for (group, slopes) in self.slopes.chunks(R::LANES).enumerate() {
             let of = |lane: usize| &slopes[lane.min(slopes.len() - 1)];
             for (column, value) in row.iter_mut().enumerate() {
-                *value = R::from_lanes(|lane| self.series.row(of(lane).row)[column]);
+                *value = R::from_lanes(
+                    #[inline(always)]
+                    |lane| self.series.row(of(lane).row)[column],
+                );
             }
             let held = self.model.hold(&coefficients, &row, Drive::recorded(&row));
-            let pressure = Dual::from_real(R::from_lanes(|lane| of(lane).pressure_pa));
+            let pressure = Dual::from_real(R::from_lanes(
+                #[inline(always)]
+                |lane| of(lane).pressure_pa,
+            ));
             let rate = self.model.rate(&coefficients, &held, pressure);
-            let measured = R::from_lanes(|lane| of(lane).rate_pa_s);
-            let weight = R::from_lanes(|lane| if lane < slopes.len() { KPA_PER_PA } else { 0.0 });
+            let measured = R::from_lanes(
+                #[inline(always)]
+                |lane| of(lane).rate_pa_s,
+            );
+            let weight = R::from_lanes(
+                #[inline(always)]
+                |lane| if lane < slopes.len() { KPA_PER_PA } else { 0.0 },
+            );
             sink(group * R::LANES, &(rate - Dual::from_real(measured)).scale(weight));
         }
     }
@@ -65,7 +77,11 @@ fn sums<Q: Model, const W: usize>(
     coordinates: &[f64],
 ) -> Accumulator<Lanes<LANES>, W> {
     let mut sums = Accumulator::new();
-    objective.stream(coordinates, |_, residual| sums.add(residual));
+    objective.stream(
+        coordinates,
+        #[inline(always)]
+        |_, residual| sums.add(residual),
+    );
     sums
 }
 

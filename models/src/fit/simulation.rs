@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::normal::Accumulator;
 use super::objective::with_width;
 use super::{Normal, Objective, Space};
-use crate::numeric::{Dual, Lanes, Real, Scalar};
+use crate::numeric::{Dual, Lanes, Real, Scalar, filled};
 use crate::rollout::{GatheredRows, RowSource, Rows, Series, Start, Steps, System, rollout, simulate};
 
 /// Segments simulated in lockstep when there are several.
@@ -92,14 +92,18 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
     /// Start pressures in Pa, with their directions when they are fitted.
     #[inline(always)]
     fn start_duals<R: Real, const W: usize>(&self, pressures: [R; M]) -> [Dual<R, W>; M] {
-        std::array::from_fn(|output| {
-            if self.fitted_starts() {
-                Dual::variable(pressures[output].times(KPA_PER_PA), self.free + output)
-                    .times(1.0 / KPA_PER_PA)
-            } else {
-                Dual::from_real(pressures[output])
-            }
-        })
+        filled(
+            Dual::constant(0.0),
+            #[inline(always)]
+            |output| {
+                if self.fitted_starts() {
+                    Dual::variable(pressures[output].times(KPA_PER_PA), self.free + output)
+                        .times(1.0 / KPA_PER_PA)
+                } else {
+                    Dual::from_real(pressures[output])
+                }
+            },
+        )
     }
 
     /// Residuals of several rollouts in lockstep, weighted; `sink` gets the row's number and each output's residual.
@@ -121,35 +125,61 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
             (source, count),
             self.start_duals(pressures),
             self.steps,
+            #[inline(always)]
             |k, outputs: &[Dual<R, W>; M]| {
-                let residuals = std::array::from_fn(|output| {
-                    // A lane whose segment is over, or whose sample is masked, weighs nothing.
-                    let row = |lane: usize| {
-                        let rows = segments.get(lane).filter(|rows| k < rows.len())?;
-                        Some(rows.start + k).filter(|&row| weights[row][output] > 0.0)
-                    };
-                    let target = R::from_lanes(|lane| row(lane).map_or(0.0, |row| measured[row][output]));
-                    let weight = R::from_lanes(|lane| row(lane).map_or(0.0, |row| weights[row][output]));
-                    (outputs[output] - Dual::from_real(target)).scale(weight.times(KPA_PER_PA))
-                });
+                let residuals = filled(
+                    Dual::constant(0.0),
+                    #[inline(always)]
+                    |output| {
+                        // A lane whose segment is over, or whose sample is masked, weighs nothing.
+                        let row = |lane: usize| {
+                            let rows = segments.get(lane).filter(|rows| k < rows.len())?;
+                            Some(rows.start + k).filter(|&row| weights[row][output] > 0.0)
+                        };
+                        let target = R::from_lanes(
+                            #[inline(always)]
+                            |lane| row(lane).map_or(0.0, |row| measured[row][output]),
+                        );
+                        let weight = R::from_lanes(
+                            #[inline(always)]
+                            |lane| row(lane).map_or(0.0, |row| weights[row][output]),
+                        );
+                        (outputs[output] - Dual::from_real(target)).scale(weight.times(KPA_PER_PA))
+                    },
+                );
                 sink(k, &residuals);
             },
         );
     }
 
-    fn segment_normal<const W: usize>(&self, coordinates: &[f64], segments: &[usize]) -> Normal {
+    /// The sums of a few segments, in lockstep where that is compiled.
+    fn group_normal(&self, coordinates: &[f64], segments: &[usize]) -> Normal {
         let starts = self.start_pressures(coordinates);
         let mut normal = Normal::zeros(self.dimension());
-        if let [segment] = *segments {
-            let sums = single_sums::<Y, W, N, M>(self, coordinates, segment, starts[segment]);
-            sums.scatter(0, &self.indices(segment), &mut normal);
-        } else {
-            let sums = lockstep_sums::<Y, W, N, M>(self, coordinates, segments, &starts);
-            for (lane, &segment) in segments.iter().enumerate() {
-                sums.scatter(lane, &self.indices(segment), &mut normal);
-            }
+        match (segments.len(), self.directions()) {
+            (2.., 0..=8) => self.lockstep::<8>(coordinates, segments, &starts, &mut normal),
+            (2.., 9..=12) => self.lockstep::<12>(coordinates, segments, &starts, &mut normal),
+            _ => with_width!(self.directions(), W => {
+                for &segment in segments {
+                    let sums = single_sums::<Y, W, N, M>(self, coordinates, segment, starts[segment]);
+                    sums.scatter(0, &self.indices(segment), &mut normal);
+                }
+            }),
         }
         normal
+    }
+
+    fn lockstep<const W: usize>(
+        &self,
+        coordinates: &[f64],
+        segments: &[usize],
+        starts: &[[f64; M]],
+        normal: &mut Normal,
+    ) {
+        let sums = lockstep_sums::<Y, W, N, M>(self, coordinates, segments, starts);
+        for (lane, &segment) in segments.iter().enumerate() {
+            sums.scatter(lane, &self.indices(segment), normal);
+        }
     }
 }
 
@@ -163,11 +193,18 @@ fn single_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
     let range = objective.series.segments()[segment].clone();
     let rows = Rows { inputs: objective.series.inputs(range.clone()), width: objective.series.width() };
     let mut sums = Accumulator::new();
-    objective.stream(coordinates, rows, &[range], pressures, |_, residuals| {
-        for residual in residuals {
-            sums.add(residual);
-        }
-    });
+    objective.stream(
+        coordinates,
+        rows,
+        &[range],
+        pressures,
+        #[inline(always)]
+        |_, residuals| {
+            for residual in residuals {
+                sums.add(residual);
+            }
+        },
+    );
     sums
 }
 
@@ -186,11 +223,18 @@ fn lockstep_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize
     let pressures = std::array::from_fn(|output| Lanes::from_lanes(|lane| starts[of(lane)][output]));
     let mut sums = Accumulator::new();
     let rows = GatheredRows::new(inputs, series.width());
-    objective.stream(coordinates, rows, &ranges, pressures, |_, residuals| {
-        for residual in residuals {
-            sums.add(residual);
-        }
-    });
+    objective.stream(
+        coordinates,
+        rows,
+        &ranges,
+        pressures,
+        #[inline(always)]
+        |_, residuals| {
+            for residual in residuals {
+                sums.add(residual);
+            }
+        },
+    );
     sums
 }
 
@@ -214,13 +258,8 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
     }
 
     fn normal(&self, coordinates: &[f64]) -> Normal {
-        let parts: Vec<Normal> = self
-            .order
-            .par_chunks(LANES)
-            .map(|segments| {
-                with_width!(self.directions(), W => self.segment_normal::<W>(coordinates, segments))
-            })
-            .collect();
+        let parts: Vec<Normal> =
+            self.order.par_chunks(LANES).map(|segments| self.group_normal(coordinates, segments)).collect();
         // Summed in a fixed order: the result does not depend on the number of threads.
         let mut normal = Normal::zeros(self.dimension());
         for part in parts {

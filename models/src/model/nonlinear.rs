@@ -67,13 +67,15 @@ impl<S: Scalar> Openings<S> {
     /// Effective areas of the fill and the vent port, mm^2.
     #[inline(always)]
     pub fn areas_mm2(&self, drive: Drive<S>) -> [S; 2] {
-        let area = |leak: S, gain: S, threshold: S, drive: S| {
-            leak + smooth_corner(gain * (drive - threshold) - leak, self.corner)
-        };
         [
-            area(self.leak_in, self.gain_in, self.threshold_in, drive.fill),
-            area(self.leak_out, self.gain_out, self.threshold_out, drive.vent),
+            self.area(self.leak_in, self.gain_in, drive.fill - self.threshold_in),
+            self.area(self.leak_out, self.gain_out, drive.vent - self.threshold_out),
         ]
+    }
+
+    #[inline(always)]
+    fn area(&self, leak: S, gain: S, opening: S) -> S {
+        leak + smooth_corner(gain * opening - leak, self.corner)
     }
 }
 

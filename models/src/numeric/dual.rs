@@ -1,9 +1,8 @@
 //! Forward-mode automatic differentiation.
 
-use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Real, Scalar};
+use super::{Real, Scalar, filled};
 
 /// A value with its derivatives in `N` directions. The value is bit for bit what the plain number gives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,14 +17,24 @@ impl<T: Real, const N: usize> Dual<T, N> {
     /// The variable of one direction: derivative one there and zero elsewhere. `direction >= N` gives a constant.
     #[inline(always)]
     pub fn variable(value: T, direction: usize) -> Self {
-        let seed = |i| if i == direction { T::constant(1.0) } else { T::zero() };
-        Self { value, gradient: from_fn(seed) }
+        let mut variable = Self::from_real(value);
+        if let Some(slope) = variable.gradient.get_mut(direction) {
+            *slope = T::constant(1.0);
+        }
+        variable
     }
 
     /// `value`, with every derivative multiplied by `slope`: the chain rule of a function of one number.
     #[inline(always)]
     fn chain(self, value: T, slope: T) -> Self {
-        Self { value, gradient: from_fn(|i| self.gradient[i] * slope) }
+        Self {
+            value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| self.gradient[i] * slope,
+            ),
+        }
     }
 }
 
@@ -34,7 +43,14 @@ impl<T: Real, const N: usize> Add for Dual<T, N> {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self { value: self.value + other.value, gradient: from_fn(|i| self.gradient[i] + other.gradient[i]) }
+        Self {
+            value: self.value + other.value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| self.gradient[i] + other.gradient[i],
+            ),
+        }
     }
 }
 
@@ -43,7 +59,14 @@ impl<T: Real, const N: usize> Sub for Dual<T, N> {
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self { value: self.value - other.value, gradient: from_fn(|i| self.gradient[i] - other.gradient[i]) }
+        Self {
+            value: self.value - other.value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| self.gradient[i] - other.gradient[i],
+            ),
+        }
     }
 }
 
@@ -72,7 +95,14 @@ impl<T: Real, const N: usize> Neg for Dual<T, N> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self { value: -self.value, gradient: from_fn(|i| -self.gradient[i]) }
+        Self {
+            value: -self.value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| -self.gradient[i],
+            ),
+        }
     }
 }
 
@@ -111,14 +141,25 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn chain2(value: T, a: Self, partial_a: T, b: Self, partial_b: T) -> Self {
-        Self { value, gradient: from_fn(|i| a.gradient[i] * partial_a + b.gradient[i] * partial_b) }
+        Self {
+            value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| a.gradient[i] * partial_a + b.gradient[i] * partial_b,
+            ),
+        }
     }
 
     #[inline(always)]
     fn select(mask: T::Mask, a: Self, b: Self) -> Self {
         Self {
             value: T::select(mask, a.value, b.value),
-            gradient: from_fn(|i| T::select(mask, a.gradient[i], b.gradient[i])),
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| T::select(mask, a.gradient[i], b.gradient[i]),
+            ),
         }
     }
 

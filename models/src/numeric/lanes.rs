@@ -1,9 +1,8 @@
 //! Independent values in lockstep.
 
-use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Real, Scalar};
+use super::{Real, Scalar, filled};
 
 /// `L` independent values in lockstep. Plain loops over an array: the compiler turns them into vector instructions.
 /// Each lane gives bit for bit what `f64` gives.
@@ -14,12 +13,20 @@ pub struct Lanes<const L: usize>(pub [f64; L]);
 impl<const L: usize> Lanes<L> {
     #[inline(always)]
     fn map(self, mut f: impl FnMut(f64) -> f64) -> Self {
-        Self(from_fn(|i| f(self.0[i])))
+        Self(filled(
+            0.0,
+            #[inline(always)]
+            |i| f(self.0[i]),
+        ))
     }
 
     #[inline(always)]
     fn zip(self, other: Self, mut f: impl FnMut(f64, f64) -> f64) -> Self {
-        Self(from_fn(|i| f(self.0[i], other.0[i])))
+        Self(filled(
+            0.0,
+            #[inline(always)]
+            |i| f(self.0[i], other.0[i]),
+        ))
     }
 }
 
@@ -28,7 +35,11 @@ impl<const L: usize> Add for Lanes<L> {
 
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a + b,
+        )
     }
 }
 
@@ -37,7 +48,11 @@ impl<const L: usize> Sub for Lanes<L> {
 
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a - b,
+        )
     }
 }
 
@@ -46,7 +61,11 @@ impl<const L: usize> Mul for Lanes<L> {
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a * b,
+        )
     }
 }
 
@@ -55,7 +74,11 @@ impl<const L: usize> Div for Lanes<L> {
 
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| a / b,
+        )
     }
 }
 
@@ -64,7 +87,10 @@ impl<const L: usize> Neg for Lanes<L> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(|a| -a)
+        self.map(
+            #[inline(always)]
+            |a| -a,
+        )
     }
 }
 
@@ -108,7 +134,11 @@ impl<const L: usize> Scalar for Lanes<L> {
 
     #[inline(always)]
     fn select(mask: [u64; L], a: Self, b: Self) -> Self {
-        Self(from_fn(|i| f64::from_bits((a.0[i].to_bits() & mask[i]) | (b.0[i].to_bits() & !mask[i]))))
+        Self(filled(
+            0.0,
+            #[inline(always)]
+            |i| f64::from_bits((a.0[i].to_bits() & mask[i]) | (b.0[i].to_bits() & !mask[i])),
+        ))
     }
 
     #[inline(always)]
@@ -154,12 +184,16 @@ impl<const L: usize> Real for Lanes<L> {
 
     #[inline(always)]
     fn from_lanes(value: impl FnMut(usize) -> f64) -> Self {
-        Self(from_fn(value))
+        Self(filled(0.0, value))
     }
 
     #[inline(always)]
     fn below(self, other: Self) -> [u64; L] {
-        from_fn(|i| if self.0[i] < other.0[i] { u64::MAX } else { 0 })
+        filled(
+            0,
+            #[inline(always)]
+            |i| if self.0[i] < other.0[i] { u64::MAX } else { 0 },
+        )
     }
 
     #[inline(always)]
@@ -169,11 +203,19 @@ impl<const L: usize> Real for Lanes<L> {
 
     #[inline(always)]
     fn both(a: [u64; L], b: [u64; L]) -> [u64; L] {
-        from_fn(|i| a[i] & b[i])
+        filled(
+            0,
+            #[inline(always)]
+            |i| a[i] & b[i],
+        )
     }
 
     #[inline(always)]
     fn not(mask: [u64; L]) -> [u64; L] {
-        mask.map(|bits| !bits)
+        filled(
+            0,
+            #[inline(always)]
+            |i| !mask[i],
+        )
     }
 }

@@ -7,11 +7,13 @@
 //! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector instructions;
 //! * [`Dual`]`<Lanes<L>, N>`: both.
 
+mod array;
 mod dual;
 mod lanes;
 mod plain;
 mod scalar;
 
+pub(crate) use array::filled;
 pub use dual::Dual;
 pub use lanes::Lanes;
 pub use scalar::{Mask, Real, Scalar};

@@ -180,11 +180,19 @@ fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
     let samples = outputs.len() / jobs.len();
     let rows = (gather(jobs, width), samples);
     let steps = steps_of(system, &jobs[0], substeps);
-    rollout(system, &system.coefficients(&parameters), rows, start, steps, |k, y| {
-        for job in 0..jobs.len() {
-            outputs[job * samples + k] = y.map(|lanes| lanes.0[job]);
-        }
-    });
+    rollout(
+        system,
+        &system.coefficients(&parameters),
+        rows,
+        start,
+        steps,
+        #[inline(always)]
+        |k, y| {
+            for job in 0..jobs.len() {
+                outputs[job * samples + k] = y.map(|lanes| lanes.0[job]);
+            }
+        },
+    );
 }
 
 /// Derivatives by the parameters `from..from + DIRECTIONS`.
@@ -207,13 +215,21 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
     let rows = (gather(jobs, width), samples);
     let steps = steps_of(system, &jobs[0], substeps);
     let directions = from..count.min(from + DIRECTIONS);
-    rollout(system, &system.coefficients(&parameters), rows, start, steps, |k, y| {
-        for job in 0..jobs.len() {
-            outputs[job * samples + k] = y.map(|number| number.value.0[job]);
-            for i in directions.clone() {
-                derivatives[(job * samples + k) * count + i] =
-                    y.map(|number| number.gradient[i - from].0[job]);
+    rollout(
+        system,
+        &system.coefficients(&parameters),
+        rows,
+        start,
+        steps,
+        #[inline(always)]
+        |k, y| {
+            for job in 0..jobs.len() {
+                outputs[job * samples + k] = y.map(|number| number.value.0[job]);
+                for i in directions.clone() {
+                    derivatives[(job * samples + k) * count + i] =
+                        y.map(|number| number.gradient[i - from].0[job]);
+                }
             }
-        }
-    });
+        },
+    );
 }

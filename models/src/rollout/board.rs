@@ -4,8 +4,21 @@ use super::System;
 use crate::model::{Drive, Model, Parameter, column};
 use crate::numeric::{Real, Scalar};
 
-/// Steps of the filter's weights: the board filters in integers with `weight / 256`.
+/// Steps of the filter's weights: boards filter in integers with `weight / 256`.
 const FILTER_ONE: f64 = 256.0;
+
+/// Fractions of a count this project's boards calculate with.
+const FINE: f64 = 256.0;
+
+/// With which resolution a board calculates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Arithmetic {
+    /// In 1/256 count; the filter settles at its input. This project's boards.
+    #[default]
+    Fine,
+    /// In whole counts, the filter rounding down: it settles up to five counts low. The original's boards.
+    Whole,
+}
 
 /// The board's controller, in ADC counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +33,8 @@ pub struct Controller {
     pub saturation: f64,
     /// Weight of the previous filtered sample, 0 to 1; the board rounds it to 256ths.
     pub filter: f64,
+    /// Resolution of its arithmetic.
+    pub arithmetic: Arithmetic,
 }
 
 /// The board's pressure sensor and converter.
@@ -35,10 +50,10 @@ pub struct Sensor {
 
 /// A chamber behind the board's controller: driven by the command alone.
 ///
-/// At each tick the board samples and rounds the pressure to counts, filters it in integers (rounding down), and computes the
-/// spool's drive `kp (command - pressure) - kd (pressure - previous)`, clipped at the saturation. It reports what it
-/// controls: the filtered pressure, or, without a filter, the pressure itself (the rounding of the reported value is left to
-/// the measurement noise).
+/// At each tick the board samples the pressure in counts, filters it, and computes the spool's drive
+/// `kp (command - pressure) - kd (pressure - previous)`, clipped at the saturation; the command is a whole count. It reports what
+/// it controls: the filtered pressure of its last loop, or, without a filter, the pressure itself. The rounding of the reported
+/// value is left to the measurement noise.
 ///
 /// Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,27 +89,39 @@ impl<Q> Board<Q> {
         pressure.plus(-self.ambient_pa).times(1.0 / self.pa_per_count()).plus(self.sensor.zero_counts)
     }
 
-    /// Rounded to a code of the converter.
+    /// Clipped to the converter's range and rounded to fractions of a count.
     #[inline(always)]
-    fn code<S: Scalar>(&self, counts: S) -> S {
+    fn code<S: Scalar>(&self, counts: S, fractions: f64) -> S {
         let largest = f64::from(self.sensor.bits).exp2() - 1.0;
-        let rounded = counts.with_real(counts.real().round_half_up());
-        rounded.max(S::zero()).min(S::constant(largest))
+        let rounded = counts.real().times(fractions).round_half_up().times(1.0 / fractions);
+        counts.with_real(rounded).max(S::zero()).min(S::constant(largest))
+    }
+
+    /// A sample as the board's arithmetic sees it.
+    #[inline(always)]
+    fn sample<S: Scalar>(&self, pressure: S) -> S {
+        match self.controller.arithmetic {
+            Arithmetic::Fine => self.code(self.counts(pressure), FINE),
+            Arithmetic::Whole => self.code(self.counts(pressure), 1.0),
+        }
     }
 
     /// One loop of the controller: the spool's drive, -1 to 1.
     #[inline(always)]
     pub fn control<S: Scalar>(&self, command: S, pressure: S, memory: &mut LoopMemory<S>) -> S {
-        let sample = self.code(self.counts(pressure));
+        let sample = self.sample(pressure);
         let previous = memory.filtered;
         memory.filtered = if self.filters() {
             let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
             let sum = previous.times(weight) + sample.times(1.0 - weight);
-            sum.with_real(sum.real().floor())
+            match self.controller.arithmetic {
+                Arithmetic::Fine => sum,
+                Arithmetic::Whole => sum.with_real(sum.real().floor()),
+            }
         } else {
             sample
         };
-        let error = self.code(self.counts(command)) - memory.filtered;
+        let error = self.code(self.counts(command), 1.0) - memory.filtered;
         let change = memory.filtered - previous;
         let drive = error.times(self.controller.kp) - change.times(self.controller.kd);
         let one = S::constant(1.0);
@@ -128,7 +155,7 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         _: &[S::Real],
         pressures: [S; 1],
     ) -> ([S; 1], LoopMemory<S>) {
-        (pressures, LoopMemory { filtered: self.code(self.counts(pressures[0])) })
+        (pressures, LoopMemory { filtered: self.sample(pressures[0]) })
     }
 
     #[inline(always)]
@@ -169,5 +196,61 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         state: &[S; 1],
     ) -> [S; 1] {
         [self.chamber.rate(coefficients, held, state[0])]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The original's numbers: 0.5 to 4.5 V over 689.4757 kPa, filter (210 old + 46 new) / 256, gains 10 and 20, full drive 400.
+    fn original(filter: f64, arithmetic: Arithmetic) -> Board<()> {
+        Board {
+            chamber: (),
+            controller: Controller {
+                rate_hz: 1000.0,
+                kp: 10.0,
+                kd: 20.0,
+                saturation: 400.0,
+                filter,
+                arithmetic,
+            },
+            sensor: Sensor { bits: 10, zero_counts: 102.4, kpa_per_count: 0.841_645 },
+            ambient_pa: 101_325.0,
+        }
+    }
+
+    fn pressure_at(counts: f64) -> f64 {
+        101_325.0 + (counts - 102.4) * 841.645
+    }
+
+    #[test]
+    fn the_originals_filter_settles_five_counts_low_and_ours_does_not() {
+        for (arithmetic, settled) in [(Arithmetic::Whole, 495.0), (Arithmetic::Fine, 500.0)] {
+            let board = original(210.0 / 256.0, arithmetic);
+            let mut memory = LoopMemory { filtered: 102.0 };
+            for _ in 0..200 {
+                board.control(pressure_at(500.0), pressure_at(500.0), &mut memory);
+            }
+            assert!((memory.filtered - settled).abs() < 1e-9, "{arithmetic:?}: {}", memory.filtered);
+        }
+    }
+
+    #[test]
+    fn the_drive_is_the_originals() {
+        // (command, pressure, previous) -> 10 (command - pressure) - 20 (pressure - previous), clipped at 400
+        let table = [
+            ((500.0, 500.0, 500.0), 0.0),
+            ((539.0, 500.0, 500.0), 390.0),
+            ((560.0, 500.0, 500.0), 400.0),
+            ((520.0, 500.0, 495.0), 100.0),
+            ((520.0, 500.0, 470.0), -400.0),
+        ];
+        let board = original(0.0, Arithmetic::Whole);
+        for ((command, pressure, previous), drive) in table {
+            let mut memory = LoopMemory { filtered: previous };
+            let got = board.control(pressure_at(command), pressure_at(pressure), &mut memory) * 400.0;
+            assert!((got - drive).abs() < 1e-9, "command {command}, pressure {pressure}: {got}, not {drive}");
+        }
     }
 }

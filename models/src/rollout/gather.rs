@@ -7,6 +7,8 @@ use crate::numeric::{Lanes, Scalar};
 #[derive(Debug, Clone)]
 pub struct GatheredRows<'a, const L: usize> {
     inputs: [&'a [f64]; L],
+    /// All lanes read the same slice.
+    shared: bool,
     row: Vec<Lanes<L>>,
 }
 
@@ -14,7 +16,8 @@ impl<'a, const L: usize> GatheredRows<'a, L> {
     /// One slice of rows of `width` columns per lane, each with a row at least. The same slice may be given to several lanes.
     #[must_use]
     pub fn new(inputs: [&'a [f64]; L], width: usize) -> Self {
-        Self { inputs, row: vec![Lanes::constant(0.0); width] }
+        let shared = inputs.iter().all(|lane| std::ptr::eq(*lane, inputs[0]));
+        Self { inputs, shared, row: vec![Lanes::constant(0.0); width] }
     }
 }
 
@@ -22,6 +25,13 @@ impl<const L: usize> RowSource<Lanes<L>> for GatheredRows<'_, L> {
     #[inline(always)]
     fn row(&mut self, k: usize) -> &[Lanes<L>] {
         let width = self.row.len();
+        if self.shared {
+            let from = (k * width).min(self.inputs[0].len() - width);
+            for (column, value) in self.row.iter_mut().zip(&self.inputs[0][from..from + width]) {
+                *column = Lanes::constant(*value);
+            }
+            return &self.row;
+        }
         for (lane, inputs) in self.inputs.iter().enumerate() {
             let from = (k * width).min(inputs.len() - width);
             for (column, value) in self.row.iter_mut().zip(&inputs[from..from + width]) {

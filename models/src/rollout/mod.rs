@@ -10,7 +10,7 @@ mod series;
 mod system;
 
 pub use batch::{BatchError, BatchOutput, Job, simulate_batch};
-pub use board::{Board, Controller, Sensor};
+pub use board::{Arithmetic, Board, Controller, Sensor};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};
 pub use gather::GatheredRows;

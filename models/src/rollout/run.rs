@@ -4,7 +4,7 @@ use multiversion::multiversion;
 
 use super::{Series, System};
 use crate::model::column;
-use crate::numeric::Scalar;
+use crate::numeric::{Scalar, filled};
 
 /// Where the pressures of a segment start.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,16 +36,27 @@ fn rk4_step<S: Scalar, Y: System<N, M>, const N: usize, const M: usize>(
     state: [S; N],
     h: S::Real,
 ) -> [S; N] {
-    let slope = |state: &[S; N]| system.derivative(coefficients, held, state);
-    let ahead =
-        |slope: &[S; N], h: S::Real| -> [S; N] { std::array::from_fn(|i| state[i] + slope[i].scale(h)) };
     let half = h.times(0.5);
-    let k1 = slope(&state);
-    let k2 = slope(&ahead(&k1, half));
-    let k3 = slope(&ahead(&k2, half));
-    let k4 = slope(&ahead(&k3, h));
-    let sixth = h.times(1.0 / 6.0);
-    std::array::from_fn(|i| state[i] + ((k1[i] + k4[i]) + (k2[i] + k3[i]).times(2.0)).scale(sixth))
+    let k1 = system.derivative(coefficients, held, &state);
+    let k2 = system.derivative(coefficients, held, &ahead(&state, &k1, half));
+    let k3 = system.derivative(coefficients, held, &ahead(&state, &k2, half));
+    let k4 = system.derivative(coefficients, held, &ahead(&state, &k3, h));
+    let sum = filled(
+        S::zero(),
+        #[inline(always)]
+        |i| (k1[i] + k4[i]) + (k2[i] + k3[i]).times(2.0),
+    );
+    ahead(&state, &sum, h.times(1.0 / 6.0))
+}
+
+/// `state + h slope`.
+#[inline(always)]
+fn ahead<S: Scalar, const N: usize>(state: &[S; N], slope: &[S; N], h: S::Real) -> [S; N] {
+    filled(
+        S::zero(),
+        #[inline(always)]
+        |i| state[i] + slope[i].scale(h),
+    )
 }
 
 /// Where a rollout gets its rows of inputs from.
@@ -144,5 +155,13 @@ fn simulate_rows<Y: System<N, M>, const N: usize, const M: usize>(
     outputs: &mut [[f64; M]],
 ) {
     let coefficients = system.coefficients(parameters);
-    rollout(system, &coefficients, (rows, outputs.len()), pressures, steps, |k, y| outputs[k] = *y);
+    rollout(
+        system,
+        &coefficients,
+        (rows, outputs.len()),
+        pressures,
+        steps,
+        #[inline(always)]
+        |k, y| outputs[k] = *y,
+    );
 }
