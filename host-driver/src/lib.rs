@@ -1,1 +1,34 @@
-//! Bus master for PneuDrive boards: library and command line.
+//! Bus master for PneuDrive boards.
+//!
+//! The host speaks first on the bus, one board at a time: it sends four commands and gets four pressures back.
+//! Modules, from the wire up:
+//!
+//! - [`line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring their own, in virtual time.
+//! - [`bus`]: one exchange with one board, its errors, resynchronisation after them, echo.
+//! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
+//! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
+//! - `trajectory` and `record` (features): set points from a file, measurements to a file.
+//!
+//! ```no_run
+//! use pneudrive_host::bus::{Bus, BusOptions};
+//! use pneudrive_protocol::SensorScale;
+//!
+//! let scale = SensorScale::ORIGINAL;
+//! let mut bus = Bus::open("/dev/ttyUSB0".as_ref(), BusOptions::default())?;
+//! bus.ping(0)?;
+//! let answer = bus.exchange(0, [scale.counts(100.0)?; 4])?;
+//! println!("{:.1} kPa", scale.kpa(answer.pressures[0]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Everything blocks, nothing is async: one thread has nothing else to do than the bus.
+#![forbid(unsafe_code)]
+
+pub mod bus;
+pub mod line;
+pub mod poller;
+#[cfg(feature = "record")]
+pub mod record;
+pub mod statistics;
+#[cfg(feature = "trajectory")]
+pub mod trajectory;

@@ -1,0 +1,63 @@
+//! Whether the adapter returns what it sends.
+//!
+//! Content cannot tell: a board that holds its set points answers with the very bytes of the request. So a board is asked that
+//! does not exist; whatever comes back then is an echo.
+
+use super::{BusOptions, HeardBytes, OpenBusError};
+use crate::line::{Line, LineError};
+use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, PACKET_LEN, Packet};
+use thiserror::Error;
+
+/// What comes back is neither nothing nor the request.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "a request to {asked}, which should not exist, was followed by {heard}, which is neither silence nor an echo; \
+     another host on the bus, a babbling board, or another baud rate"
+)]
+pub struct EchoError {
+    /// The board that should not exist.
+    pub asked: Address,
+    /// What came.
+    pub heard: HeardBytes,
+}
+
+/// Adapters may hold bytes back for 16 ms (FTDI's default); this is waited for once.
+const ADAPTER_DELAY_NS: u64 = 20_000_000;
+/// Tries before the line is declared unusable: noise may hit one.
+const TRIES: usize = 3;
+
+pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> Result<Echo, OpenBusError> {
+    let asked = Address::of_board(unused);
+    let request = Packet { address: asked, values: [Counts::ATMOSPHERE; CHANNELS] }.encode();
+    let mut heard = HeardBytes::default();
+    for _ in 0..TRIES {
+        let wait_ns = options.answer_timeout_ns() + ADAPTER_DELAY_NS;
+        line.send(&request)?;
+        let deadline = line.now_ns() + wait_ns;
+        heard = listen(line, deadline, options)?;
+        if heard.count() == 0 {
+            return Ok(Echo::Absent);
+        }
+        if heard.count() == PACKET_LEN && heard.first() == request {
+            return Ok(Echo::Present);
+        }
+    }
+    Err(EchoError { asked, heard }.into())
+}
+
+/// Everything until the line is idle: until `deadline` for the first byte, then until a gap.
+fn listen(line: &mut impl Line, deadline: u64, options: &BusOptions) -> Result<HeardBytes, LineError> {
+    let mut heard = HeardBytes::default();
+    let limit = deadline + options.drain_limit_ns();
+    let mut until = deadline;
+    while line.now_ns() < limit {
+        let mut bytes = [0; 64];
+        let count = line.receive(&mut bytes, 1, until)?;
+        if count == 0 {
+            break;
+        }
+        heard.extend(bytes[..count].iter().copied());
+        until = (line.now_ns() + options.idle_ns()).max(deadline);
+    }
+    Ok(heard)
+}

@@ -1,0 +1,128 @@
+use super::{EchoError, HeardBytes};
+use crate::line::{LineError, OpenError};
+use pneudrive_protocol::{Address, PACKET_LEN};
+use thiserror::Error;
+
+/// A bus that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum OpenBusError {
+    /// The port cannot be used.
+    #[error(transparent)]
+    Port(#[from] OpenError),
+    /// The port failed at once.
+    #[error(transparent)]
+    Line(#[from] LineError),
+    /// It cannot be told whether the adapter echoes.
+    #[error(transparent)]
+    Echo(#[from] EchoError),
+}
+
+/// An exchange that brought no answer.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ExchangeError {
+    /// Nothing came.
+    #[error("{asked}: no answer after {waited_us} us; check its power, the two wires and its address switch")]
+    NoAnswer {
+        /// The board that was asked.
+        asked: Address,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// Something came that is no packet.
+    #[error(
+        "{asked}: expected {expected} bytes, got {heard}, which hold no packet, in {waited_us} us; noise, or another baud rate",
+        expected = PACKET_LEN
+    )]
+    Garbled {
+        /// The board that was asked.
+        asked: Address,
+        /// What came (without a whole echo).
+        heard: HeardBytes,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// The host's own bytes came back changed: somebody spoke at the same time, or the line is noisy. An answer is not believed,
+    /// because the board may have heard something else than was sent.
+    #[error("{asked}: the echo of the request came back damaged: {heard}; two speakers at a time, or noise")]
+    EchoDamaged {
+        /// The board that was asked.
+        asked: Address,
+        /// What came.
+        heard: HeardBytes,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// The adapter echoed at the start, and now does not.
+    #[error(
+        "{asked}: {missing} bytes of the request's echo are missing after {waited_us} us; noise, or the adapter was changed"
+    )]
+    EchoMissing {
+        /// The board that was asked.
+        asked: Address,
+        /// Bytes of the echo that did not come.
+        missing: usize,
+        /// What came.
+        heard: HeardBytes,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// Only another board answered.
+    #[error(
+        "{asked}: {answered} answered instead, nothing else in {waited_us} us; a late answer, or two boards with one address"
+    )]
+    OtherBoard {
+        /// The board that was asked.
+        asked: Address,
+        /// The board that answered.
+        answered: Address,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// Somebody does not stop talking, so that nothing can be asked.
+    #[error(
+        "the line is not idle after {waited_us} us ({heard}); a board or another host does not stop sending"
+    )]
+    LineBusy {
+        /// What came.
+        heard: HeardBytes,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
+    /// The port failed.
+    #[error(transparent)]
+    Line(#[from] LineError),
+}
+
+impl ExchangeError {
+    /// How long it was waited for the answer, us; 0 where the port failed.
+    pub fn waited_us(&self) -> u64 {
+        match self {
+            Self::NoAnswer { waited_us, .. }
+            | Self::Garbled { waited_us, .. }
+            | Self::EchoDamaged { waited_us, .. }
+            | Self::EchoMissing { waited_us, .. }
+            | Self::OtherBoard { waited_us, .. }
+            | Self::LineBusy { waited_us, .. } => *waited_us,
+            Self::Line(_) => 0,
+        }
+    }
+
+    /// Whether bytes came that were refused.
+    pub fn something_came(&self) -> bool {
+        !matches!(self, Self::NoAnswer { .. } | Self::Line(_))
+    }
+
+    /// Whether the board can be assumed to have said what it had to say: as many bytes came as its answer has. If not, it may
+    /// still answer.
+    pub(super) fn answer_consumed(&self) -> bool {
+        match self {
+            Self::Garbled { heard, .. } => heard.count() >= PACKET_LEN,
+            Self::EchoDamaged { heard, .. } | Self::EchoMissing { heard, .. } => {
+                heard.count() >= 2 * PACKET_LEN
+            }
+            // A busy line was never asked.
+            Self::LineBusy { .. } | Self::Line(_) => true,
+            Self::NoAnswer { .. } | Self::OtherBoard { .. } => false,
+        }
+    }
+}

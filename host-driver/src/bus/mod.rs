@@ -1,0 +1,170 @@
+//! One exchange with one board, and what keeps the next one right when it fails.
+//!
+//! Requests and answers are unchecked packets: an answer does not say which request it belongs to. Three rules keep
+//! a late one from being taken for the answer to a later request:
+//!
+//! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.
+//! 2. After a failed exchange, what still comes is discarded until the line is idle.
+//! 3. A board that did not answer may still do so: it is left alone until its answer would be too late to be believed
+//!    ([`BusOptions::late_answer_limit_ns`]; four times the longest delay seen from this board, if that is more). Other
+//!    boards can be asked meanwhile, because answers carry their board's address.
+
+mod echo;
+mod error;
+mod heard;
+mod options;
+mod peer;
+mod transaction;
+
+pub use echo::EchoError;
+pub use error::{ExchangeError, OpenBusError};
+pub use heard::HeardBytes;
+pub use options::{BusOptions, EchoMode};
+pub use peer::Counters;
+
+use crate::line::{Line, LineError, SerialPort};
+use peer::Peer;
+use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Packet};
+use std::path::Path;
+
+/// What a board answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Answer {
+    /// Measured pressures of channels 0 to 3, ADC counts.
+    pub pressures: [Counts; CHANNELS],
+    /// When the request was handed to the line, ns on the line's clock. The board measured after at most one of its
+    /// loops before this: a value's age counts from here.
+    pub sent_ns: u64,
+    /// When the last byte of the answer had been read, ns on the line's clock.
+    pub answered_ns: u64,
+}
+
+impl Answer {
+    /// Time from request to answer as the host saw it, ns.
+    pub fn round_trip_ns(&self) -> u64 {
+        self.answered_ns - self.sent_ns
+    }
+}
+
+/// The bus, seen from its master.
+#[derive(Debug)]
+pub struct Bus<L: Line = SerialPort> {
+    line: L,
+    options: BusOptions,
+    echo: Echo,
+    peers: Vec<Peer>,
+    unsolicited_bytes: u64,
+}
+
+impl Bus<SerialPort> {
+    /// Opens a serial port for this process alone and finds out whether it echoes.
+    ///
+    /// # Errors
+    /// The port cannot be used, or the line is not quiet enough to tell whether it echoes.
+    pub fn open(port: &Path, options: BusOptions) -> Result<Self, OpenBusError> {
+        Self::new(SerialPort::open(port, options.serial())?, options)
+    }
+}
+
+impl<L: Line> Bus<L> {
+    /// A bus on any line.
+    ///
+    /// # Errors
+    /// The line failed, or is not quiet enough to tell whether it echoes.
+    pub fn new(mut line: L, options: BusOptions) -> Result<Self, OpenBusError> {
+        let echo = match options.echo {
+            EchoMode::Known(echo) => echo,
+            EchoMode::Detect { unused_board } => echo::detect(&mut line, &options, unused_board)?,
+        };
+        line.expect_bytes(transaction::expected_bytes(echo));
+        let peers = vec![Peer::new(options.late_answer_limit_ns); usize::from(u8::MAX) + 1];
+        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0 })
+    }
+
+    /// Asks `board` whether it is there. There is no other request than one with commands: a ping commands 0 kPa, which vents.
+    ///
+    /// # Errors
+    /// As for [`exchange`](Self::exchange).
+    pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
+        self.exchange(board, [Counts::ATMOSPHERE; CHANNELS])
+    }
+
+    /// Sends four commands to `board` and waits for its four pressures, at most [`BusOptions::answer_timeout_ns`].
+    ///
+    /// Waits first where the board may still answer an earlier request; [`ready_at_ns`](Self::ready_at_ns) tells until when.
+    ///
+    /// # Errors
+    /// What came instead of the answer, or that nothing came. The bus can be used on after any of them but a line error.
+    pub fn exchange(&mut self, board: u8, commands: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
+        self.wait_until_quiet(board)?;
+        let request = Packet { address: Address::of_board(board), values: commands };
+        let result = self.transact(request);
+        match &result {
+            Ok(_) => self.peers[usize::from(board)].answered(),
+            Err(error) => {
+                let sent_ns = self.line.now_ns().saturating_sub(error.waited_us() * 1000);
+                let owes = !error.answer_consumed();
+                let until = self.options.answer_timeout_ns();
+                self.peers[usize::from(board)].failed(error, owes.then_some(sent_ns), until);
+                if error.something_came() {
+                    self.drain()?;
+                }
+            }
+        }
+        result
+    }
+
+    /// From when on `board` can be asked without waiting, ns on the line's clock.
+    pub fn ready_at_ns(&self, board: u8) -> u64 {
+        self.peers[usize::from(board)].quiet_until_ns()
+    }
+
+    /// What has happened between host and `board` so far.
+    pub fn counters(&self, board: u8) -> Counters {
+        self.peers[usize::from(board)].counters()
+    }
+
+    /// Bytes heard while nobody had been asked.
+    pub fn unsolicited_bytes(&self) -> u64 {
+        self.unsolicited_bytes
+    }
+
+    /// Whether the adapter returns what it sends.
+    pub fn echo(&self) -> Echo {
+        self.echo
+    }
+
+    /// The settings it was made with.
+    pub fn options(&self) -> &BusOptions {
+        &self.options
+    }
+
+    /// The line below.
+    pub fn line(&self) -> &L {
+        &self.line
+    }
+
+    /// The line below, to sleep on.
+    pub fn line_mut(&mut self) -> &mut L {
+        &mut self.line
+    }
+
+    /// Commands 0 kPa to `boards`, [`BusOptions::SAFE_STATE_REPEATS`] times each, so that a lost packet does not matter.
+    /// Returns the boards that confirmed none of them.
+    ///
+    /// # Errors
+    /// Only when the line failed: then nothing can be sent any more, and the boards' own command timeout has to act.
+    pub fn make_safe(&mut self, boards: impl Iterator<Item = u8> + Clone) -> Result<Vec<u8>, LineError> {
+        let mut silent: Vec<u8> = boards.clone().collect();
+        for _ in 0..BusOptions::SAFE_STATE_REPEATS {
+            for board in boards.clone() {
+                match self.ping(board) {
+                    Ok(_) => silent.retain(|&other| other != board),
+                    Err(ExchangeError::Line(error)) => return Err(error),
+                    Err(_) => {}
+                }
+            }
+        }
+        Ok(silent)
+    }
+}

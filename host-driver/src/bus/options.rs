@@ -1,0 +1,85 @@
+use crate::line::SerialOptions;
+use pneudrive_protocol::{Baud, Echo};
+
+/// How to find out whether the adapter returns the host's own bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EchoMode {
+    /// Send a request to a board that is not there: only an echo can answer it.
+    Detect {
+        /// A board number that is not in use.
+        unused_board: u8,
+    },
+    /// It is known.
+    Known(Echo),
+}
+
+/// Settings of the bus. Times are ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BusOptions {
+    /// Line rate. 1 Mbaud on the original's boards.
+    pub baud: Baud,
+    /// How long a board may think before it answers, adapters and the scheduler included. The original's host waited nominally
+    /// 2 ms, its board's loop took 0.86 ms.
+    pub answer_allowance_ns: u64,
+    /// How long after its timeout an answer may still come, and a board that did not answer is left alone. An answer later
+    /// than this can be taken for that to the next request. The original's boards were seen to be 1 ms late at most.
+    pub late_answer_limit_ns: u64,
+    /// Whether the adapter echoes.
+    pub echo: EchoMode,
+    /// Busy-wait before each sleep, ns: see [`SerialOptions::spin_ns`].
+    pub spin_ns: u64,
+}
+
+impl BusOptions {
+    /// How often 0 kPa is commanded to each board when a run ends.
+    pub const SAFE_STATE_REPEATS: usize = 3;
+    /// How long the line must be silent to count as idle after a disturbance, beyond the protocol's idle gap: the time in which
+    /// bytes on their way through kernel and adapter should have come.
+    const IDLE_MARGIN_NS: u64 = 200_000;
+    /// A line that is not idle after this many packet times has a babbling board on it.
+    const DRAIN_LIMIT_PACKETS: u64 = 100;
+
+    /// A board's timeout: request and answer on the wire, and the allowance. What a missing board costs the others.
+    pub const fn answer_timeout_ns(&self) -> u64 {
+        self.baud.exchange_ns() + self.answer_allowance_ns
+    }
+
+    /// Silence that ends a disturbance.
+    pub const fn idle_ns(&self) -> u64 {
+        self.baud.idle_gap_ns() + Self::IDLE_MARGIN_NS
+    }
+
+    /// How long is waited for that silence at most.
+    pub const fn drain_limit_ns(&self) -> u64 {
+        Self::DRAIN_LIMIT_PACKETS * self.baud.packet_ns()
+    }
+
+    pub(super) fn serial(&self) -> SerialOptions {
+        SerialOptions { baud: self.baud, spin_ns: self.spin_ns }
+    }
+}
+
+impl Default for BusOptions {
+    fn default() -> Self {
+        Self {
+            baud: Baud::ORIGINAL,
+            answer_allowance_ns: 2_000_000,
+            late_answer_limit_ns: 10_000_000,
+            echo: EchoMode::Detect { unused_board: u8::MAX },
+            spin_ns: 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timeouts_follow_the_wire() {
+        assert_eq!(BusOptions::default().answer_timeout_ns(), 2_200_000);
+        let slow = BusOptions { baud: Baud::new(9_600).unwrap(), ..BusOptions::default() };
+        // 20 characters of 10 bits at 9600 baud are 20.83 ms.
+        assert_eq!(slow.answer_timeout_ns(), 20_833_334 + 2_000_000);
+    }
+}

@@ -1,0 +1,163 @@
+use super::ExchangeError;
+
+/// What has happened between the host and one board. Every request is in `asked`, and in exactly one of the six below it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counters {
+    /// Requests sent (or meant to be, where the line was busy).
+    pub asked: u64,
+    /// Valid answers in time.
+    pub answered: u64,
+    /// Nothing came.
+    pub silent: u64,
+    /// No packet came, but bytes.
+    pub garbled: u64,
+    /// The echo was damaged or incomplete.
+    pub echo: u64,
+    /// Only another board answered.
+    pub other_board: u64,
+    /// The line was busy or failed.
+    pub line: u64,
+    /// Packets from this board that came when it was not its turn: late answers. Not requests, so beside the others.
+    pub late: u64,
+}
+
+impl Counters {
+    /// Requests without a valid answer in time.
+    pub fn lost(&self) -> u64 {
+        self.asked - self.answered
+    }
+
+    /// Answers that came and were not accepted: damaged, another board's, or late.
+    pub fn rejected(&self) -> u64 {
+        self.garbled + self.echo + self.other_board + self.late
+    }
+}
+
+/// What the host remembers of a board.
+#[derive(Debug, Clone)]
+pub(super) struct Peer {
+    counters: Counters,
+    /// Last request that may still be answered, ns.
+    owes_since_ns: Option<u64>,
+    quiet_until_ns: u64,
+    /// How long after its timeout an answer may still come: the configured limit, or more for a board that was later.
+    late_limit_ns: u64,
+    usual_late_limit_ns: u64,
+    /// Prompt answers since the last failure.
+    prompt: u32,
+}
+
+impl Peer {
+    /// A board that keeps answering later than any limit could not be used anyway.
+    const LATEST_NS: u64 = 1_000_000_000;
+    /// After so many prompt answers in a row a delay is history.
+    const FORGIVEN_AFTER: u32 = 100;
+
+    pub(super) fn new(late_limit_ns: u64) -> Self {
+        Self {
+            counters: Counters::default(),
+            owes_since_ns: None,
+            quiet_until_ns: 0,
+            late_limit_ns,
+            usual_late_limit_ns: late_limit_ns,
+            prompt: 0,
+        }
+    }
+
+    pub(super) fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Until when the board is to be left alone, ns.
+    pub(super) fn quiet_until_ns(&self) -> u64 {
+        self.quiet_until_ns
+    }
+
+    pub(super) fn answered(&mut self) {
+        self.counters.asked += 1;
+        self.counters.answered += 1;
+        self.owes_since_ns = None;
+        self.prompt = self.prompt.saturating_add(1);
+        if self.prompt >= Self::FORGIVEN_AFTER {
+            self.late_limit_ns = self.usual_late_limit_ns;
+        }
+    }
+
+    /// An exchange failed. `owed_since_ns` is when the request was sent, if it may still be answered; `timeout_ns` is how long an
+    /// answer is waited for.
+    pub(super) fn failed(&mut self, error: &ExchangeError, owed_since_ns: Option<u64>, timeout_ns: u64) {
+        self.counters.asked += 1;
+        let counter = match error {
+            ExchangeError::NoAnswer { .. } => &mut self.counters.silent,
+            ExchangeError::Garbled { .. } => &mut self.counters.garbled,
+            ExchangeError::EchoDamaged { .. } | ExchangeError::EchoMissing { .. } => &mut self.counters.echo,
+            ExchangeError::OtherBoard { .. } => &mut self.counters.other_board,
+            ExchangeError::LineBusy { .. } | ExchangeError::Line(_) => &mut self.counters.line,
+        };
+        *counter += 1;
+        self.prompt = 0;
+        self.owes_since_ns = owed_since_ns;
+        if let Some(since) = owed_since_ns {
+            self.quiet_until_ns = since + timeout_ns + self.late_limit_ns;
+        }
+    }
+
+    /// A packet of this board came when it was not its turn.
+    ///
+    /// If it took more than half the time that such packets are waited for, the next one may take longer still: the
+    /// limit becomes four times the delay. The board stays quiet for the whole time, because it may owe more than one answer.
+    pub(super) fn heard_late(&mut self, now_ns: u64) {
+        self.counters.late += 1;
+        let Some(since) = self.owes_since_ns else { return };
+        let delay = now_ns.saturating_sub(since);
+        if 2 * delay > self.quiet_until_ns.saturating_sub(since) {
+            self.late_limit_ns = self.late_limit_ns.max((4 * delay).min(Self::LATEST_NS));
+            self.quiet_until_ns = self.quiet_until_ns.max(since + self.late_limit_ns);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pneudrive_protocol::Address;
+
+    const TIMEOUT: u64 = 2_200_000;
+    const LIMIT: u64 = 10_000_000;
+
+    fn silent() -> ExchangeError {
+        ExchangeError::NoAnswer { asked: Address::of_board(0), waited_us: 2_200 }
+    }
+
+    #[test]
+    fn a_silent_board_is_left_alone_for_the_limit() {
+        let mut peer = Peer::new(LIMIT);
+        peer.failed(&silent(), Some(1_000), TIMEOUT);
+        assert_eq!(peer.quiet_until_ns(), 1_000 + TIMEOUT + LIMIT);
+        peer.heard_late(3_200_000);
+        assert_eq!(peer.quiet_until_ns(), 1_000 + TIMEOUT + LIMIT, "3.2 ms is well inside the limit");
+    }
+
+    #[test]
+    fn the_limit_follows_a_board_that_is_later_than_expected() {
+        let mut peer = Peer::new(LIMIT);
+        peer.failed(&silent(), Some(0), TIMEOUT);
+        peer.heard_late(11_000_000);
+        assert_eq!(peer.quiet_until_ns(), 44_000_000);
+        peer.failed(&silent(), Some(50_000_000), TIMEOUT);
+        assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 44_000_000);
+        (0..100).for_each(|_| peer.answered());
+        peer.failed(&silent(), Some(200_000_000), TIMEOUT);
+        assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
+    }
+
+    #[test]
+    fn every_request_is_counted_once() {
+        let mut peer = Peer::new(LIMIT);
+        peer.answered();
+        peer.failed(&silent(), Some(0), TIMEOUT);
+        peer.heard_late(3_000_000);
+        let counters = peer.counters();
+        assert_eq!((counters.asked, counters.answered, counters.lost(), counters.rejected()), (2, 1, 1, 1));
+    }
+}

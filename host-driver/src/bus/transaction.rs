@@ -1,0 +1,188 @@
+//! The steps of an exchange on the line.
+
+use super::{Answer, Bus, ExchangeError, HeardBytes};
+use crate::line::{Line, LineError};
+use pneudrive_protocol::{AnswerDecoder, CHANNELS, Counts, Echo, FrameFinder, Heard, PACKET_LEN, Packet};
+
+/// Bytes looked at in one go; a whole echo and answer and what noise may add.
+const BUFFER: usize = 64;
+
+/// Bytes that come back for a request.
+pub(super) fn expected_bytes(echo: Echo) -> usize {
+    match echo {
+        Echo::Absent => PACKET_LEN,
+        Echo::Present => 2 * PACKET_LEN,
+    }
+}
+
+impl<L: Line> Bus<L> {
+    /// Sends `request` and listens until its answer is complete or the time is up.
+    pub(super) fn transact(&mut self, request: Packet) -> Result<Answer, ExchangeError> {
+        self.expect_silence()?;
+        let sent_ns = self.line.now_ns();
+        self.line.send(&request.encode())?;
+        let deadline = sent_ns + self.options.answer_timeout_ns();
+        let mut ear = Ear::new(request, self.echo);
+        let mut wanted = expected_bytes(self.echo);
+        loop {
+            let mut bytes = [0; BUFFER];
+            let count = self.line.receive(&mut bytes, wanted, deadline)?;
+            let now_ns = self.line.now_ns();
+            for &byte in &bytes[..count] {
+                if let Some(packet) = ear.push(byte) {
+                    self.peers[usize::from(packet.address.board())].heard_late(now_ns);
+                }
+            }
+            if let Some(pressures) = ear.believable_answer() {
+                return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
+            }
+            if now_ns >= deadline {
+                return Err(ear.what_went_wrong((now_ns - sent_ns) / 1000));
+            }
+            wanted = 1;
+        }
+    }
+
+    /// Discards what came while nobody had been asked.
+    fn expect_silence(&mut self) -> Result<(), ExchangeError> {
+        let mut bytes = [0; BUFFER];
+        let count = self.line.receive(&mut bytes, 0, 0)?;
+        if count == 0 {
+            return Ok(());
+        }
+        let mut stray = Stray::new();
+        self.discard(&mut stray, &bytes[..count]);
+        self.drain_into(&mut stray)
+    }
+
+    /// Listens, and discards, until the line has been idle.
+    pub(super) fn drain(&mut self) -> Result<(), ExchangeError> {
+        self.drain_into(&mut Stray::new())
+    }
+
+    fn drain_into(&mut self, stray: &mut Stray) -> Result<(), ExchangeError> {
+        let started_ns = self.line.now_ns();
+        let limit_ns = started_ns + self.options.drain_limit_ns();
+        loop {
+            let mut bytes = [0; BUFFER];
+            let now_ns = self.line.now_ns();
+            if now_ns >= limit_ns {
+                let waited_us = (now_ns - started_ns) / 1000;
+                return Err(ExchangeError::LineBusy { heard: stray.heard, waited_us });
+            }
+            match self.line.receive(&mut bytes, 1, now_ns + self.options.idle_ns())? {
+                0 => return Ok(()),
+                count => self.discard(stray, &bytes[..count]),
+            }
+        }
+    }
+
+    /// Listens until `board`'s late answer can no longer come.
+    pub(super) fn wait_until_quiet(&mut self, board: u8) -> Result<(), LineError> {
+        let mut stray = Stray::new();
+        loop {
+            let until_ns = self.ready_at_ns(board);
+            if self.line.now_ns() >= until_ns {
+                return Ok(());
+            }
+            let mut bytes = [0; BUFFER];
+            let count = self.line.receive(&mut bytes, BUFFER, until_ns)?;
+            self.discard(&mut stray, &bytes[..count]);
+        }
+    }
+
+    fn discard(&mut self, stray: &mut Stray, bytes: &[u8]) {
+        let now_ns = self.line.now_ns();
+        self.unsolicited_bytes += bytes.len() as u64;
+        for &byte in bytes {
+            if let Some(packet) = stray.push(byte) {
+                self.peers[usize::from(packet.address.board())].heard_late(now_ns);
+            }
+        }
+    }
+}
+
+/// What is heard in one exchange.
+struct Ear {
+    request: Packet,
+    decoder: AnswerDecoder,
+    heard: HeardBytes,
+    answer: Option<[Counts; CHANNELS]>,
+    other: Option<Packet>,
+}
+
+impl Ear {
+    fn new(request: Packet, echo: Echo) -> Self {
+        Self {
+            request,
+            decoder: AnswerDecoder::new(request, echo),
+            heard: HeardBytes::default(),
+            answer: None,
+            other: None,
+        }
+    }
+
+    /// Takes a byte; gives a packet that is not the answer.
+    ///
+    /// Two answers of the board that was asked, one behind the other: the first was late, the second is the answer.
+    fn push(&mut self, byte: u8) -> Option<Packet> {
+        self.heard.push(byte);
+        match self.decoder.push(byte)? {
+            Heard::Answer(values) => {
+                let earlier = self.answer.replace(values)?;
+                Some(Packet { values: earlier, ..self.request })
+            }
+            Heard::Other(packet) => {
+                self.other = Some(packet);
+                Some(packet)
+            }
+        }
+    }
+
+    fn believable_answer(&self) -> Option<[Counts; CHANNELS]> {
+        self.answer.filter(|_| !self.decoder.echo_damaged())
+    }
+
+    fn what_went_wrong(&self, waited_us: u64) -> ExchangeError {
+        let (asked, heard) = (self.request.address, self.heard);
+        if heard.count() == 0 {
+            return ExchangeError::NoAnswer { asked, waited_us };
+        }
+        if self.decoder.echo_damaged() {
+            return ExchangeError::EchoDamaged { asked, heard, waited_us };
+        }
+        if !self.decoder.echo_complete() {
+            return ExchangeError::EchoMissing {
+                asked,
+                missing: PACKET_LEN - heard.count(),
+                heard,
+                waited_us,
+            };
+        }
+        if let Some(other) = self.other {
+            return ExchangeError::OtherBoard { asked, answered: other.address, waited_us };
+        }
+        match self.decoder.stray_bytes() {
+            0 => ExchangeError::NoAnswer { asked, waited_us },
+            _ => ExchangeError::Garbled { asked, heard, waited_us },
+        }
+    }
+}
+
+/// What is heard while nobody has been asked.
+struct Stray {
+    heard: HeardBytes,
+    finder: FrameFinder,
+}
+
+impl Stray {
+    fn new() -> Self {
+        Self { heard: HeardBytes::default(), finder: FrameFinder::new() }
+    }
+
+    /// Takes a byte; gives the packet that it completes, whoever's it is.
+    fn push(&mut self, byte: u8) -> Option<Packet> {
+        self.heard.push(byte);
+        self.finder.push(byte).map(|frame| frame.packet())
+    }
+}

@@ -1,0 +1,254 @@
+use crate::cli::command_arg::CommandArg;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use pneudrive_host::poller::{MissedTick, PressureFilter};
+use pneudrive_host::trajectory::Interpolation;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  pneudrive-host --port sim --devices 3                    three virtual boards, live on the terminal
+  pneudrive-host --port /dev/ttyUSB0 --devices 2 --command 100
+                                                           two boards, all chambers at 100 kPa
+  pneudrive-host --port /dev/ttyUSB0 --rate 500 --duration 10 --command 0:50,50,120,120 --record run.csv.zst
+  pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
+  pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
+  pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
+  pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
+
+Ends on Ctrl-C, SIGTERM, q (in the live view), after --duration or a trajectory. Then 0 kPa is commanded to every board three
+times, and the statistics are printed.
+
+Exit status: 0 done, 1 failed while running, 2 unusable arguments or input.";
+
+/// Polls PneuDrive boards: sends commands, shows and records pressures.
+#[derive(Debug, Parser)]
+#[command(name = "pneudrive-host", version, after_help = EXAMPLES, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub bus: BusArgs,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Ask each board whether it is there (commands 0 kPa)
+    Ping(PingArgs),
+    /// Wire times at a line rate, and the resistor of the boards' 555 timer
+    Timing(TimingArgs),
+    /// Measure the loop rate for 1 to --devices boards (commands 0 kPa)
+    Bench(BenchArgs),
+}
+
+impl Command {
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Ping(_) => "ping",
+            Self::Timing(_) => "timing",
+            Self::Bench(_) => "bench",
+        }
+    }
+}
+
+/// What is on the bus.
+#[derive(Debug, Clone, Args)]
+pub struct BusArgs {
+    /// Serial port, or `sim` for virtual boards
+    #[arg(long, global = true, value_name = "PATH|sim")]
+    pub port: Option<PathBuf>,
+    /// Boards on the bus, numbered from 0 [default: 1; bench: 4]
+    #[arg(long, short = 'n', global = true, value_name = "N")]
+    pub devices: Option<u16>,
+    /// Most boards accepted for --devices: 4 with the boards' two-way switch, 256 addresses exist
+    #[arg(long, global = true, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub max_devices: u16,
+    /// Line rate, bit/s
+    #[arg(long, global = true, value_name = "BAUD", default_value_t = 1_000_000)]
+    pub baud: u32,
+    /// How long a board may take to answer beyond the wire time, us
+    #[arg(long, global = true, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub allowance_us: u64,
+    /// How long after its timeout an answer may still come, us: a board that did not answer is left alone for so long
+    #[arg(long, global = true, value_name = "US", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
+    pub late_us: u64,
+    /// How long to wait for boards at the start, s
+    #[arg(long, global = true, value_name = "S", default_value_t = 2.0, value_parser = seconds)]
+    pub wait: f64,
+    /// Whether the adapter returns what it sends
+    #[arg(long, global = true, value_enum, default_value_t = EchoArg::Detect)]
+    pub echo: EchoArg,
+    /// Busy-wait for so long before sleeping, us: saves wake-up time, costs CPU
+    #[arg(long, global = true, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
+    pub spin_us: u64,
+    /// When the virtual boards' bytes appear (with --port sim)
+    #[cfg(feature = "sim")]
+    #[arg(long, global = true, value_enum, default_value_t = SimTiming::Wire)]
+    pub timing: SimTiming,
+    /// How long the virtual boards think before they answer, us (with --port sim and --timing wire); the firmware needs about 15
+    #[cfg(feature = "sim")]
+    #[arg(long, global = true, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    pub turnaround_us: u64,
+    /// Print one JSON object on standard output at the end, and nothing else there
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum EchoArg {
+    /// Find out by asking a board that does not exist
+    Detect,
+    /// It does
+    Present,
+    /// It does not
+    Absent,
+}
+
+#[cfg(feature = "sim")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SimTiming {
+    /// When the line rate would deliver them
+    Wire,
+    /// At once
+    Instant,
+}
+
+/// What to do with the boards.
+#[derive(Debug, Clone, PartialEq, Args, Default)]
+pub struct RunArgs {
+    /// Cycles per second [default: as fast as possible]
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// What to do about cycles that could not start in time (with --rate) [default: skip]
+    #[arg(long, value_enum, requires = "rate")]
+    pub missed: Option<MissedArg>,
+    /// Commanded pressure, kPa gauge: P for all, P0,P1,P2,P3 for the channels of all boards, or BOARD:P0,P1,P2,P3; may be repeated
+    #[arg(long, short = 'c', value_name = "KPA", allow_hyphen_values = true)]
+    pub command: Vec<CommandArg>,
+    /// Commands from a CSV file with the columns t_s and b{n}_cmd{k}_kpa, such as a recording
+    #[arg(long, value_name = "FILE.csv")]
+    pub trajectory: Option<PathBuf>,
+    /// What to command between two rows of the trajectory [default: hold]
+    #[arg(long, value_enum, requires = "trajectory")]
+    pub interpolate: Option<InterpolateArg>,
+    /// Record to FILE.csv, FILE.csv.gz or FILE.csv.zst (what the boards sent, unfiltered). A full disk ends the run
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Replace the recording if it exists
+    #[arg(long, requires = "record")]
+    pub overwrite: bool,
+    /// Stop after so many seconds; a shorter trajectory holds its last row until then
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub duration: Option<f64>,
+    /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6, as the original]
+    #[arg(long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]
+    pub filter: Option<PressureFilter>,
+    /// Plain lines even on a terminal
+    #[arg(long)]
+    pub plain: bool,
+}
+
+impl RunArgs {
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MissedArg {
+    /// Leave them out, stay in phase
+    Skip,
+    /// Make up for them
+    CatchUp,
+    /// Start at once and go on from there
+    Shift,
+}
+
+impl From<MissedArg> for MissedTick {
+    fn from(arg: MissedArg) -> Self {
+        match arg {
+            MissedArg::Skip => Self::Skip,
+            MissedArg::CatchUp => Self::CatchUp,
+            MissedArg::Shift => Self::Shift,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum InterpolateArg {
+    /// The earlier row
+    Hold,
+    /// The straight line
+    Linear,
+}
+
+impl From<InterpolateArg> for Interpolation {
+    fn from(arg: InterpolateArg) -> Self {
+        match arg {
+            InterpolateArg::Hold => Self::Hold,
+            InterpolateArg::Linear => Self::Linear,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct PingArgs {
+    /// Exchanges with each board
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub count: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Args)]
+pub struct TimingArgs {
+    /// Capacitor of the 555, nF
+    #[arg(long, value_name = "NF", default_value_t = 100.0)]
+    pub capacitor_nf: f64,
+    /// Its tolerance, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0)]
+    pub capacitor_tolerance: f64,
+    /// Tolerance of the resistor, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0)]
+    pub resistor_tolerance: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct BenchArgs {
+    /// Cycles measured for each number of boards; the paper took 2044
+    #[arg(long, value_name = "N", default_value_t = 2044, value_parser = clap::value_parser!(u32).range(2..=100_000_000))]
+    pub cycles: u32,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    if seconds > 0.0 && seconds <= 1e9 {
+        Ok(seconds)
+    } else {
+        Err("must be above 0 and at most 1e9 s".to_owned())
+    }
+}
+
+fn filter(text: &str) -> Result<PressureFilter, String> {
+    let weight: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    PressureFilter::new(weight).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn bus_options_may_stand_before_or_behind_the_subcommand() {
+        for line in ["x --port sim ping", "x ping --port sim"] {
+            let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+            assert_eq!(cli.bus.port, Some("sim".into()));
+            assert!(matches!(cli.command, Some(Command::Ping(_))) && cli.run.is_default());
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! From arguments to an open bus.
+
+use crate::cli::args::{BusArgs, EchoArg};
+use crate::cli::failure::Failure;
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
+use pneudrive_protocol::{Baud, Echo};
+use std::path::Path;
+
+/// An open bus and, where it is virtual, what is behind it.
+pub struct Connection {
+    pub bus: Bus,
+    /// Ends when dropped, after the bus.
+    pub behind: Behind,
+}
+
+/// What keeps the other end of the line alive.
+#[derive(Default)]
+pub struct Behind {
+    #[cfg(feature = "sim")]
+    _boards: Option<pneudrive_sim::pty::EmbeddedSim>,
+}
+
+/// The number of boards, checked: `default` if none is given.
+pub fn devices(args: &BusArgs, default: u16) -> Result<u16, Failure> {
+    let devices = args.devices.unwrap_or(default.min(args.max_devices));
+    if devices == 0 || devices > args.max_devices {
+        return Err(Failure::input(format!(
+            "--devices {devices}: must be 1 to {}{}",
+            args.max_devices,
+            if devices == 0 {
+                ""
+            } else {
+                "; boards with more than a two-way address switch need --max-devices, up to 256"
+            }
+        )));
+    }
+    Ok(devices)
+}
+
+/// Whether the port is virtual boards of our own.
+pub fn is_sim(args: &BusArgs) -> bool {
+    args.port.as_deref() == Some(Path::new("sim"))
+}
+
+/// The bus settings that the arguments mean.
+pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> {
+    let echo = match (args.echo, u8::try_from(devices)) {
+        (EchoArg::Present, _) => EchoMode::Known(Echo::Present),
+        (EchoArg::Absent, _) => EchoMode::Known(Echo::Absent),
+        (EchoArg::Detect, Ok(_)) => EchoMode::Detect { unused_board: u8::MAX },
+        (EchoArg::Detect, Err(_)) => {
+            return Err(Failure::input(
+                "with 256 boards no address is left to find out whether the adapter echoes; pass --echo present or --echo absent",
+            ));
+        }
+    };
+    Ok(BusOptions {
+        baud: Baud::new(args.baud).map_err(|error| Failure::input(format!("--baud: {error}")))?,
+        answer_allowance_ns: args.allowance_us * 1000,
+        late_answer_limit_ns: args.late_us * 1000,
+        echo,
+        spin_ns: args.spin_us * 1000,
+    })
+}
+
+/// Opens the port for `devices` boards, starting them first if they are virtual.
+pub fn connect(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
+    let options = bus_options(args, devices)?;
+    let port = args.port.as_deref().ok_or_else(|| {
+        Failure::input(
+            "no --port given; use a serial port such as /dev/ttyUSB0, or `--port sim` for virtual boards",
+        )
+    })?;
+    if !is_sim(args) {
+        return Ok(Connection { bus: Bus::open(port, options)?, behind: Behind::default() });
+    }
+    virtual_boards(args, devices, options)
+}
+
+#[cfg(feature = "sim")]
+fn virtual_boards(args: &BusArgs, devices: u16, options: BusOptions) -> Result<Connection, Failure> {
+    let boards = super::sim::start(args, devices, options.baud)?;
+    let bus = Bus::open(boards.path(), options)?;
+    Ok(Connection { bus, behind: Behind { _boards: Some(boards) } })
+}
+
+#[cfg(not(feature = "sim"))]
+fn virtual_boards(_: &BusArgs, _: u16, _: BusOptions) -> Result<Connection, Failure> {
+    Err(Failure::input(
+        "this pneudrive-host was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
+    ))
+}

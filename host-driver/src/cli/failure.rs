@@ -1,0 +1,65 @@
+use crate::cli::find_boards::NoBoards;
+use pneudrive_host::bus::OpenBusError;
+use pneudrive_host::record::RecordError;
+use std::fmt;
+use std::process::ExitCode;
+
+/// Why the program ends without having done what it should.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Failure {
+    /// The arguments or files cannot be used. Nothing has been sent to a board.
+    Input(String),
+    /// Something failed while running.
+    Running(String),
+}
+
+impl Failure {
+    pub fn input(message: impl fmt::Display) -> Self {
+        Self::Input(message.to_string())
+    }
+
+    pub fn running(message: impl fmt::Display) -> Self {
+        Self::Running(message.to_string())
+    }
+
+    pub fn status(&self) -> ExitCode {
+        match self {
+            Self::Running(_) => ExitCode::from(1),
+            Self::Input(_) => ExitCode::from(2),
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(message) | Self::Running(message) => f.write_str(message),
+        }
+    }
+}
+
+impl From<OpenBusError> for Failure {
+    fn from(error: OpenBusError) -> Self {
+        match error {
+            OpenBusError::Port(error) => Self::input(error),
+            OpenBusError::Line(_) | OpenBusError::Echo(_) => Self::running(error),
+        }
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::UnknownFormat { .. }
+            | RecordError::Exists { .. }
+            | RecordError::NotCreated { .. } => Self::input(error),
+            RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),
+        }
+    }
+}
+
+impl From<NoBoards> for Failure {
+    fn from(error: NoBoards) -> Self {
+        Self::running(error)
+    }
+}

@@ -1,0 +1,52 @@
+//! The command line: one file a subcommand.
+
+mod args;
+mod bench;
+mod command_arg;
+mod connect;
+mod failure;
+mod find_boards;
+mod logger;
+mod output;
+mod ping;
+mod run;
+mod signals;
+#[cfg(feature = "sim")]
+mod sim;
+mod sources;
+mod timing;
+mod view;
+
+use args::{Cli, Command};
+use clap::Parser;
+use failure::Failure;
+use std::process::ExitCode;
+
+/// Reads the arguments, does what they say, returns the exit status: 0 done, 1 failed while running, 2 unusable input.
+pub fn main() -> ExitCode {
+    logger::install();
+    match dispatch(Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.status()
+        }
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<(), Failure> {
+    if let Some(command) = &cli.command
+        && !cli.run.is_default()
+    {
+        let name = command.name();
+        return Err(Failure::input(format!(
+            "options that record or command belong to polling, not to `{name}`"
+        )));
+    }
+    match cli.command {
+        None => run::run(&cli.bus, &cli.run),
+        Some(Command::Ping(args)) => ping::run(&cli.bus, &args),
+        Some(Command::Timing(args)) => timing::run(&cli.bus, &args),
+        Some(Command::Bench(args)) => bench::run(&cli.bus, &args),
+    }
+}

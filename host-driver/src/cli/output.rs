@@ -1,0 +1,49 @@
+use crate::cli::failure::Failure;
+use pneudrive_host::statistics::Statistics;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+/// One JSON object and a line end on standard output.
+pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(value).map_err(Failure::running)?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{text}")
+        .and_then(|()| out.flush())
+        .map_err(|error| Failure::running(format!("standard output: {error}")))
+}
+
+/// The statistics of a run, for people.
+pub fn statistics_text(statistics: &Statistics) -> String {
+    let Statistics { loop_hz, cycle_us, .. } = statistics;
+    let mut text = String::new();
+    // Writing to a String does not fail.
+    let _ = writeln!(
+        text,
+        "{} cycles of {} board(s) in {:.2} s: {:.1} +- {:.1} Hz (slowest {:.1} Hz)",
+        statistics.cycles, statistics.devices, statistics.seconds, loop_hz.mean, loop_hz.std, loop_hz.min
+    );
+    let _ = writeln!(
+        text,
+        "cycle time: median {:.0} us, 99 % {:.0} us, 99.9 % {:.0} us, longest {:.0} us; {} starts missed",
+        cycle_us.p50, cycle_us.p99, cycle_us.p999, cycle_us.max, statistics.missed_ticks
+    );
+    let _ = writeln!(
+        text,
+        "{} exchanges, {} lost, {} answers rejected, {} bytes unasked; bus thread {:.1} % of a core",
+        statistics.exchanges,
+        statistics.lost,
+        statistics.rejected,
+        statistics.unsolicited_bytes,
+        100.0 * statistics.cpu_share
+    );
+    for board in &statistics.boards {
+        let state = format!("{:?}", board.state).to_lowercase();
+        let _ = writeln!(
+            text,
+            "  board {}: {state}, {} answered, {} lost, {} rejected",
+            board.board, board.answered, board.lost, board.rejected
+        );
+    }
+    text
+}

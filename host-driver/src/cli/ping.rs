@@ -1,0 +1,95 @@
+use crate::cli::args::{BusArgs, PingArgs};
+use crate::cli::connect::{connect, devices};
+use crate::cli::failure::Failure;
+use crate::cli::find_boards;
+use crate::cli::output::print_json;
+use pneudrive_host::bus::{Bus, ExchangeError};
+use pneudrive_protocol::{Echo, SensorScale};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct PingReport {
+    port: String,
+    echo: bool,
+    boards: Vec<BoardReport>,
+}
+
+#[derive(Serialize)]
+struct BoardReport {
+    board: u8,
+    asked: u32,
+    answered: u32,
+    /// Time from request to answer: fastest, median, slowest, us.
+    round_trip_us: Option<[f64; 3]>,
+    pressures_kpa: Option<[f64; 4]>,
+    error: Option<String>,
+}
+
+/// Asks each board some times and prints how it answered. Fails if any board did not answer at all.
+pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
+    let devices = devices(args, 1)?;
+    let mut connection = connect(args, devices)?;
+    let bus = &mut connection.bus;
+    let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
+    find_boards::find(bus, &boards, args.wait, || false)?;
+    let boards: Vec<_> = boards.iter().map(|&board| measure(bus, board, ping.count)).collect();
+    let missing = boards.iter().filter(|board| board.answered == 0).count();
+    let report = PingReport {
+        port: bus.line().path().display().to_string(),
+        echo: bus.echo() == Echo::Present,
+        boards,
+    };
+    if args.json {
+        print_json(&report)?
+    } else {
+        print(&report)
+    }
+    match missing {
+        0 => Ok(()),
+        _ => Err(Failure::running(format!("{missing} of {devices} boards did not answer"))),
+    }
+}
+
+fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
+    let mut times_us = Vec::new();
+    let mut last = None;
+    let mut error = None;
+    for _ in 0..count {
+        match bus.ping(board) {
+            Ok(answer) => {
+                times_us.push(answer.round_trip_ns() as f64 * 1e-3);
+                last = Some(answer.pressures.map(|counts| SensorScale::ORIGINAL.kpa(counts)));
+            }
+            Err(refused) => {
+                let gone = matches!(refused, ExchangeError::Line(_));
+                error = Some(refused.to_string());
+                if gone {
+                    break;
+                }
+            }
+        }
+    }
+    times_us.sort_by(f64::total_cmp);
+    let round_trip_us = match times_us[..] {
+        [] => None,
+        [first, .., last] => Some([first, times_us[times_us.len() / 2], last]),
+        [only] => Some([only; 3]),
+    };
+    let answered = times_us.len() as u32;
+    BoardReport { board, asked: count, answered, round_trip_us, pressures_kpa: last, error }
+}
+
+fn print(report: &PingReport) {
+    println!("{}{}", report.port, if report.echo { " (echoes what it sends)" } else { "" });
+    for board in &report.boards {
+        print!("board {}: {} of {} answered", board.board, board.answered, board.asked);
+        if let (Some([first, median, last]), Some(kpa)) = (board.round_trip_us, board.pressures_kpa) {
+            print!(", {first:.0} / {median:.0} / {last:.0} us (fastest, median, slowest)");
+            print!(", {:.1} {:.1} {:.1} {:.1} kPa", kpa[0], kpa[1], kpa[2], kpa[3]);
+        }
+        println!();
+        if let Some(error) = &board.error {
+            println!("  last error: {error}");
+        }
+    }
+}

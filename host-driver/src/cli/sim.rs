@@ -1,0 +1,26 @@
+//! `--port sim`: virtual boards in a thread of this process. They are talked to through their pty's bytes only.
+
+use crate::cli::args::{BusArgs, SimTiming};
+use crate::cli::failure::Failure;
+use pneudrive_protocol::Baud;
+use pneudrive_sim::board::Turnaround;
+use pneudrive_sim::pty::{EmbeddedSim, PtyOptions, SimError};
+use pneudrive_sim::rig::{RigOptions, Timing};
+
+/// Starts `devices` healthy boards on a line of this rate.
+pub fn start(args: &BusArgs, devices: u16, baud: Baud) -> Result<EmbeddedSim, Failure> {
+    let rig = RigOptions {
+        boards: usize::from(devices),
+        baud,
+        timing: match args.timing {
+            SimTiming::Wire => Timing::Wire,
+            SimTiming::Instant => Timing::Instant,
+        },
+        turnaround: Turnaround::Fixed { delay_ns: args.turnaround_us * 1000 },
+        ..RigOptions::default()
+    };
+    EmbeddedSim::start(&rig, &PtyOptions::default()).map_err(|error| match error {
+        SimError::Rig(_) => Failure::input(format!("virtual boards: {error}")),
+        _ => Failure::running(format!("virtual boards: {error}")),
+    })
+}

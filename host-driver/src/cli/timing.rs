@@ -1,0 +1,100 @@
+use crate::cli::args::{BusArgs, TimingArgs};
+use crate::cli::connect::bus_options;
+use crate::cli::failure::Failure;
+use crate::cli::output::print_json;
+use pneudrive_protocol::Baud;
+use pneudrive_protocol::pulse::{Parts, Pulse, pulse, resistor_for};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct TimingReport {
+    baud: u32,
+    character_us: f64,
+    packet_us: f64,
+    exchange_us: f64,
+    idle_gap_us: f64,
+    answer_timeout_us: f64,
+    /// Highest loop rate for 1, 2, 3, 4 boards.
+    limit_hz: [f64; 4],
+    pulse: PulseReport,
+}
+
+#[derive(Serialize)]
+struct PulseReport {
+    resistor_ohm: u32,
+    nominal_us: f64,
+    tolerance_us: f64,
+    shortest_us: f64,
+    longest_us: f64,
+}
+
+/// Prints wire times and the 555's resistor for a line rate. Needs no port.
+pub fn run(args: &BusArgs, timing: &TimingArgs) -> Result<(), Failure> {
+    let options = bus_options(args, 1)?;
+    let parts = Parts {
+        capacitance_pf: whole("--capacitor-nf", timing.capacitor_nf, 1_000.0)?,
+        capacitor_tolerance_ppm: whole("--capacitor-tolerance", timing.capacitor_tolerance, 10_000.0)?,
+        resistor_tolerance_ppm: whole("--resistor-tolerance", timing.resistor_tolerance, 10_000.0)?,
+    };
+    let ohm = resistor_for(options.baud, parts).map_err(Failure::input)?;
+    let report = report(options.baud, options.answer_timeout_ns(), ohm, pulse(ohm, parts));
+    if args.json { print_json(&report) } else { print(&report) }
+}
+
+/// `value` x `scale` as a whole number.
+fn whole(name: &str, value: f64, scale: f64) -> Result<u32, Failure> {
+    let scaled = (value * scale).round();
+    if (0.0..=f64::from(u32::MAX)).contains(&scaled) {
+        Ok(scaled as u32)
+    } else {
+        Err(Failure::input(format!("{name} {value}: must be from 0 to {:.0}", f64::from(u32::MAX) / scale)))
+    }
+}
+
+fn report(baud: Baud, timeout_ns: u64, resistor_ohm: u32, pulse: Pulse) -> TimingReport {
+    let us = |ns: u64| ns as f64 * 1e-3;
+    TimingReport {
+        baud: baud.get(),
+        character_us: us(baud.characters_ns(1)),
+        packet_us: us(baud.packet_ns()),
+        exchange_us: us(baud.exchange_ns()),
+        idle_gap_us: us(baud.idle_gap_ns()),
+        answer_timeout_us: us(timeout_ns),
+        limit_hz: [1, 2, 3, 4].map(|boards| baud.cycle_limit_hz(boards)),
+        pulse: PulseReport {
+            resistor_ohm,
+            nominal_us: us(pulse.nominal_ns),
+            tolerance_us: us(pulse.tolerance_ns),
+            shortest_us: us(pulse.shortest_ns),
+            longest_us: us(pulse.longest_ns),
+        },
+    }
+}
+
+fn print(report: &TimingReport) -> Result<(), Failure> {
+    let TimingReport { pulse, limit_hz, .. } = report;
+    println!("{} baud, 8N1", report.baud);
+    println!("  character          {:>10.1} us", report.character_us);
+    println!("  packet (10 bytes)  {:>10.1} us", report.packet_us);
+    println!("  request + answer   {:>10.1} us", report.exchange_us);
+    println!("  idle gap           {:>10.1} us   silence that starts a new frame", report.idle_gap_us);
+    println!(
+        "  answer timeout     {:>10.1} us   what a missing board costs the others",
+        report.answer_timeout_us
+    );
+    println!("  loop rate at most");
+    for (boards, hz) in (1..).zip(limit_hz) {
+        println!("    {boards} board(s)       {hz:>10.1} Hz");
+    }
+    println!("555 write-enable pulse, t = 1.1 R C");
+    println!(
+        "  R                  {:>10} ohm  smallest E96 value that always covers a packet",
+        pulse.resistor_ohm
+    );
+    println!(
+        "  t                  {:>10.1} us   +- {:.1} us (root sum of squares)",
+        pulse.nominal_us, pulse.tolerance_us
+    );
+    println!("  worst case         {:>10.1} us   to {:.1} us", pulse.shortest_us, pulse.longest_us);
+    Ok(())
+}

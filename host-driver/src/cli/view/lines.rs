@@ -1,0 +1,106 @@
+use super::{Events, Session};
+use crate::cli::failure::Failure;
+use pneudrive_host::poller::{BoardRow, Poller, Snapshot};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::time::{Duration, Instant};
+
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+const LINE_EVERY: Duration = Duration::from_secs(1);
+
+/// One line a second; with `json` on standard error, because standard output belongs to the JSON object.
+pub fn show(
+    session: &Session,
+    json: bool,
+    poller: &Poller,
+    events: &Events,
+    stop: impl Fn() -> bool,
+) -> Result<(), Failure> {
+    let mut next = Instant::now() + LINE_EVERY;
+    let mut before = Snapshot::default();
+    while !stop() && !poller.is_finished() {
+        std::thread::sleep(LOOK_EVERY);
+        while let Some(event) = events.next() {
+            eprintln!("{event}");
+        }
+        if Instant::now() >= next {
+            next += LINE_EVERY;
+            let now = poller.latest();
+            put(json, &line(&before, &now, session.clock.now_ns()))?;
+            before = now;
+        }
+    }
+    Ok(())
+}
+
+fn put(json: bool, line: &str) -> Result<(), Failure> {
+    if json {
+        eprintln!("{line}");
+        return Ok(());
+    }
+    // A reader that has gone (| head) ends the run like Ctrl-C.
+    writeln!(std::io::stdout(), "{line}")
+        .map_err(|error| Failure::running(format!("standard output: {error}")))
+}
+
+/// Time, loop rate since the line before, and command and pressure of every channel, in kPa.
+fn line(before: &Snapshot, now: &Snapshot, now_ns: u64) -> String {
+    let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
+    let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);
+    let seconds = now.since_start_ns.saturating_sub(before.since_start_ns) as f64 * 1e-9;
+    if seconds > 0.0 {
+        let _ = write!(line, "  {:>7.1} Hz", cycles as f64 / seconds);
+    }
+    for board in &now.boards {
+        let _ = write!(line, "  b{}", board.board);
+        put_board(&mut line, board, now_ns);
+    }
+    line
+}
+
+/// Readings older than this are shown with their age, ns: three of the slowest usual cycles.
+const OLD_NS: u64 = 100_000_000;
+
+fn put_board(line: &mut String, board: &BoardRow, now_ns: u64) {
+    match &board.reading {
+        None => line.push_str(" never answered"),
+        Some(reading) => {
+            for (kpa, command) in reading.kpa.iter().zip(super::commands_kpa(board)) {
+                let _ = write!(line, " {kpa:.1}/{command:.0}");
+            }
+            let age_ns = reading.age_ns(now_ns);
+            if age_ns > OLD_NS {
+                let _ = write!(line, " ({:.1} s old)", age_ns as f64 * 1e-9);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pneudrive_host::poller::{BoardState, Outcome, Reading, VENTED};
+
+    #[test]
+    fn a_line_tells_old_values_from_fresh_ones() {
+        let reading = Reading { counts: VENTED, kpa: [1.0, 2.0, 3.0, 4.0], asked_ns: 1_000_000_000 };
+        let board = BoardRow {
+            board: 2,
+            command: VENTED,
+            outcome: Outcome::Fresh,
+            reading: Some(reading),
+            state: BoardState::Present,
+        };
+        let at = |cycle, since_start_ns| Snapshot {
+            cycle: Some(cycle),
+            at_ns: 0,
+            since_start_ns,
+            boards: vec![board],
+        };
+        let (before, now) = (at(1000, 1_000_000_000), at(3000, 2_000_000_000));
+        let fresh = line(&before, &now, 1_000_200_000);
+        assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0 2.0/0 3.0/0 4.0/0");
+        let old = line(&before, &now, 2_500_000_000);
+        assert!(old.ends_with("4.0/0 (1.5 s old)"), "{old}");
+    }
+}

@@ -1,0 +1,51 @@
+//! Bytes and time: what the bus needs from whatever carries it.
+
+mod clock;
+mod error;
+mod low_latency;
+mod naps;
+mod open;
+mod serial;
+
+pub use clock::Clock;
+pub use error::{LineError, OpenError};
+pub use serial::{SerialOptions, SerialPort};
+
+/// A half-duplex byte line with a clock.
+///
+/// Times are ns on a clock of the line's own that never goes back; deadlines belong to the line, so that the same
+/// bus runs on a serial port and, in tests, in virtual time.
+pub trait Line {
+    /// Now, ns.
+    fn now_ns(&self) -> u64;
+
+    /// Hands `bytes` over to be sent back to back. Returns when they are handed over, not when they are sent.
+    ///
+    /// # Errors
+    /// The line is gone or the device failed.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError>;
+
+    /// Waits for bytes: until `wanted` of them are there, or until `deadline_ns`.
+    ///
+    /// Returns how many were put into `into` (which may be more than `wanted`). Bytes that are there when the deadline
+    /// has passed are returned all the same, so nothing that arrived is reported missing for lack of a look. A deadline in
+    /// the past means: what is there now.
+    ///
+    /// # Errors
+    /// The line is gone or the device failed.
+    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError>;
+
+    /// Sleeps until `at_ns`.
+    fn sleep_until(&mut self, at_ns: u64);
+
+    /// From now on, most answers have this many bytes: a line that can wake the host once instead of once a byte may
+    /// use it. Only a hint.
+    fn expect_bytes(&mut self, count: usize) {
+        let _ = count;
+    }
+
+    /// CPU time that the calling thread has used so far, ns; 0 where time is virtual.
+    fn cpu_time_ns(&self) -> u64 {
+        0
+    }
+}

@@ -1,0 +1,169 @@
+use super::clock::timespec;
+use super::naps::Naps;
+use super::open::{open_exclusive, wake_at};
+use super::{Clock, Line, LineError, OpenError};
+use pneudrive_protocol::Baud;
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::{Errno, read, write};
+use rustix::termios::{OptionalActions, Termios, tcsetattr};
+use rustix::thread::{ClockId, clock_nanosleep_absolute, set_current_timer_slack};
+use std::num::NonZeroU64;
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+
+/// Settings of a serial port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SerialOptions {
+    /// Line rate; 8 data bits, no parity, one stop bit always.
+    pub baud: Baud,
+    /// How long to look for bytes without sleeping before each sleep, ns. 0 never busy-waits. A few us save the time that the
+    /// kernel needs to wake a thread, at the price of that much CPU per exchange.
+    pub spin_ns: u64,
+}
+
+/// A serial port or pty, opened for this process alone. Its clock is CLOCK_MONOTONIC.
+#[derive(Debug)]
+pub struct SerialPort {
+    path: PathBuf,
+    file: OwnedFd,
+    settings: Termios,
+    options: SerialOptions,
+    /// Bytes from which on the kernel reports the port readable.
+    wakes_at: usize,
+}
+
+impl SerialPort {
+    /// How long `send` waits for room. A request is 10 bytes and the kernel buffers 4096: only a dead device is full.
+    const SEND_PATIENCE_NS: u64 = 100_000_000;
+
+    /// Opens `port` exclusively: raw, 8N1, no flow control, old bytes discarded.
+    ///
+    /// # Errors
+    /// See [`OpenError`]; a port that another process holds is [`OpenError::InUse`].
+    pub fn open(port: &Path, options: SerialOptions) -> Result<Self, OpenError> {
+        let (file, settings) = open_exclusive(port, options.baud)?;
+        Ok(Self { path: port.to_owned(), file, settings, options, wakes_at: 1 })
+    }
+
+    /// The path it was opened by.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The clock of its times.
+    pub fn clock(&self) -> Clock {
+        Clock
+    }
+
+    /// Lets the calling thread's sleeps end on time: the kernel otherwise adds up to 50 us to save power. Only for the thread
+    /// that will use the port.
+    pub fn precise_sleeps() {
+        if let Err(error) = set_current_timer_slack(NonZeroU64::new(1)) {
+            log::debug!("timer slack not set ({error}); sleeps may end 50 us late");
+        }
+    }
+
+    /// What is there now; 0 if nothing.
+    fn look(&self, into: &mut [u8]) -> Result<usize, LineError> {
+        match read(&self.file, &mut *into) {
+            // With O_NONBLOCK, "nothing there" is EAGAIN; 0 bytes means that the other end hung up.
+            Ok(0) if !into.is_empty() => Err(LineError::Gone { port: self.path.clone() }),
+            Ok(count) => Ok(count),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(0),
+            Err(errno) => Err(self.failed("read", errno)),
+        }
+    }
+
+    /// Sleeps until the port is ready for `what` or `deadline_ns` passes.
+    fn wait(&self, what: PollFlags, deadline_ns: u64) -> Result<(), LineError> {
+        let now = self.now_ns();
+        if now >= deadline_ns {
+            return Ok(());
+        }
+        let mut files = [PollFd::new(&self.file, what)];
+        match poll(&mut files, Some(&timespec(deadline_ns - now))) {
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(errno) => return Err(self.failed("poll", errno)),
+        }
+        let seen = files[0].revents();
+        if seen.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL)
+            && !seen.intersects(PollFlags::IN)
+        {
+            return Err(LineError::Gone { port: self.path.clone() });
+        }
+        Ok(())
+    }
+
+    fn failed(&self, what: &'static str, errno: Errno) -> LineError {
+        let port = self.path.clone();
+        match errno {
+            Errno::IO | Errno::NODEV | Errno::NXIO | Errno::BADF => LineError::Gone { port },
+            other => LineError::System { port, what, reason: other.to_string() },
+        }
+    }
+}
+
+impl Line for SerialPort {
+    fn now_ns(&self) -> u64 {
+        Clock.now_ns()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        let mut left = bytes;
+        let started = self.now_ns();
+        while !left.is_empty() {
+            match write(&self.file, left) {
+                Ok(count) => left = &left[count..],
+                Err(Errno::INTR) => {}
+                Err(Errno::AGAIN) => {
+                    let waited = self.now_ns() - started;
+                    if waited >= Self::SEND_PATIENCE_NS {
+                        return Err(LineError::Stuck { port: self.path.clone(), waited_us: waited / 1000 });
+                    }
+                    self.wait(PollFlags::OUT, started + Self::SEND_PATIENCE_NS)?;
+                }
+                Err(errno) => return Err(self.failed("write", errno)),
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        let wanted = wanted.min(into.len());
+        let mut have = self.look(into)?;
+        let spin_end = self.now_ns().saturating_add(self.options.spin_ns).min(deadline_ns);
+        while have < wanted && self.options.spin_ns > 0 && self.now_ns() < spin_end {
+            std::hint::spin_loop();
+            have += self.look(&mut into[have..])?;
+        }
+        let mut naps = Naps::new(self.options.baud.characters_ns(1));
+        while have < wanted && self.now_ns() < deadline_ns {
+            if wanted - have >= self.wakes_at {
+                self.wait(PollFlags::IN, deadline_ns)?;
+            } else {
+                let end = naps.next_end(self.now_ns(), deadline_ns);
+                self.sleep_until(end);
+            }
+            have += self.look(&mut into[have..])?;
+        }
+        Ok(have)
+    }
+
+    fn sleep_until(&mut self, at_ns: u64) {
+        // Interrupted by a signal: sleep on. The signal's own handler tells whoever needs to know.
+        while clock_nanosleep_absolute(ClockId::Monotonic, &timespec(at_ns)) == Err(Errno::INTR) {}
+    }
+
+    fn expect_bytes(&mut self, count: usize) {
+        let Ok(bytes) = u8::try_from(count.max(1)) else { return };
+        wake_at(&mut self.settings, bytes);
+        match tcsetattr(&self.file, OptionalActions::Now, &self.settings) {
+            Ok(()) => self.wakes_at = usize::from(bytes),
+            Err(error) => log::debug!("{}: VMIN not set ({error})", self.path.display()),
+        }
+    }
+
+    fn cpu_time_ns(&self) -> u64 {
+        Clock.cpu_time_ns()
+    }
+}

@@ -1,0 +1,103 @@
+//! Where a cycle's commands come from.
+
+use pneudrive_protocol::{CHANNELS, Counts};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Commands of one board, channels 0 to 3.
+pub type BoardCommand = [Counts; CHANNELS];
+
+/// What is commanded before anybody says otherwise: 0 kPa.
+pub const VENTED: BoardCommand = [Counts::ATMOSPHERE; CHANNELS];
+
+/// Whether there are more commands to come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Supply {
+    /// Go on.
+    Continues,
+    /// These were the last ones; the poller ends after this cycle.
+    Ended,
+}
+
+/// Gives the commands of each cycle. Called on the bus thread: it must not block.
+pub trait CommandSource: Send {
+    /// Fills in the commands of all polled boards, in the poller's order, for a cycle that starts `since_start_ns` after the first.
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply;
+}
+
+/// Set points that any thread may change while the poller runs, without a lock: the four of one board change together.
+#[derive(Debug, Clone)]
+pub struct SetPoints {
+    /// Four 16-bit counts a board.
+    boards: Arc<[AtomicU64]>,
+}
+
+impl SetPoints {
+    /// For `boards` boards, all at 0 kPa.
+    pub fn new(boards: usize) -> Self {
+        Self { boards: (0..boards).map(|_| AtomicU64::new(pack(VENTED))).collect() }
+    }
+
+    /// Sets the four commands of the board at `index` in the poller's order, from its next exchange on.
+    ///
+    /// # Errors
+    /// There is no such board.
+    pub fn set(&self, index: usize, command: BoardCommand) -> Result<(), NoSuchBoard> {
+        let slot = self.boards.get(index).ok_or(NoSuchBoard { index, boards: self.boards.len() })?;
+        slot.store(pack(command), Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// The commands of the board at `index`.
+    pub fn get(&self, index: usize) -> Option<BoardCommand> {
+        self.boards.get(index).map(|slot| unpack(slot.load(Ordering::Relaxed)))
+    }
+}
+
+impl CommandSource for SetPoints {
+    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+        for (slot, command) in self.boards.iter().zip(commands) {
+            *command = unpack(slot.load(Ordering::Relaxed));
+        }
+        Supply::Continues
+    }
+}
+
+/// A board that is not polled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no board {index}: {boards} boards are polled, counted from 0")]
+pub struct NoSuchBoard {
+    /// The index that was asked for.
+    pub index: usize,
+    /// How many boards are polled.
+    pub boards: usize,
+}
+
+fn pack(command: BoardCommand) -> u64 {
+    command.iter().fold(0, |packed, counts| packed << 16 | u64::from(counts.get()))
+}
+
+fn unpack(packed: u64) -> BoardCommand {
+    let mut command = VENTED;
+    for (channel, counts) in command.iter_mut().enumerate() {
+        let shift = 16 * (CHANNELS - 1 - channel);
+        *counts = Counts::saturating((packed >> shift) as u16);
+    }
+    command
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn set_points_come_out_as_they_went_in() {
+        let command = [1023, 0, 511, 102].map(|value| Counts::new(value).unwrap());
+        let mut points = SetPoints::new(2);
+        points.set(1, command).unwrap();
+        let mut filled = [VENTED; 2];
+        assert_eq!(points.fill(0, &mut filled), Supply::Continues);
+        assert_eq!(filled, [VENTED, command]);
+        assert_eq!(points.set(2, command), Err(NoSuchBoard { index: 2, boards: 2 }));
+    }
+}

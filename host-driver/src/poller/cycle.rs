@@ -1,0 +1,226 @@
+//! The loop itself: which board is asked when, and who is told.
+
+use super::presence::Presence;
+use super::schedule::Schedule;
+use super::{
+    BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Supply,
+    VENTED,
+};
+use crate::bus::{Answer, Bus, ExchangeError};
+use crate::line::{Line, LineError};
+use crate::statistics::{BoardStatistics, CycleStatistics, Statistics};
+
+/// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other. [`Poller`](super::Poller) runs it on a thread
+/// of its own; benchmarks and tests, in virtual time, call it themselves.
+pub struct Polling<L: Line> {
+    bus: Bus<L>,
+    options: PollerOptions,
+    source: Box<dyn CommandSource>,
+    observers: Vec<Box<dyn Observer>>,
+    schedule: Schedule,
+    presence: Vec<Presence>,
+    commands: Vec<super::BoardCommand>,
+    rows: Vec<BoardRow>,
+    cycles: CycleStatistics,
+    start_ns: Option<u64>,
+    cycle_start_ns: u64,
+    cpu_before_ns: u64,
+}
+
+impl<L: Line> Polling<L> {
+    /// The boards and settings of `options`, commands from `source`.
+    pub fn new(
+        bus: Bus<L>,
+        options: PollerOptions,
+        source: Box<dyn CommandSource>,
+        observers: Vec<Box<dyn Observer>>,
+    ) -> Self {
+        let row = |&board| BoardRow {
+            board,
+            command: VENTED,
+            outcome: Outcome::NotAsked,
+            reading: None,
+            state: BoardState::Unseen,
+        };
+        Self {
+            schedule: Schedule::new(options.pace, 0),
+            presence: vec![Presence::new(options.presence); options.boards.len()],
+            commands: vec![VENTED; options.boards.len()],
+            rows: options.boards.iter().map(row).collect(),
+            cycles: CycleStatistics::new(),
+            start_ns: None,
+            cycle_start_ns: 0,
+            cpu_before_ns: 0,
+            bus,
+            options,
+            source,
+            observers,
+        }
+    }
+
+    /// When the next cycle is due, ns on the line's clock: by the pace, and not before a board can be asked.
+    pub fn next_cycle_ns(&mut self) -> u64 {
+        let now_ns = self.bus.line().now_ns();
+        let Some(_) = self.start_ns else {
+            self.begin(now_ns);
+            return now_ns;
+        };
+        let scheduled = self.schedule.next_start(now_ns);
+        let askable = (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0);
+        scheduled.max(askable)
+    }
+
+    fn begin(&mut self, now_ns: u64) {
+        self.start_ns = Some(now_ns);
+        self.cycle_start_ns = now_ns;
+        self.schedule = Schedule::new(self.options.pace, now_ns);
+        self.cpu_before_ns = self.bus.line().cpu_time_ns();
+    }
+
+    /// Asks every board that can be asked, then tells the observers.
+    ///
+    /// # Errors
+    /// The line failed. Everything else that goes wrong is in the row.
+    pub fn cycle(&mut self) -> Result<Supply, LineError> {
+        let now_ns = self.bus.line().now_ns();
+        let start_ns = match self.start_ns {
+            Some(start_ns) => start_ns,
+            None => {
+                self.begin(now_ns);
+                now_ns
+            }
+        };
+        if now_ns > self.cycle_start_ns {
+            self.cycles.add(now_ns - self.cycle_start_ns);
+        }
+        self.cycle_start_ns = now_ns;
+        let supply = self.source.fill(now_ns - start_ns, &mut self.commands);
+        for index in 0..self.rows.len() {
+            self.visit(index)?;
+        }
+        let cycle = self.cycles.count();
+        let row = Row { cycle, at_ns: now_ns, since_start_ns: now_ns - start_ns, boards: &self.rows };
+        self.observers.iter_mut().for_each(|observer| observer.row(&row));
+        Ok(supply)
+    }
+
+    /// When the board at `index` can be asked: not while it is missing and not probed, nor while it may still answer.
+    fn askable_ns(&self, index: usize) -> u64 {
+        self.presence[index].due_ns().max(self.bus.ready_at_ns(self.rows[index].board))
+    }
+
+    fn visit(&mut self, index: usize) -> Result<(), LineError> {
+        if self.askable_ns(index) > self.bus.line().now_ns() {
+            self.rows[index].outcome = Outcome::NotAsked;
+            return Ok(());
+        }
+        let (board, command) = (self.rows[index].board, self.commands[index]);
+        self.rows[index].command = command;
+        let error = match self.bus.exchange(board, command) {
+            Ok(answer) => {
+                self.take(index, &answer);
+                None
+            }
+            Err(ExchangeError::Line(error)) => return Err(error),
+            Err(error) => {
+                self.rows[index].outcome = Outcome::Lost;
+                self.presence[index].failed(self.bus.line().now_ns());
+                Some(error)
+            }
+        };
+        self.report(index, error.as_ref());
+        Ok(())
+    }
+
+    fn take(&mut self, index: usize, answer: &Answer) {
+        let row = &mut self.rows[index];
+        let sample = answer.pressures.map(|counts| self.options.scale.kpa(counts));
+        // A board that was away may come back with anything: its old pressures are no history.
+        let before = row.reading.filter(|_| self.presence[index].state() != BoardState::Missing);
+        let kpa = match self.options.filter {
+            Some(filter) => filter.step(before.map(|reading| reading.kpa), sample),
+            None => sample,
+        };
+        row.reading = Some(Reading { counts: answer.pressures, kpa, asked_ns: answer.sent_ns });
+        row.outcome = Outcome::Fresh;
+        self.presence[index].answered();
+    }
+
+    fn report(&mut self, index: usize, error: Option<&ExchangeError>) {
+        let (row, state) = (&mut self.rows[index], self.presence[index].state());
+        if row.state == state {
+            return;
+        }
+        row.state = state;
+        let event = Event::Board { board: row.board, state, error };
+        self.observers.iter_mut().for_each(|observer| observer.event(&event));
+    }
+
+    /// What the run has been like so far.
+    pub fn statistics(&self) -> Statistics {
+        let counters = |row: &BoardRow| self.bus.counters(row.board);
+        let now_ns = self.bus.line().now_ns();
+        let wall_ns = now_ns.saturating_sub(self.start_ns.unwrap_or(now_ns));
+        let cpu_ns = self.bus.line().cpu_time_ns().saturating_sub(self.cpu_before_ns);
+        Statistics {
+            devices: self.rows.len(),
+            seconds: self.cycles.seconds(),
+            cycles: self.cycles.count(),
+            loop_hz: self.cycles.rate(),
+            cycle_us: self.cycles.times(),
+            exchanges: self.rows.iter().map(|row| counters(row).asked).sum(),
+            lost: self.rows.iter().map(|row| counters(row).lost()).sum(),
+            rejected: self.rows.iter().map(|row| counters(row).rejected()).sum(),
+            missed_ticks: self.schedule.missed(),
+            unsolicited_bytes: self.bus.unsolicited_bytes(),
+            cpu_share: if wall_ns == 0 { 0.0 } else { cpu_ns as f64 / wall_ns as f64 },
+            boards: self
+                .rows
+                .iter()
+                .map(|row| BoardStatistics::new(row.board, counters(row), row.state))
+                .collect(),
+        }
+    }
+
+    /// Ends the last cycle, so that it counts, and returns the statistics.
+    pub fn finish(&mut self) -> Statistics {
+        let now_ns = self.bus.line().now_ns();
+        if self.start_ns.is_some() && now_ns > self.cycle_start_ns {
+            self.cycles.add(now_ns - self.cycle_start_ns);
+            self.cycle_start_ns = now_ns;
+        }
+        self.statistics()
+    }
+
+    /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times.
+    ///
+    /// Returns the boards that did not confirm it.
+    ///
+    /// # Errors
+    /// The line failed.
+    pub fn make_safe(&mut self) -> Result<Vec<u8>, LineError> {
+        let with = |present: bool| {
+            let rows = self.rows.iter();
+            rows.filter(move |row| {
+                (row.state == BoardState::Present || row.state == BoardState::Doubtful) == present
+            })
+            .map(|row| row.board)
+            .collect::<Vec<_>>()
+        };
+        let (present, others) = (with(true), with(false));
+        let mut silent = self.bus.make_safe(present.into_iter())?;
+        for board in others {
+            match self.bus.ping(board) {
+                Ok(_) => {}
+                Err(ExchangeError::Line(error)) => return Err(error),
+                Err(_) => silent.push(board),
+            }
+        }
+        Ok(silent)
+    }
+
+    /// The bus, between cycles.
+    pub fn bus_mut(&mut self) -> &mut Bus<L> {
+        &mut self.bus
+    }
+}

@@ -1,0 +1,58 @@
+//! All boards in turn, on a thread of their own.
+//!
+//! ```text
+//!   SetPoints / Trajectory ──fill──▶ ┌────────────┐ ──row, event──▶ observers: Latest, Recorder, ROS, ...
+//!                                    │ bus thread │
+//!                 stop, statistics ─▶└────────────┘ ◀──bytes──▶ boards
+//! ```
+//!
+//! Nobody holds a lock that the bus thread waits for: set points are atomics, the newest row is left in whichever of two places
+//! nobody reads, and observers must not block.
+
+mod commands;
+mod cycle;
+mod filter;
+mod latest;
+mod presence;
+mod row;
+mod schedule;
+mod thread;
+
+pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
+pub use cycle::Polling;
+pub use filter::{FilterError, PressureFilter};
+pub use latest::{Latest, Snapshot};
+pub use presence::{BoardState, PresencePolicy};
+pub use row::{BoardRow, Event, Observer, Outcome, Reading, Row};
+pub use schedule::{MissedTick, Pace};
+pub use thread::{Finished, Poller};
+
+use pneudrive_protocol::SensorScale;
+
+/// Settings of a poller.
+#[derive(Debug, Clone)]
+pub struct PollerOptions {
+    /// Numbers of the boards, in the order in which they are asked.
+    pub boards: Vec<u8>,
+    /// How often.
+    pub pace: Pace,
+    /// What pressures mean.
+    pub scale: SensorScale,
+    /// Low-pass on the pressures in [`Reading::kpa`]; recordings hold what the boards sent.
+    pub filter: Option<PressureFilter>,
+    /// When a board counts as missing.
+    pub presence: PresencePolicy,
+}
+
+impl PollerOptions {
+    /// Boards 0 to `devices - 1`, as fast as possible, unfiltered.
+    pub fn for_devices(devices: u16) -> Self {
+        Self {
+            boards: (0..=u8::MAX).take(usize::from(devices)).collect(),
+            pace: Pace::default(),
+            scale: SensorScale::ORIGINAL,
+            filter: None,
+            presence: PresencePolicy::default(),
+        }
+    }
+}

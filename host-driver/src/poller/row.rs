@@ -1,0 +1,94 @@
+//! What a cycle brought.
+
+use super::{BoardCommand, BoardState};
+use crate::bus::ExchangeError;
+use pneudrive_protocol::{CHANNELS, Counts};
+
+/// What the last answer of a board said. It does not get newer by being looked at: see [`Reading::age_ns`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Pressures as the board sent them, ADC counts.
+    pub counts: [Counts; CHANNELS],
+    /// The same in kPa gauge, through the poller's filter if it has one.
+    pub kpa: [f64; CHANNELS],
+    /// When the board was asked, ns on the line's clock: the board measured at most one of its loops before.
+    pub asked_ns: u64,
+}
+
+impl Reading {
+    /// How old it is at `now_ns`, ns.
+    pub fn age_ns(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_sub(self.asked_ns)
+    }
+}
+
+/// What happened to a board in a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// It answered: the reading is of this cycle.
+    Fresh,
+    /// It was asked and gave no valid answer: the reading, if any, is old.
+    Lost,
+    /// It was not asked: it is missing, or an earlier answer may still come. The reading, if any, is old.
+    NotAsked,
+}
+
+/// One board in one cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoardRow {
+    /// The board's number.
+    pub board: u8,
+    /// The command last sent to it: in this cycle, unless it was not asked.
+    pub command: BoardCommand,
+    /// What happened to it in this cycle.
+    pub outcome: Outcome,
+    /// Its last answer, of this cycle only if `outcome` is [`Outcome::Fresh`]; `None` before the first.
+    pub reading: Option<Reading>,
+    /// How it has answered lately.
+    pub state: BoardState,
+}
+
+impl BoardRow {
+    /// The reading, if it is of this cycle.
+    pub fn fresh(&self) -> Option<&Reading> {
+        self.reading.as_ref().filter(|_| self.outcome == Outcome::Fresh)
+    }
+}
+
+/// One cycle: every board once.
+#[derive(Debug, Clone, Copy)]
+pub struct Row<'a> {
+    /// Cycles before this one.
+    pub cycle: u64,
+    /// Start of the cycle, ns on the line's clock.
+    pub at_ns: u64,
+    /// Start of the cycle after that of the first cycle, ns.
+    pub since_start_ns: u64,
+    /// The boards in the order in which they are polled.
+    pub boards: &'a [BoardRow],
+}
+
+/// Something worth a line to the user.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event<'a> {
+    /// A board changed its state; `error` is what its last exchange ended with, if it failed.
+    Board {
+        /// The board's number.
+        board: u8,
+        /// Its new state.
+        state: BoardState,
+        /// Why.
+        error: Option<&'a ExchangeError>,
+    },
+}
+
+/// Gets every row and event. Called on the bus thread between exchanges: it must not block.
+pub trait Observer: Send {
+    /// A cycle has ended.
+    fn row(&mut self, row: &Row<'_>);
+
+    /// Something happened.
+    fn event(&mut self, event: &Event<'_>) {
+        let _ = event;
+    }
+}

@@ -1,0 +1,127 @@
+use super::{CommandSource, Latest, Observer, PollerOptions, Polling, Snapshot, Supply};
+use crate::bus::Bus;
+use crate::line::{Line, LineError, SerialPort};
+use crate::statistics::Statistics;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+/// How a poller ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finished {
+    /// What the run was like.
+    pub statistics: Statistics,
+    /// Why it ended, if the line failed; otherwise it was stopped, or its commands ended.
+    pub error: Option<LineError>,
+    /// Boards that did not confirm the final 0 kPa command. They have to rely on their own command timeout.
+    pub not_safe: Vec<u8>,
+}
+
+/// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all of them.
+#[derive(Debug)]
+pub struct Poller {
+    shared: Arc<Shared>,
+    latest: Latest,
+    thread: Option<JoinHandle<Finished>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    stop: AtomicBool,
+    statistics_wanted: AtomicBool,
+    statistics: Mutex<Option<Statistics>>,
+}
+
+impl Poller {
+    /// A sleeping thread looks this often whether it is to stop, ns.
+    const ATTENTION_NS: u64 = 20_000_000;
+
+    /// Starts polling.
+    ///
+    /// # Errors
+    /// The system has no thread to give.
+    pub fn start<L: Line + Send + 'static>(
+        bus: Bus<L>,
+        options: PollerOptions,
+        source: Box<dyn CommandSource>,
+        mut observers: Vec<Box<dyn Observer>>,
+    ) -> std::io::Result<Self> {
+        let latest = Latest::default();
+        observers.insert(0, Box::new(latest.clone()));
+        let shared = Arc::new(Shared::default());
+        let theirs = Arc::clone(&shared);
+        let thread = std::thread::Builder::new().name("pneudrive-bus".into()).spawn(move || {
+            SerialPort::precise_sleeps();
+            let mut polling = Polling::new(bus, options, source, observers);
+            // Whatever happens in an observer, the boards are left safe first.
+            let ended = catch_unwind(AssertUnwindSafe(|| run(&mut polling, &theirs)));
+            let statistics = polling.finish();
+            let safe = polling.make_safe();
+            match ended {
+                Err(panic) => resume_unwind(panic),
+                Ok(ended) => {
+                    let error = ended.err().or_else(|| safe.clone().err());
+                    let not_safe =
+                        safe.unwrap_or_else(|_| statistics.boards.iter().map(|b| b.board).collect());
+                    Finished { statistics, error, not_safe }
+                }
+            }
+        })?;
+        Ok(Self { shared, latest, thread: Some(thread) })
+    }
+
+    /// The newest row. Look at its readings' age: a board that is gone keeps its last one.
+    pub fn latest(&self) -> Snapshot {
+        self.latest.get()
+    }
+
+    /// What the run has been like, as of the last time somebody asked; the bus thread then makes new figures at the end of its
+    /// cycle. Called twice a second it gives figures that are half a second old.
+    pub fn statistics(&self) -> Option<Statistics> {
+        self.shared.statistics_wanted.store(true, Ordering::Relaxed);
+        self.shared.statistics.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Whether the thread has ended by itself: the line failed, or the commands ended.
+    pub fn is_finished(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Ends polling, commands 0 kPa to all boards, closes the line. `None` if an observer panicked.
+    pub fn stop(mut self) -> Option<Finished> {
+        self.join()
+    }
+
+    fn join(&mut self) -> Option<Finished> {
+        self.shared.stop.store(true, Ordering::Relaxed);
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for Poller {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+fn run<L: Line>(polling: &mut Polling<L>, shared: &Shared) -> Result<(), LineError> {
+    while !shared.stop.load(Ordering::Relaxed) {
+        let start_ns = polling.next_cycle_ns();
+        let line = polling.bus_mut().line_mut();
+        while line.now_ns() < start_ns && !shared.stop.load(Ordering::Relaxed) {
+            let attention_ns = line.now_ns() + Poller::ATTENTION_NS;
+            line.sleep_until(start_ns.min(attention_ns));
+        }
+        if polling.cycle()? == Supply::Ended {
+            break;
+        }
+        if shared.statistics_wanted.load(Ordering::Relaxed)
+            && let Ok(mut place) = shared.statistics.try_lock()
+        {
+            *place = Some(polling.statistics());
+            shared.statistics_wanted.store(false, Ordering::Relaxed);
+        }
+    }
+    Ok(())
+}

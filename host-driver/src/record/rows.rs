@@ -1,0 +1,129 @@
+//! Rows on their way from the bus thread to the disk, and their text.
+
+use crate::poller::{BoardCommand, Row};
+use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use std::io::Write;
+
+/// One board in one row.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    command: BoardCommand,
+    /// `None` where the board gave no answer in this cycle.
+    pressures: Option<[Counts; CHANNELS]>,
+}
+
+/// Some rows, in flat buffers that are used again and again.
+#[derive(Debug, Default)]
+pub(super) struct Batch {
+    times_ns: Vec<u64>,
+    samples: Vec<Sample>,
+}
+
+impl Batch {
+    pub(super) fn push(&mut self, row: &Row<'_>) {
+        self.times_ns.push(row.since_start_ns);
+        self.samples.extend(row.boards.iter().map(|board| Sample {
+            command: board.command,
+            pressures: board.fresh().map(|reading| reading.counts),
+        }));
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.times_ns.len()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.times_ns.clear();
+        self.samples.clear();
+    }
+}
+
+/// Makes text of rows. There are only 1024 commands and 1024 pressures, so their text is made once.
+pub(super) struct Formatter {
+    boards: Vec<u8>,
+    commands: Vec<String>,
+    pressures: Vec<String>,
+}
+
+impl Formatter {
+    pub(super) fn new(boards: &[u8], scale: SensorScale) -> Self {
+        let codes = || (0..=Counts::MAX.get()).map(|code| scale.kpa(Counts::saturating(code)));
+        Self {
+            boards: boards.to_vec(),
+            // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
+            commands: codes().map(|kpa| format!("{:.3}", kpa.max(0.0))).collect(),
+            pressures: codes().map(|kpa| format!("{kpa:.3}")).collect(),
+        }
+    }
+
+    /// The header row.
+    pub(super) fn header(&self) -> Vec<u8> {
+        let names = self.boards.iter().flat_map(|n| {
+            let commands = (0..CHANNELS).map(move |k| format!("b{n}_cmd{k}_kpa"));
+            commands.chain((0..CHANNELS).map(move |k| format!("b{n}_p{k}_kpa")))
+        });
+        let mut header = "t_s".to_owned();
+        for name in names {
+            header.push(',');
+            header.push_str(&name);
+        }
+        header.push('\n');
+        header.into_bytes()
+    }
+
+    /// Appends the rows of `batch` to `text`.
+    pub(super) fn append(&self, batch: &Batch, text: &mut Vec<u8>) {
+        let boards = self.boards.len().max(1);
+        for (time_ns, samples) in batch.times_ns.iter().zip(batch.samples.chunks(boards)) {
+            // Writing to a Vec does not fail.
+            let _ = write!(text, "{}.{:09}", time_ns / 1_000_000_000, time_ns % 1_000_000_000);
+            for sample in samples {
+                for counts in sample.command {
+                    cell(text, &self.commands[usize::from(counts.get())]);
+                }
+                for channel in 0..CHANNELS {
+                    let code = sample.pressures.map(|pressures| usize::from(pressures[channel].get()));
+                    cell(text, code.map_or("", |code| &self.pressures[code]));
+                }
+            }
+            text.push(b'\n');
+        }
+    }
+}
+
+fn cell(text: &mut Vec<u8>, content: &str) {
+    text.push(b',');
+    text.extend_from_slice(content.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::poller::{BoardRow, BoardState, Outcome, Reading, VENTED};
+
+    #[test]
+    fn rows_in_the_measured_data_format() {
+        let command = [102, 221, 340, 922].map(|value| Counts::new(value).unwrap());
+        let counts = [102, 103, 340, 0].map(|value| Counts::new(value).unwrap());
+        let reading = Some(Reading { counts, kpa: [0.0; 4], asked_ns: 0 });
+        let board = |outcome| BoardRow { board: 0, command, outcome, reading, state: BoardState::Present };
+        let mut batch = Batch::default();
+        for (cycle, outcome) in [(0, Outcome::Fresh), (1, Outcome::Lost), (2, Outcome::NotAsked)] {
+            let other = BoardRow { board: 1, command: VENTED, ..board(Outcome::Lost) };
+            let boards = [board(outcome), other];
+            let since_start_ns = cycle * 1_000_200_000;
+            batch.push(&Row { cycle, at_ns: 5, since_start_ns, boards: &boards });
+        }
+        let formatter = Formatter::new(&[0, 1], SensorScale::ORIGINAL);
+        let mut text = formatter.header();
+        formatter.append(&batch, &mut text);
+        let expected = "\
+t_s,b0_cmd0_kpa,b0_cmd1_kpa,b0_cmd2_kpa,b0_cmd3_kpa,b0_p0_kpa,b0_p1_kpa,b0_p2_kpa,b0_p3_kpa,\
+b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1_p3_kpa
+0.000000000,0.000,99.819,199.975,689.812,-0.337,0.505,199.975,-86.184,0.000,0.000,0.000,0.000,,,,
+1.000200000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
+2.000400000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
+";
+        assert_eq!(String::from_utf8(text).unwrap(), expected);
+    }
+}

@@ -1,0 +1,89 @@
+//! What a run was like.
+
+mod cycles;
+
+pub(crate) use cycles::CycleStatistics;
+
+use crate::bus::Counters;
+use crate::poller::BoardState;
+use serde::Serialize;
+
+/// Everything about a run so far. Field names are those of the JSON that `--json` prints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Boards that are polled.
+    pub devices: usize,
+    /// Time from the start of the first cycle to the end of the last, s.
+    pub seconds: f64,
+    /// Cycles: every board asked once, or left out because it is missing.
+    pub cycles: u64,
+    /// Cycles per second.
+    pub loop_hz: LoopRate,
+    /// Time from the start of a cycle to the start of the next, us.
+    pub cycle_us: CycleTimes,
+    /// Requests sent.
+    pub exchanges: u64,
+    /// Requests that got no valid answer in time, for whatever reason.
+    pub lost: u64,
+    /// Answers that came and were not accepted: damaged, another board's, or late.
+    pub rejected: u64,
+    /// Cycles that could not start at their time; 0 when polling as fast as possible.
+    pub missed_ticks: u64,
+    /// Bytes that came while no board had been asked.
+    pub unsolicited_bytes: u64,
+    /// CPU time of the host's bus thread, as a share of one core.
+    pub cpu_share: f64,
+    /// Each board.
+    pub boards: Vec<BoardStatistics>,
+}
+
+/// Loop rate, Hz.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LoopRate {
+    /// Cycles / seconds. Not the mean of the cycles' rates, which few short cycles raise.
+    pub mean: f64,
+    /// Standard deviation of the single cycles' rates, 1/period.
+    pub std: f64,
+    /// Rate of the longest cycle.
+    pub min: f64,
+}
+
+/// Quantiles of the cycle time, us; the resolution is 0.1 %.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct CycleTimes {
+    /// Median.
+    pub p50: f64,
+    /// 99 % of the cycles are at most this long.
+    pub p99: f64,
+    /// 99.9 % of the cycles are at most this long.
+    pub p999: f64,
+    /// The longest cycle.
+    pub max: f64,
+}
+
+/// One board's share of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct BoardStatistics {
+    /// The board's number.
+    pub board: u8,
+    /// Valid answers in time.
+    pub answered: u64,
+    /// Requests without one.
+    pub lost: u64,
+    /// Answers that came and were not accepted.
+    pub rejected: u64,
+    /// How it answered last.
+    pub state: BoardState,
+}
+
+impl BoardStatistics {
+    pub(crate) fn new(board: u8, counters: Counters, state: BoardState) -> Self {
+        Self {
+            board,
+            answered: counters.answered,
+            lost: counters.lost(),
+            rejected: counters.rejected(),
+            state,
+        }
+    }
+}

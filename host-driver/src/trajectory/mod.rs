@@ -1,0 +1,174 @@
+//! Set points from a CSV file, as a source of commands.
+//!
+//! Columns: `t_s` (time after the start, s, from 0 on, strictly increasing) and any `b{n}_cmd{k}_kpa` (board n, channel k, kPa
+//! gauge). Other columns are ignored, so a recording can be played again. The whole file is checked before anything
+//! is sent.
+
+mod error;
+mod read;
+
+pub use error::TrajectoryError;
+
+use crate::poller::{BoardCommand, CommandSource, Supply};
+use pneudrive_protocol::{Counts, SensorScale};
+
+/// What is commanded between two rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Interpolation {
+    /// The earlier row's commands, until the later row's time.
+    #[default]
+    Hold,
+    /// On the straight line between the two.
+    Linear,
+}
+
+/// What happens after the last row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AtEnd {
+    /// The run ends.
+    #[default]
+    Stop,
+    /// The last row's commands stay.
+    Hold,
+}
+
+/// Commands over time for some channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    times_ns: Vec<u64>,
+    channels: Vec<Channel>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Channel {
+    /// Index of the board among those polled.
+    board: usize,
+    channel: usize,
+    /// One value a row, kPa gauge, each checked against the scale.
+    kpa: Vec<f64>,
+}
+
+impl Trajectory {
+    /// Time of the last row after the start, s.
+    pub fn seconds(&self) -> f64 {
+        self.times_ns.last().map_or(0.0, |&ns| ns as f64 * 1e-9)
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.times_ns.len()
+    }
+
+    /// A source that plays it. Channels without a column get their value from `others`, one command a board.
+    pub fn play(
+        self,
+        interpolation: Interpolation,
+        at_end: AtEnd,
+        scale: SensorScale,
+        others: Vec<BoardCommand>,
+    ) -> TrajectorySource {
+        TrajectorySource { trajectory: self, interpolation, at_end, scale, others, row: 0 }
+    }
+}
+
+/// A trajectory being played.
+#[derive(Debug, Clone)]
+pub struct TrajectorySource {
+    trajectory: Trajectory,
+    interpolation: Interpolation,
+    at_end: AtEnd,
+    scale: SensorScale,
+    others: Vec<BoardCommand>,
+    /// The last row whose time has come.
+    row: usize,
+}
+
+impl TrajectorySource {
+    /// How far `now_ns` is from this row (0) to the next (1).
+    fn progress(&self, now_ns: u64) -> f64 {
+        let times = &self.trajectory.times_ns;
+        match (self.interpolation, times.get(self.row + 1)) {
+            (Interpolation::Linear, Some(&next)) => {
+                let from = times[self.row];
+                now_ns.saturating_sub(from) as f64 / (next - from) as f64
+            }
+            _ => 0.0,
+        }
+    }
+
+    fn counts(&self, channel: &Channel, progress: f64) -> Counts {
+        let here = channel.kpa[self.row];
+        let next = channel.kpa.get(self.row + 1).copied().unwrap_or(here);
+        // Between two values that were checked, so never refused.
+        self.scale.counts(here + progress * (next - here)).unwrap_or(Counts::ATMOSPHERE)
+    }
+}
+
+impl CommandSource for TrajectorySource {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+        let times = &self.trajectory.times_ns;
+        while times.get(self.row + 1).is_some_and(|&next| next <= since_start_ns) {
+            self.row += 1;
+        }
+        let progress = self.progress(since_start_ns);
+        for (command, other) in commands.iter_mut().zip(&self.others) {
+            *command = *other;
+        }
+        for channel in &self.trajectory.channels {
+            commands[channel.board][channel.channel] = self.counts(channel, progress);
+        }
+        let at_last_row = self.row + 1 == self.trajectory.times_ns.len();
+        let ended = at_last_row && times.last().is_some_and(|&last| since_start_ns >= last);
+        if ended && self.at_end == AtEnd::Stop { Supply::Ended } else { Supply::Continues }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::poller::VENTED;
+
+    const FILE: &str = "t_s,b0_cmd1_kpa,note\n0,0,x\n1,100,\n3,50,y\n";
+    const SCALE: SensorScale = SensorScale::ORIGINAL;
+
+    fn play(interpolation: Interpolation, times_s: &[f64]) -> Vec<(f64, Supply)> {
+        let trajectory = Trajectory::parse("test.csv", FILE.as_bytes(), 1, SCALE).unwrap();
+        let mut source = trajectory.play(interpolation, AtEnd::Stop, SCALE, vec![VENTED]);
+        let at = |s: &f64| {
+            let mut commands = [VENTED];
+            let supply = source.fill((s * 1e9) as u64, &mut commands);
+            assert_eq!(commands[0][0], Counts::ATMOSPHERE, "the other channels keep their command");
+            (SCALE.kpa(commands[0][1]), supply)
+        };
+        times_s.iter().map(at).collect()
+    }
+
+    fn near(played: &[(f64, Supply)], expected: &[f64]) {
+        for ((kpa, _), expected) in played.iter().zip(expected) {
+            assert!((kpa - expected).abs() <= SCALE.kpa_per_count() / 2.0, "{kpa}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn holding_gives_steps() {
+        near(&play(Interpolation::Hold, &[0.0, 0.9, 1.0, 2.9, 3.0]), &[0.0, 0.0, 100.0, 100.0, 50.0]);
+    }
+
+    #[test]
+    fn lines_pass_through_the_rows() {
+        near(&play(Interpolation::Linear, &[0.0, 0.5, 1.0, 2.0, 3.0]), &[0.0, 50.0, 100.0, 75.0, 50.0]);
+    }
+
+    #[test]
+    fn the_last_row_is_commanded_and_then_the_run_ends() {
+        let played = play(Interpolation::Hold, &[2.999, 3.001]);
+        assert_eq!([played[0].1, played[1].1], [Supply::Continues, Supply::Ended]);
+        near(&played[1..], &[50.0]);
+    }
+
+    /// A slow bus that misses rows altogether goes on with the right one.
+    #[test]
+    fn rows_can_be_missed() {
+        near(&play(Interpolation::Linear, &[0.0, 2.0]), &[0.0, 75.0]);
+    }
+}

@@ -1,0 +1,207 @@
+use super::{Channel, Trajectory, TrajectoryError};
+use csv::StringRecord;
+use pneudrive_protocol::{CHANNELS, SensorScale};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Longest time accepted, s: 30 years, far below what u64 ns hold.
+const LATEST_S: f64 = 1e9;
+
+/// A command column: its place in the row and what it is for.
+struct Column {
+    place: usize,
+    name: String,
+    channel: Channel,
+}
+
+impl Trajectory {
+    /// Reads and checks a file for `boards` boards, numbered from 0.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it, by file, row and column.
+    pub fn read(path: &Path, boards: usize, scale: SensorScale) -> Result<Self, TrajectoryError> {
+        let file = path.display().to_string();
+        let opened = File::open(path)
+            .map_err(|error| TrajectoryError::Unreadable { file: file.clone(), reason: error.to_string() })?;
+        Self::parse(&file, opened, boards, scale)
+    }
+
+    /// Like [`read`](Self::read), from anything; `file` is the name for errors.
+    ///
+    /// # Errors
+    /// As for [`read`](Self::read).
+    pub fn parse(
+        file: &str,
+        from: impl Read,
+        boards: usize,
+        scale: SensorScale,
+    ) -> Result<Self, TrajectoryError> {
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
+        let header = reader.headers().map_err(|error| not_csv(file, &error))?.clone();
+        let (time, mut columns) = understand(file, &header, boards)?;
+        let mut times_ns = Vec::new();
+        let mut last_s = None;
+        for record in reader.records() {
+            let record = record.map_err(|error| not_csv(file, &error))?;
+            let row = record.position().map_or(0, csv::Position::line);
+            let time_s = number(file, &record, row, time, "t_s")?;
+            let later = last_s.is_none_or(|last| time_s > last);
+            if !(later && (0.0..=LATEST_S).contains(&time_s)) {
+                return Err(TrajectoryError::Time { file: file.to_owned(), row, time_s });
+            }
+            last_s = Some(time_s);
+            times_ns.push((time_s * 1e9).round() as u64);
+            for Column { place, name, channel } in &mut columns {
+                let kpa = number(file, &record, row, *place, name)?;
+                scale.counts(kpa).map_err(|reason| TrajectoryError::Pressure {
+                    file: file.to_owned(),
+                    row,
+                    column: name.clone(),
+                    reason,
+                })?;
+                channel.kpa.push(kpa);
+            }
+        }
+        if times_ns.is_empty() {
+            return Err(TrajectoryError::NoRows { file: file.to_owned() });
+        }
+        // Times closer than 1 ns would be one time.
+        times_ns.dedup();
+        if times_ns.len() != columns[0].channel.kpa.len() {
+            return Err(TrajectoryError::Time {
+                file: file.to_owned(),
+                row: 0,
+                time_s: last_s.unwrap_or(0.0),
+            });
+        }
+        Ok(Self { times_ns, channels: columns.into_iter().map(|column| column.channel).collect() })
+    }
+}
+
+/// Place of the time column, and the command columns.
+fn understand(
+    file: &str,
+    header: &StringRecord,
+    boards: usize,
+) -> Result<(usize, Vec<Column>), TrajectoryError> {
+    let mut time = None;
+    let mut columns: Vec<Column> = Vec::new();
+    for (place, name) in header.iter().enumerate() {
+        let file = file.to_owned();
+        let name = name.trim_start_matches('\u{feff}').to_owned();
+        if name == "t_s" {
+            if time.replace(place).is_some() {
+                return Err(TrajectoryError::DuplicateColumn { file, column: name });
+            }
+        } else if let Some((board, channel)) = command_column(&name) {
+            if board >= boards || channel >= CHANNELS {
+                return Err(TrajectoryError::NoSuchChannel { file, column: name, boards });
+            }
+            if columns.iter().any(|other| (other.channel.board, other.channel.channel) == (board, channel)) {
+                return Err(TrajectoryError::DuplicateColumn { file, column: name });
+            }
+            columns.push(Column { place, name, channel: Channel { board, channel, kpa: Vec::new() } });
+        }
+    }
+    let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), expected };
+    if columns.is_empty() {
+        return Err(missing("b{n}_cmd{k}_kpa"));
+    }
+    Ok((time.ok_or_else(|| missing("t_s"))?, columns))
+}
+
+/// Board and channel of a name of the form `b{n}_cmd{k}_kpa`.
+fn command_column(name: &str) -> Option<(usize, usize)> {
+    let (board, channel) = name.strip_prefix('b')?.strip_suffix("_kpa")?.split_once("_cmd")?;
+    Some((plain(board)?, plain(channel)?))
+}
+
+fn plain(digits: &str) -> Option<usize> {
+    digits.bytes().all(|byte| byte.is_ascii_digit()).then(|| digits.parse().ok()).flatten()
+}
+
+fn number(
+    file: &str,
+    record: &StringRecord,
+    row: u64,
+    place: usize,
+    column: &str,
+) -> Result<f64, TrajectoryError> {
+    let text = record.get(place).unwrap_or_default();
+    text.parse().map_err(|_| TrajectoryError::NotANumber {
+        file: file.to_owned(),
+        row,
+        column: column.to_owned(),
+        text: text.to_owned(),
+    })
+}
+
+fn not_csv(file: &str, error: &csv::Error) -> TrajectoryError {
+    let row = error.position().map_or(1, csv::Position::line);
+    let reason = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!("expected {expected_len} cells as in the header, found {len}")
+        }
+        csv::ErrorKind::Utf8 { .. } => "not text in UTF-8".to_owned(),
+        csv::ErrorKind::Io(error) => error.to_string(),
+        _ => error.to_string(),
+    };
+    TrajectoryError::NotCsv { file: file.to_owned(), row, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn parse(text: &str) -> Result<Trajectory, TrajectoryError> {
+        Trajectory::parse("f.csv", text.as_bytes(), 2, SensorScale::ORIGINAL)
+    }
+
+    #[track_caller]
+    fn refused(text: &str, message: &str) {
+        let error = parse(text).unwrap_err().to_string();
+        assert!(error.contains(message), "{error}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_by_row_and_column() {
+        refused("", "no column b{n}_cmd{k}_kpa");
+        refused("t_s\n0\n", "no column b{n}_cmd{k}_kpa");
+        refused("b0_cmd0_kpa\n0\n", "no column t_s");
+        refused("t_s,b0_cmd0_kpa,b0_cmd0_kpa\n0,0,0\n", "column b0_cmd0_kpa is there twice");
+        refused("t_s,b2_cmd0_kpa\n0,0\n", "column b2_cmd0_kpa: there are boards 0 to 1");
+        refused("t_s,b1_cmd4_kpa\n0,0\n", "column b1_cmd4_kpa: there are boards 0 to 1");
+        refused("t_s,b0_cmd0_kpa\n", "no rows below the header");
+        refused(
+            "t_s,b0_cmd0_kpa\n0,1\n1,two\n",
+            "row 3, column b0_cmd0_kpa: expected a number, found \"two\"",
+        );
+        refused("t_s,b0_cmd0_kpa\n0,\n", "row 2, column b0_cmd0_kpa: expected a number, found \"\"");
+        refused("t_s,b0_cmd0_kpa\n0,1\n0,2\n", "row 3, column t_s: 0 s");
+        refused("t_s,b0_cmd0_kpa\n-1,1\n", "row 2, column t_s: -1 s");
+        refused("t_s,b0_cmd0_kpa\nNaN,1\n", "row 2, column t_s: NaN s");
+        refused(
+            "t_s,b0_cmd0_kpa\n0,776\n",
+            "row 2, column b0_cmd0_kpa: commanded pressure is 776 kPa, above",
+        );
+        refused("t_s,b0_cmd0_kpa\n0,NaN\n", "row 2, column b0_cmd0_kpa: commanded pressure is NaN");
+        refused("t_s,b0_cmd0_kpa\n0,-1\n", "row 2, column b0_cmd0_kpa: commanded pressure is -1 kPa");
+        refused("t_s,b0_cmd0_kpa\n0,1\n1\n", "row 3: not readable as CSV: expected 2 cells");
+    }
+
+    #[test]
+    fn spreadsheets_and_recordings_are_accepted() {
+        let text = "\u{feff}t_s, b0_p0_kpa ,b1_cmd3_kpa\r\n0.5,,10\r\n0.75,3,20\r\n";
+        let trajectory = parse(text).unwrap();
+        assert_eq!((trajectory.rows(), trajectory.seconds()), (2, 0.75));
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_read_or_refused(text in "(t_s|b0_cmd[0-9]_kpa|[0-9.,eE\n\"-]){0,40}") {
+            let _ = parse(&text);
+        }
+    }
+}

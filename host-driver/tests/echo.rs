@@ -1,0 +1,79 @@
+//! Adapters that return what the host sends, in virtual time.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, OpenBusError};
+use pneudrive_protocol::Echo;
+use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use support::{answer, counts};
+
+/// An echo and, from board 0, an answer of the very same bytes: what content cannot tell apart.
+fn echoing(request: &[u8]) -> Reply {
+    let mut reply = vec![(0, request.to_vec())];
+    if request[1] == 0xFF {
+        reply.push((AT_ONCE, request.to_vec()));
+    }
+    reply
+}
+
+fn open(
+    script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static,
+) -> Result<Bus<VirtualLine>, OpenBusError> {
+    Bus::new(VirtualLine::new(script), BusOptions::default())
+}
+
+#[test]
+fn an_echo_is_found_at_the_start_and_skipped() {
+    let mut bus = open(|_, request| echoing(request)).unwrap();
+    assert_eq!(bus.echo(), Echo::Present);
+    assert_eq!(bus.exchange(0, counts(511)).unwrap().pressures, counts(511));
+    // A missing board is not answered by the echo.
+    let error = bus.exchange(1, counts(511)).unwrap_err();
+    assert!(matches!(error, ExchangeError::NoAnswer { .. }), "{error}");
+}
+
+#[test]
+fn no_echo_is_found_too() {
+    let mut bus =
+        open(|_, request| if request[1] == 0xFF { vec![(AT_ONCE, answer(0, 7))] } else { Vec::new() })
+            .unwrap();
+    assert_eq!(bus.echo(), Echo::Absent);
+    assert_eq!(bus.exchange(0, counts(511)).unwrap().pressures, counts(7));
+}
+
+#[test]
+fn noise_on_one_try_does_not_matter_and_on_all_is_an_error() {
+    let noisy_once =
+        open(|number, request| if number == 0 { vec![(0, vec![0x5A])] } else { echoing(request) });
+    assert_eq!(noisy_once.unwrap().echo(), Echo::Present);
+    let OpenBusError::Echo(error) = open(|_, _| vec![(0, vec![0x5A; 3])]).unwrap_err() else { panic!() };
+    assert_eq!(error.heard.first(), [0x5A; 3]);
+}
+
+/// The board may have heard something else than was sent: its answer is not believed.
+#[test]
+fn a_damaged_echo_is_an_error_and_the_next_exchange_is_right() {
+    let mut bus = open(|number, request| {
+        let mut reply = echoing(request);
+        if number == 1 {
+            reply[0].1[4] ^= 0x01;
+        }
+        reply
+    })
+    .unwrap();
+    let error = bus.exchange(0, counts(511)).unwrap_err();
+    let ExchangeError::EchoDamaged { heard, .. } = error else { panic!("{error}") };
+    assert_eq!(heard.count(), 20);
+    assert_eq!(bus.exchange(0, counts(300)).unwrap().pressures, counts(300));
+}
+
+#[test]
+fn an_echo_that_stops_is_named() {
+    let mut bus =
+        open(|number, request| if number == 0 { echoing(request) } else { vec![(0, request[..4].to_vec())] })
+            .unwrap();
+    let error = bus.exchange(0, counts(511)).unwrap_err();
+    assert!(matches!(error, ExchangeError::EchoMissing { missing: 6, .. }), "{error}");
+}

@@ -1,0 +1,101 @@
+//! The port itself: opening it, and exchanges over a real pty.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
+use pneudrive_host::line::{OpenError, SerialOptions, SerialPort};
+use pneudrive_host::poller::{BoardState, Outcome, Poller, PollerOptions, SetPoints};
+use pneudrive_protocol::Counts;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+use support::counts;
+use support::pty::PtyBoards;
+
+/// Waits for something that another thread does. The limit is for a hanging test, not for a slow machine.
+fn until(what: &str, mut done: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !done() {
+        assert!(started.elapsed() < Duration::from_secs(30), "waiting for {what}");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn commands_and_pressures_cross_a_pty() {
+    let boards = PtyBoards::start(2);
+    let mut bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    for value in [0, 102, 0xFF, 511, 1023] {
+        for board in [0, 1] {
+            assert_eq!(bus.exchange(board, counts(value)).unwrap().pressures, counts(value));
+        }
+    }
+    assert_eq!(bus.counters(1).answered, 5);
+}
+
+#[test]
+fn a_second_host_is_refused() {
+    let boards = PtyBoards::start(1);
+    let first = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let second = Bus::open(boards.path(), BusOptions::default()).unwrap_err();
+    let OpenBusError::Port(OpenError::InUse { port }) = second else { panic!("{second}") };
+    assert_eq!(port, boards.path());
+    drop(first);
+    Bus::open(boards.path(), BusOptions::default()).unwrap();
+}
+
+#[test]
+fn what_is_no_port_is_named() {
+    let open = |path: &str| SerialPort::open(path.as_ref(), SerialOptions::default()).unwrap_err();
+    assert!(matches!(open("/dev/no-such-port"), OpenError::NotFound { .. }));
+    assert!(matches!(open("/dev/null"), OpenError::NotATerminal { .. }));
+    assert!(matches!(open("/"), OpenError::System { .. } | OpenError::NotATerminal { .. }));
+}
+
+#[test]
+fn the_poller_loses_a_board_and_finds_it_again() {
+    let boards = PtyBoards::start(2);
+    let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let points = SetPoints::new(2);
+    points.set(0, counts(300)).unwrap();
+    let poller =
+        Poller::start(bus, PollerOptions::for_devices(2), Box::new(points.clone()), Vec::new()).unwrap();
+    let state = |board: usize| poller.latest().boards.get(board).map(|row| row.state);
+    until("both boards", || (0..2).all(|board| state(board) == Some(BoardState::Present)));
+
+    boards.last_unplugged.store(true, Ordering::Relaxed);
+    until("the loss", || state(1) == Some(BoardState::Missing));
+    let snapshot = poller.latest();
+    assert_eq!(snapshot.boards[1].fresh(), None);
+    assert_ne!(snapshot.boards[1].outcome, Outcome::Fresh);
+
+    boards.last_unplugged.store(false, Ordering::Relaxed);
+    until("the return", || state(1) == Some(BoardState::Present));
+    until("figures", || poller.statistics().is_some());
+    let finished = poller.stop().unwrap();
+    assert_eq!((finished.error, finished.not_safe), (None, Vec::new()));
+    assert!(finished.statistics.boards[1].lost >= 3);
+
+    let commands = boards.stop();
+    assert!(commands.contains(&(0, counts(300))));
+    // The last thing that each board hears is 0 kPa.
+    for board in [0, 1] {
+        let last = commands.iter().rfind(|(of, _)| *of == board);
+        assert_eq!(last, Some(&(board, [Counts::ATMOSPHERE; 4])));
+    }
+}
+
+#[test]
+fn a_closed_pty_ends_the_poller_with_its_reason() {
+    let boards = PtyBoards::start(1);
+    let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let poller =
+        Poller::start(bus, PollerOptions::for_devices(1), Box::new(SetPoints::new(1)), Vec::new()).unwrap();
+    until("the board", || poller.latest().boards.first().is_some_and(|row| row.fresh().is_some()));
+    drop(boards);
+    until("the end", || poller.is_finished());
+    let finished = poller.stop().unwrap();
+    assert!(finished.error.is_some_and(|error| error.to_string().contains("gone")));
+    assert_eq!(finished.not_safe, [0]);
+}

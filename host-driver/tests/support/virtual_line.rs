@@ -1,0 +1,75 @@
+//! A line in virtual time: what follows each request is up to the test.
+
+use pneudrive_host::line::{Line, LineError};
+use std::collections::VecDeque;
+
+/// Time of a character at 1 Mbaud, ns.
+pub const CHARACTER_NS: u64 = 10_000;
+
+/// What comes back for a request: (ns after the request's first bit, bytes). The bytes follow each other at 1 Mbaud.
+pub type Reply = Vec<(u64, Vec<u8>)>;
+
+/// Decides what comes back for the request with this number and these bytes.
+pub type Script = Box<dyn FnMut(usize, &[u8]) -> Reply + Send>;
+
+pub struct VirtualLine {
+    now_ns: u64,
+    script: Script,
+    pub requests: Vec<(u64, Vec<u8>)>,
+    /// When each byte is complete, in order.
+    coming: VecDeque<(u64, u8)>,
+}
+
+impl std::fmt::Debug for VirtualLine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "VirtualLine at {} ns", self.now_ns)
+    }
+}
+
+impl VirtualLine {
+    pub fn new(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Self {
+        Self { now_ns: 0, script: Box::new(script), requests: Vec::new(), coming: VecDeque::new() }
+    }
+
+    /// Bytes that nobody asked for, from `at_ns` on.
+    pub fn inject(&mut self, at_ns: u64, bytes: &[u8]) {
+        let ends = bytes.iter().enumerate().map(|(i, &byte)| (at_ns + (i as u64 + 1) * CHARACTER_NS, byte));
+        self.coming.extend(ends);
+        self.coming.make_contiguous().sort_by_key(|&(end, _)| end);
+    }
+}
+
+impl Line for VirtualLine {
+    fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        let at = self.now_ns;
+        for (after, reply) in (self.script)(self.requests.len(), bytes) {
+            self.inject(at + after, &reply);
+        }
+        self.requests.push((at, bytes.to_vec()));
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        let wanted = wanted.min(into.len());
+        let enough = wanted.checked_sub(1).and_then(|last| self.coming.get(last)).map(|&(end, _)| end);
+        let until = if wanted == 0 { self.now_ns } else { enough.unwrap_or(u64::MAX).min(deadline_ns) };
+        self.now_ns = self.now_ns.max(until);
+        let mut count = 0;
+        while count < into.len() && self.coming.front().is_some_and(|&(end, _)| end <= self.now_ns) {
+            into[count] = self.coming.pop_front().unwrap().1;
+            count += 1;
+        }
+        Ok(count)
+    }
+
+    fn sleep_until(&mut self, at_ns: u64) {
+        self.now_ns = self.now_ns.max(at_ns);
+    }
+}
+
+/// Time from a request's first bit to the answer's first bit of a board that answers at once, ns.
+pub const AT_ONCE: u64 = 10 * CHARACTER_NS;
