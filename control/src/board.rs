@@ -1,29 +1,15 @@
-use crate::channel::{Channel, Mode};
-use crate::responder::Responder;
-use crate::supervisor::Supervisor;
 use crate::{
-    AdcSample, BoardConfig, BoardState, BoardStatus, ChannelStatus, ConfigError, Counters, Micros, ValveDrive,
+    AdcSample, Answer, BoardConfig, BoardStatus, BusPort, ConfigError, ControlLoop, Micros, ValveDrive,
 };
-use pneudrive_protocol::{Address, CHANNELS, Counts, PACKET_LEN};
+use pneudrive_protocol::{Address, CHANNELS};
 
-/// The ten bytes of an answer, to be sent back to back at once.
-pub type Answer = [u8; PACKET_LEN];
-
-/// A board: four channels, the bus responder, and the supervisor over them.
+/// A board: its bus side and its control side together.
 ///
-/// The crate's front page shows who calls what. Calls come in the order of their times; none of them takes long (the
-/// figures on the chip are in `docs/firmware.md`).
+/// The crate's front page shows who calls what. Calls come in the order of their times.
 #[derive(Debug, Clone)]
 pub struct Board {
-    responder: Responder,
-    supervisor: Supervisor,
-    channels: [Channel; CHANNELS],
-    commands: [Counts; CHANNELS],
-    /// Pressures of the last control step. `None` before the first: a board does not report what it has not measured.
-    measured: Option<[Counts; CHANNELS]>,
-    loop_period: Micros,
-    last_step: Option<Micros>,
-    counters: Counters,
+    port: BusPort,
+    control: ControlLoop,
 }
 
 impl Board {
@@ -32,17 +18,13 @@ impl Board {
     /// # Errors
     /// A parameter outside its limits, by name.
     pub fn new(config: BoardConfig, address: Address) -> Result<Self, ConfigError> {
-        config.check()?;
-        Ok(Self {
-            responder: Responder::new(&config, address),
-            supervisor: Supervisor::new(&config),
-            channels: config.enabled.map(|enabled| Channel::new(&config, enabled)),
-            commands: [config.initial_command; CHANNELS],
-            measured: None,
-            loop_period: config.loop_period,
-            last_step: None,
-            counters: Counters::default(),
-        })
+        Ok(Self { port: BusPort::new(&config, address)?, control: ControlLoop::new(&config)? })
+    }
+
+    /// The two halves, for firmware that serves the bus from an interrupt. What [`control_step`](Self::control_step)
+    /// does in one go is then: [`BusPort::orders`], [`ControlLoop::step`], [`BusPort::report`].
+    pub fn split(self) -> (BusPort, ControlLoop) {
+        (self.port, self.control)
     }
 
     /// A byte was heard on the bus; its stop bit ended at `now`.
@@ -50,92 +32,40 @@ impl Board {
     /// If it completes a request to this board, the commands are taken over and the answer is returned, with the
     /// pressures of the last control step. The answer's first start bit must follow after
     /// [`answer_delay`](BoardConfig::answer_delay) and within 20 us of `now`, and its bytes must follow each other without
-    /// a pause. Bytes that come while the answer is on the wire are the board's own echo and
-    /// are ignored.
+    /// a pause. Bytes that come while the answer is on the wire are the board's own echo and are ignored.
     ///
     /// A silence of [`IDLE_GAP_CHARACTERS`](pneudrive_protocol::IDLE_GAP_CHARACTERS) is found from the times of the bytes
     /// to half a character. A caller that does not know them so well passes the time at which it looked, and calls
     /// [`line_idle`](Self::line_idle).
     pub fn receive_byte(&mut self, now: Micros, byte: u8) -> Option<Answer> {
-        let request = self.responder.byte(now, byte)?;
-        self.commands = request.commands;
-        count(&mut self.counters.requests);
-        self.supervisor.request(now);
-        let answer = request.answer(self.address(), self.measured?);
-        self.responder.answered(now);
-        count(&mut self.counters.answers);
-        Some(answer)
+        self.port.receive_byte(now, byte)
     }
 
     /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the frame is lost.
     pub fn line_error(&mut self, now: Micros) {
-        self.responder.error(now);
-        count(&mut self.counters.line_errors);
+        self.port.line_error(now);
     }
 
     /// The line has been silent for an idle gap: the next byte starts a frame.
     pub fn line_idle(&mut self, _now: Micros) {
-        self.responder.idle();
+        self.port.line_idle();
     }
 
     /// One control step, to be called every loop period with what the four sensor inputs read; gives the drives of the
     /// four valves until the next step.
     pub fn control_step(&mut self, now: Micros, samples: [AdcSample; CHANNELS]) -> [ValveDrive; CHANNELS] {
-        self.count_step(now);
-        let mode = self.supervise(now);
-        let mut drives = [ValveDrive::FULL_VENT; CHANNELS];
-        let mut values = [Counts::MIN; CHANNELS];
-        for (index, channel) in self.channels.iter_mut().enumerate() {
-            let had_fault = matches!(channel.status(), ChannelStatus::SensorFault(_));
-            drives[index] = channel.step(samples[index], self.commands[index], mode);
-            values[index] = channel.reported();
-            if !had_fault && matches!(channel.status(), ChannelStatus::SensorFault(_)) {
-                count(&mut self.counters.sensor_faults);
-            }
-        }
-        self.measured = Some(values);
-        drives
-    }
-
-    fn supervise(&mut self, now: Micros) -> Mode {
-        let before = self.supervisor.state();
-        let state = self.supervisor.step(now);
-        if before == BoardState::Running && matches!(state, BoardState::Hold | BoardState::Vent) {
-            count(&mut self.counters.command_timeouts);
-            self.responder.forget_host();
-        }
-        match state {
-            BoardState::Running | BoardState::Hold => Mode::Regulate,
-            BoardState::PowerUpVent | BoardState::Vent => Mode::Vent,
-        }
-    }
-
-    fn count_step(&mut self, now: Micros) {
-        count(&mut self.counters.steps);
-        let late = Micros::new(self.loop_period.get() * 3 / 2);
-        if self.last_step.is_some_and(|last| now.since(last) > late) {
-            count(&mut self.counters.late_steps);
-        }
-        self.last_step = Some(now);
+        let step = self.control.step(now, samples, self.port.orders());
+        self.port.report(step.report);
+        step.drives
     }
 
     /// The address it answers to.
     pub fn address(&self) -> Address {
-        self.responder.address()
+        self.port.address()
     }
 
     /// The board at a glance.
     pub fn status(&self) -> BoardStatus {
-        BoardStatus {
-            state: self.supervisor.state(),
-            channels: self.channels.each_ref().map(Channel::status),
-            commands: self.commands,
-            pressures: self.channels.each_ref().map(Channel::reported),
-            counters: Counters { frames: self.responder.statistics(), ..self.counters },
-        }
+        BoardStatus::new(&self.port, self.control.status())
     }
-}
-
-fn count(counter: &mut u32) {
-    *counter = counter.saturating_add(1);
 }

@@ -32,8 +32,9 @@
 //! # Ok::<(), pneudrive_control::ConfigError>(())
 //! ```
 //!
-//! Inside, one file each: the bus ([`Board`]'s responder), the supervisor ([`BoardState`]), and per channel the sensor
-//! monitor ([`SensorFault`]), the low-pass, the control law and the valve drive ([`ValveDrive`], [`DirPwm`]).
+//! Inside, a board is two halves, which firmware runs at two priorities: the [`BusPort`] and the [`ControlLoop`]. The
+//! loop has the supervisor ([`BoardState`]) and per channel the sensor monitor ([`SensorFault`]), the low-pass, the
+//! control law and the valve drive ([`ValveDrive`], [`DirPwm`]): one file each.
 //!
 //! All arithmetic is on integers; pressures carry [`FRACTION_BITS`] bits behind the binary point. There is no `unsafe`,
 //! no allocation and no panic path that bytes, samples or times could reach.
@@ -46,11 +47,13 @@ extern crate std;
 mod board;
 mod channel;
 mod config;
+mod control_loop;
 mod drive;
 mod filter;
 mod indicator;
 mod law;
 mod liveness;
+mod port;
 mod responder;
 mod sample;
 mod sensor;
@@ -58,12 +61,14 @@ mod status;
 mod supervisor;
 mod time;
 
-pub use board::{Answer, Board};
+pub use board::Board;
 pub use config::{BoardConfig, ConfigError};
+pub use control_loop::{ControlLoop, Step};
 pub use drive::{DirPwm, Direction, ValveDrive};
 pub use liveness::Liveness;
+pub use port::{Answer, BusPort, Orders, Report};
 pub use sample::{AdcSample, FRACTION_BITS};
 pub use sensor::SensorFault;
-pub use status::{BoardStatus, ChannelStatus, Counters};
+pub use status::{BoardStatus, ChannelStatus, ControlStatus, Counters};
 pub use supervisor::BoardState;
 pub use time::Micros;

@@ -86,6 +86,7 @@ impl AdcSample {
     }
 
     /// 4095 * 4096 << 6 is below 2^30: nothing overflows.
+    #[inline]
     const fn average(sum: u32, readings: NonZeroU16) -> Self {
         let readings = readings.get() as u32;
         let largest = Self::READING_MAX as u32 * readings;

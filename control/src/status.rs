@@ -1,4 +1,4 @@
-use crate::{BoardState, SensorFault};
+use crate::{BoardState, BusPort, SensorFault};
 use pneudrive_protocol::{CHANNELS, Counts, FrameStatistics};
 
 /// What a channel did in the last control step.
@@ -36,10 +36,29 @@ pub struct Counters {
     pub sensor_faults: u32,
 }
 
+/// What the last control step did, and what has happened in the control loop since power-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ControlStatus {
+    /// See [`BoardStatus::state`].
+    pub state: BoardState,
+    /// See [`BoardStatus::channels`].
+    pub channels: [ChannelStatus; CHANNELS],
+    /// See [`BoardStatus::pressures`].
+    pub pressures: [Counts; CHANNELS],
+    /// See [`Counters::steps`].
+    pub steps: u32,
+    /// See [`Counters::late_steps`].
+    pub late_steps: u32,
+    /// See [`Counters::command_timeouts`].
+    pub command_timeouts: u32,
+    /// See [`Counters::sensor_faults`].
+    pub sensor_faults: u32,
+}
+
 /// A board at a glance, for logs and tests. Not on the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardStatus {
-    /// What the board as a whole does.
+    /// What the board as a whole does, as of the last control step.
     pub state: BoardState,
     /// What each channel did in the last control step.
     pub channels: [ChannelStatus; CHANNELS],
@@ -49,4 +68,26 @@ pub struct BoardStatus {
     pub pressures: [Counts; CHANNELS],
     /// What has happened since power-up.
     pub counters: Counters,
+}
+
+impl BoardStatus {
+    /// From a board's two halves.
+    pub fn new(port: &BusPort, control: ControlStatus) -> Self {
+        Self {
+            state: control.state,
+            channels: control.channels,
+            commands: port.orders().commands,
+            pressures: control.pressures,
+            counters: Counters {
+                requests: port.requests(),
+                answers: port.answers(),
+                line_errors: port.line_errors(),
+                frames: port.frames(),
+                steps: control.steps,
+                late_steps: control.late_steps,
+                command_timeouts: control.command_timeouts,
+                sensor_faults: control.sensor_faults,
+            },
+        }
+    }
 }

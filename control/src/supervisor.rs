@@ -27,8 +27,6 @@ pub(crate) struct Supervisor {
     command_timeout: Micros,
     hold_time: Micros,
     first_step: Option<Micros>,
-    /// Start of the present silence.
-    heard: Micros,
     state: BoardState,
 }
 
@@ -39,25 +37,17 @@ impl Supervisor {
             command_timeout: config.command_timeout,
             hold_time: config.hold_time,
             first_step: None,
-            heard: Micros::ZERO,
             state: BoardState::PowerUpVent,
         }
     }
 
-    /// A valid request has come.
-    pub(crate) fn request(&mut self, now: Micros) {
-        self.heard = self.heard.max(now);
-        if matches!(self.state, BoardState::Hold | BoardState::Vent) {
-            self.state = BoardState::Running;
-        }
-    }
-
-    /// The state for the control step at `now`.
-    pub(crate) fn step(&mut self, now: Micros) -> BoardState {
+    /// The state for the control step at `now`, given the time of the last valid request.
+    pub(crate) fn step(&mut self, now: Micros, last_request: Option<Micros>) -> BoardState {
         let first_step = *self.first_step.get_or_insert(now);
         let power_up_end = first_step.after(self.power_up_vent);
         // The silence of a host that is still booting counts from the end of the power-up vent.
-        let silence = now.since(self.heard.max(power_up_end));
+        let silent_since = last_request.map_or(power_up_end, |time| time.max(power_up_end));
+        let silence = now.since(silent_since);
         self.state = if now < power_up_end {
             BoardState::PowerUpVent
         } else if silence < self.command_timeout {
@@ -99,33 +89,32 @@ mod tests {
             (1_000_000_000_000, Vent),
         ];
         for (micros, state) in edges {
-            assert_eq!(supervisor.step(at(micros)), state, "at {micros} us");
+            assert_eq!(supervisor.step(at(micros), None), state, "at {micros} us");
         }
     }
 
     #[test]
     fn a_request_in_any_state_starts_the_silence_anew() {
         let mut supervisor = Supervisor::new(&BoardConfig::default());
-        supervisor.step(at(0));
+        supervisor.step(at(0), None);
+        // While it runs, holds, and vents.
         for heard in [2_100_000, 2_900_000, 60_000_000] {
-            supervisor.step(at(heard));
-            supervisor.request(at(heard));
-            assert_eq!(supervisor.state(), Running, "at once");
-            assert_eq!(supervisor.step(at(heard + 499_999)), Running);
-            assert_eq!(supervisor.step(at(heard + 500_000)), Hold);
-            assert_eq!(supervisor.step(at(heard + 2_500_000)), Vent);
+            let mut step = |micros| supervisor.step(at(micros), Some(at(heard)));
+            assert_eq!(step(heard), Running);
+            assert_eq!(step(heard + 499_999), Running);
+            assert_eq!(step(heard + 500_000), Hold);
+            assert_eq!(step(heard + 2_500_000), Vent);
         }
     }
 
     #[test]
     fn a_request_does_not_shorten_the_power_up_vent() {
         let mut supervisor = Supervisor::new(&BoardConfig::default());
-        supervisor.step(at(0));
-        supervisor.request(at(1_000));
-        assert_eq!(supervisor.state(), PowerUpVent);
-        assert_eq!(supervisor.step(at(1_999_999)), PowerUpVent);
-        assert_eq!(supervisor.step(at(2_499_999)), Running);
-        assert_eq!(supervisor.step(at(2_500_000)), Hold);
+        supervisor.step(at(0), None);
+        let mut step = |micros| supervisor.step(at(micros), Some(at(1_000)));
+        assert_eq!(step(1_999_999), PowerUpVent);
+        assert_eq!(step(2_499_999), Running);
+        assert_eq!(step(2_500_000), Hold);
     }
 
     #[test]
@@ -133,7 +122,7 @@ mod tests {
         let config =
             BoardConfig { power_up_vent: Micros::ZERO, hold_time: Micros::ZERO, ..BoardConfig::default() };
         let mut supervisor = Supervisor::new(&config);
-        assert_eq!(supervisor.step(at(0)), Running);
-        assert_eq!(supervisor.step(at(500_000)), Vent);
+        assert_eq!(supervisor.step(at(0), None), Running);
+        assert_eq!(supervisor.step(at(500_000), None), Vent);
     }
 }

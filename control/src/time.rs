@@ -33,13 +33,13 @@ impl Micros {
         Self(self.0.saturating_add(distance.0))
     }
 
-    /// The latest time, at or before `self`, whose low 32 bits are `stamp`.
+    /// The time whose low 32 bits are `stamp` and which is nearest to `self`.
     ///
     /// For hardware that stamps bytes with the low word of the clock: right as long as the stamp is read within
-    /// 71 minutes.
+    /// 35 minutes. A stamp may be a little ahead, where the clock was read before the stamp was made.
     pub const fn of_stamp(self, stamp: u32) -> Self {
-        let age = (self.0 as u32).wrapping_sub(stamp);
-        Self(self.0.saturating_sub(age as u64))
+        let ahead = stamp.wrapping_sub(self.0 as u32).cast_signed();
+        Self(self.0.saturating_add_signed(ahead as i64))
     }
 }
 
@@ -53,6 +53,9 @@ mod tests {
         assert_eq!(now.of_stamp(5), now);
         assert_eq!(now.of_stamp(2), Micros::new(0x1_0000_0002));
         assert_eq!(now.of_stamp(0xFFFF_FFFE), Micros::new(0xFFFF_FFFE));
+        // Made just after the clock was read.
+        assert_eq!(now.of_stamp(7), Micros::new(0x1_0000_0007));
+        assert_eq!(Micros::new(0xFFFF_FFFF).of_stamp(1), Micros::new(0x1_0000_0001));
     }
 
     #[test]

@@ -9,13 +9,13 @@ mod transmitter;
 use crate::shared::Shared;
 use crate::{chip, config, shared};
 use core::cell::RefCell;
+use cortex_m::interrupt::{CriticalSection, Mutex};
 use embassy_rp::Peri;
 use embassy_rp::gpio::Output;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, PIN_0, PIN_1, UART0};
 use embassy_rp::uart::{self, Blocking, Uart};
-use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use receiver::Receiver;
 use transmitter::Transmitter;
 
@@ -42,7 +42,7 @@ struct Bus {
     _uart: Uart<'static, Blocking>,
 }
 
-static BUS: CriticalSectionMutex<RefCell<Option<Bus>>> = CriticalSectionMutex::new(RefCell::new(None));
+static BUS: Mutex<RefCell<Option<Bus>>> = Mutex::new(RefCell::new(None));
 
 /// Listens from now on. The board must have been installed.
 pub fn start(hardware: BusHardware) {
@@ -53,7 +53,7 @@ pub fn start(hardware: BusHardware) {
         receiver: Receiver::start(hardware.characters, hardware.stamps),
         transmitter: Transmitter::new(hardware.driver_enable),
     };
-    BUS.lock(|cell| cell.replace(Some(bus)));
+    cortex_m::interrupt::free(|masked| BUS.borrow(masked).replace(Some(bus)));
 
     interrupt::DMA_IRQ_1.set_priority(Priority::P0);
     chip::ANSWER_TIMER_IRQ.set_priority(Priority::P0);
@@ -72,14 +72,8 @@ pub fn ask_for_a_sign_of_life() {
 #[interrupt]
 fn DMA_IRQ_1() {
     receiver::acknowledge();
-    with(|bus| {
-        shared::with(|shared| {
-            pass_on(bus, shared);
-            if bus.receiver.is_listening() {
-                shared.liveness.bus_ran();
-            }
-        });
-    });
+    let alone = alone();
+    within(&alone, |bus| shared::within(&alone, |shared| pass_on(bus, shared)));
 }
 
 /// Hands everything heard to the board, and its answer to the transmitter.
@@ -88,25 +82,34 @@ fn pass_on(bus: &mut Bus, shared: &mut Shared) {
     while let Some(character) = bus.receiver.next() {
         let heard = now.of_stamp(character.stamp);
         match character.byte() {
-            Err(receiver::Damaged) => shared.board.line_error(heard),
+            Err(receiver::Damaged) => shared.port.line_error(heard),
             Ok(byte) => {
-                if let Some(answer) = shared.board.receive_byte(heard, byte) {
+                if let Some(answer) = shared.port.receive_byte(heard, byte) {
                     bus.transmitter.send_at(heard.after(config::BOARD.answer_delay), answer);
                 }
             }
         }
     }
+    if bus.receiver.is_listening() {
+        shared.liveness.bus_ran();
+    }
 }
 
 /// The transmitter's alarm has gone off.
 pub fn on_answer_alarm() {
-    with(|bus| bus.transmitter.on_alarm());
+    within(&alone(), |bus| bus.transmitter.on_alarm());
 }
 
-fn with(action: impl FnOnce(&mut Bus)) {
-    BUS.lock(|cell| {
-        if let Some(bus) = cell.borrow_mut().as_mut() {
-            action(bus);
-        }
-    });
+fn within(masked: &CriticalSection, action: impl FnOnce(&mut Bus)) {
+    if let Some(bus) = BUS.borrow(masked).borrow_mut().as_mut() {
+        action(bus);
+    }
+}
+
+/// For the two handlers here, which need not mask anything: they run at the highest priority, on the one core that is
+/// used.
+fn alone() -> CriticalSection {
+    // SAFETY: called in those two handlers only. Nothing interrupts them, and they cannot have interrupted anybody who
+    // uses what is shared, since all interrupts are masked meanwhile.
+    unsafe { CriticalSection::new() }
 }

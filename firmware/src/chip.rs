@@ -7,6 +7,7 @@ pub use rp2350::*;
 
 #[cfg(feature = "rp2040")]
 mod rp2040 {
+    use cortex_m::peripheral::NVIC;
     use embassy_rp::interrupt;
     use embassy_rp::pac::{self, Interrupt};
 
@@ -19,9 +20,34 @@ mod rp2040 {
     /// Alarm 1, ours.
     pub const ANSWER_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_1;
 
+    const BUS_INTERRUPTS: u32 = 1 << Interrupt::DMA_IRQ_1 as u16 | 1 << ANSWER_TIMER_IRQ as u16;
+
     /// A DMA channel's count of transfers.
     pub fn set_transfer_count(channel: pac::dma::Channel, count: u32) {
         channel.trans_count().write_value(count);
+    }
+
+    /// Disables every interrupt but the bus's two; gives those that it has disabled. ARMv6-M cannot mask by priority
+    /// (it has no BASEPRI), so it is done one by one.
+    pub fn mask_all_but_the_bus() -> u32 {
+        // SAFETY: single registers of the NVIC; an interrupt between the two accesses leaves them as it found them.
+        let nvic = unsafe { &*NVIC::PTR };
+        let enabled = nvic.iser[0].read() & !BUS_INTERRUPTS;
+        // SAFETY: ones disable, zeros do nothing.
+        unsafe { nvic.icer[0].write(enabled) };
+        // An interrupt that has been recognised already is taken before this has passed, not later.
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        enabled
+    }
+
+    /// Enables interrupts again.
+    ///
+    /// # Safety
+    /// Whatever relied on their being masked must have ended.
+    pub unsafe fn unmask(enabled: u32) {
+        // SAFETY: ones enable, zeros do nothing.
+        unsafe { (*NVIC::PTR).iser[0].write(enabled) };
     }
 
     #[interrupt]
@@ -32,7 +58,9 @@ mod rp2040 {
 
 #[cfg(feature = "rp2350")]
 mod rp2350 {
+    use cortex_m::register::basepri;
     use embassy_rp::interrupt;
+    use embassy_rp::interrupt::Priority;
     use embassy_rp::pac::{self, Interrupt};
 
     /// Embassy's default system clock, Hz.
@@ -47,6 +75,23 @@ mod rp2350 {
     /// A DMA channel's count of transfers.
     pub fn set_transfer_count(channel: pac::dma::Channel, count: u32) {
         channel.trans_count().write(|w| w.set_count(count));
+    }
+
+    /// Masks every interrupt below the bus's priority, P0; gives the mask that was set before.
+    pub fn mask_all_but_the_bus() -> u32 {
+        let before = basepri::read();
+        // SAFETY: masking more is always sound.
+        unsafe { basepri::write(Priority::P1 as u8) };
+        before.into()
+    }
+
+    /// Restores the mask.
+    ///
+    /// # Safety
+    /// Whatever relied on the interrupts' being masked must have ended.
+    pub unsafe fn unmask(before: u32) {
+        // SAFETY: the caller's promise.
+        unsafe { basepri::write(before as u8) };
     }
 
     #[interrupt]

@@ -1,25 +1,29 @@
-//! The control loop: samples to the board, drives to the valves.
+//! The control loop: samples to the board, its drives to the valves.
 
 use crate::sensors::Sensors;
 use crate::valves::Valve;
 use crate::{config, shared};
 use embassy_time::{Duration, Ticker};
-use pneudrive_control::DirPwm;
+use pneudrive_control::{ControlLoop, DirPwm};
 
 /// One control step every loop period, at absolute times.
 #[embassy_executor::task]
-pub async fn run(mut sensors: Sensors, mut valves: [Valve; 4]) -> ! {
+pub async fn run(mut control: ControlLoop, mut sensors: Sensors, mut valves: [Valve; 4]) -> ! {
     let mut ticker = Ticker::every(Duration::from_micros(config::BOARD.loop_period.get()));
     loop {
         ticker.next().await;
         // Without samples there is no step; if that goes on, the watchdog resets the chip.
         let Ok(samples) = sensors.sample().await else { continue };
-        let drives = shared::with(|shared| {
-            shared.liveness.control_ran();
-            shared.board.control_step(shared::now(), samples)
-        });
-        for (valve, drive) in valves.iter_mut().zip(drives) {
+        let orders = shared::with(|shared| shared.port.orders());
+        let step = control.step(shared::now(), samples, orders);
+        for (valve, drive) in valves.iter_mut().zip(step.drives) {
             valve.apply(DirPwm::from(drive));
         }
+        let status = control.status();
+        shared::with(|shared| {
+            shared.port.report(step.report);
+            shared.control = status;
+            shared.liveness.control_ran();
+        });
     }
 }

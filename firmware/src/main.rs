@@ -9,7 +9,8 @@
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
 //!
-//! The board itself ([`shared`]) is behind a critical section that lasts as long as one control step at most.
+//! Nothing makes the bus wait for more than about a microsecond: critical sections leave its interrupts alone
+//! ([`masking`]), and what it shares with the control loop is little ([`shared`]).
 //! `docs/firmware.md` has the pin map, the wiring, and what was measured.
 #![no_std]
 #![no_main]
@@ -18,6 +19,7 @@ mod bus;
 mod chip;
 mod config;
 mod control_loop;
+mod masking;
 mod pins;
 mod safe_state;
 mod sensors;
@@ -46,7 +48,8 @@ async fn main(spawner: Spawner) {
     let address = hardware.switch.read().await;
     // The configuration was checked at compile time (config.rs).
     let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
-    shared::install(board);
+    let (port, control) = board.split();
+    shared::install(port, control.status());
     defmt::info!("board {=u8}", address.board());
 
     let sensors = sensors::Sensors::new(hardware.sensors);
@@ -58,13 +61,15 @@ async fn main(spawner: Spawner) {
     let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
 
     // A task can be spawned once, and is.
-    let (Ok(control), Ok(supervision)) =
-        (control_loop::run(sensors, hardware.valves), supervision::run(watchdog, hardware.led))
+    let (Ok(control_loop), Ok(supervision)) =
+        (control_loop::run(control, sensors, hardware.valves), supervision::run(watchdog, hardware.led))
     else {
         defmt::unreachable!()
     };
-    control_spawner.spawn(control);
+    control_spawner.spawn(control_loop);
     spawner.spawn(supervision);
+    // What this task still owns (the pins of the address switch) stays as it is.
+    core::future::pending().await
 }
 
 #[interrupt]

@@ -1,31 +1,46 @@
-//! The board, shared between the bus interrupt and the control loop.
+//! What the parts of the firmware share: the board's bus side, and what the control loop last did.
 
 use core::cell::RefCell;
-use embassy_sync::blocking_mutex::CriticalSectionMutex;
+use cortex_m::interrupt::{self, CriticalSection, Mutex};
 use embassy_time::Instant;
-use pneudrive_control::{Board, Liveness, Micros};
+use pneudrive_control::{BoardStatus, BusPort, ControlStatus, Liveness, Micros};
 
-/// What the parts of the firmware share.
+/// Shared between the bus interrupts, the control loop and the supervision.
 pub struct Shared {
-    /// All behaviour.
-    pub board: Board,
+    /// The board's bus side.
+    pub port: BusPort,
+    /// What the last control step did.
+    pub control: ControlStatus,
     /// What the watchdog hangs on.
     pub liveness: Liveness,
 }
 
-static SHARED: CriticalSectionMutex<RefCell<Option<Shared>>> = CriticalSectionMutex::new(RefCell::new(None));
-
-/// Makes the board available to [`with`].
-pub fn install(board: Board) {
-    SHARED.lock(|cell| cell.replace(Some(Shared { board, liveness: Liveness::new() })));
+impl Shared {
+    /// The board at a glance.
+    pub fn status(&self) -> BoardStatus {
+        BoardStatus::new(&self.port, self.control)
+    }
 }
 
-/// Does something with the board while nobody else does.
+static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
+
+/// Makes the board available to [`with`].
+pub fn install(port: BusPort, control: ControlStatus) {
+    let shared = Shared { port, control, liveness: Liveness::new() };
+    interrupt::free(|masked| SHARED.borrow(masked).replace(Some(shared)));
+}
+
+/// Does something short with what is shared while all interrupts wait, the bus's included.
 pub fn with<R>(action: impl FnOnce(&mut Shared) -> R) -> R {
-    SHARED.lock(|cell| match cell.borrow_mut().as_mut() {
+    interrupt::free(|masked| within(masked, action))
+}
+
+/// The same where nothing can interrupt.
+pub fn within<R>(masked: &CriticalSection, action: impl FnOnce(&mut Shared) -> R) -> R {
+    match SHARED.borrow(masked).borrow_mut().as_mut() {
         Some(shared) => action(shared),
         None => defmt::unreachable!("used before `install`"),
-    })
+    }
 }
 
 /// The board's clock.

@@ -33,32 +33,27 @@ pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>) -> ! {
             if shared::with(|shared| shared.liveness.all_since_last_asked()) {
                 watchdog.feed(WATCHDOG_TIMEOUT);
             }
-            let status = shared::with(|shared| shared.board.status());
+            let status = shared::with(|shared| shared.status());
             led.set_level(status.led_is_on(shared::now()).into());
         }
         report();
     }
 }
 
+/// Several short lines: a line is written in one critical section, which an answer may have to wait for.
 fn report() {
-    let status = shared::with(|shared| shared.board.status());
-    defmt::info!(
-        "{} channels {} commands {} pressures {}",
-        status.state,
-        status.channels,
-        status.commands.map(u16::from),
-        status.pressures.map(u16::from)
-    );
+    let status = shared::with(|shared| shared.status());
+    defmt::info!("{}", status.state);
+    defmt::info!("channels {}", status.channels);
+    defmt::info!("commands {}", status.commands.map(u16::from));
+    defmt::info!("pressures {}", status.pressures.map(u16::from));
     let counters = status.counters;
+    defmt::info!("requests {=u32}, answers {=u32}", counters.requests, counters.answers);
     defmt::info!(
-        "requests {=u32} answers {=u32} discarded bytes {=u32} line errors {=u32} steps {=u32} late {=u32} timeouts {=u32} sensor faults {=u32}",
-        counters.requests,
-        counters.answers,
-        counters.frames.discarded_bytes,
+        "line errors {=u32}, discarded {=u32}",
         counters.line_errors,
-        counters.steps,
-        counters.late_steps,
-        counters.command_timeouts,
-        counters.sensor_faults
+        counters.frames.discarded_bytes
     );
+    defmt::info!("steps {=u32}, late {=u32}", counters.steps, counters.late_steps);
+    defmt::info!("timeouts {=u32}, sensor faults {=u32}", counters.command_timeouts, counters.sensor_faults);
 }

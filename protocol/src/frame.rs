@@ -70,9 +70,12 @@ impl FrameFinder {
     pub fn push(&mut self, byte: u8) -> Option<Frame> {
         self.bytes[self.len] = byte;
         self.len += 1;
+        // The bytes before it could become a packet, so only the new one needs a look.
+        let mut fits = fits_at(self.len - 1, byte);
         loop {
-            while !self.could_become_a_packet() {
+            while !fits {
                 self.drop_first();
+                fits = self.could_become_a_packet();
             }
             if self.len < PACKET_LEN {
                 return None;
@@ -82,7 +85,7 @@ impl FrameFinder {
                 self.statistics.packets = self.statistics.packets.saturating_add(1);
                 return Some(frame);
             }
-            self.drop_first();
+            fits = false;
         }
     }
 
@@ -103,11 +106,7 @@ impl FrameFinder {
     }
 
     fn could_become_a_packet(&self) -> bool {
-        self.bytes[..self.len].iter().enumerate().all(|(position, &byte)| match position {
-            0 => byte == Address::HIGH_BYTE,
-            high if high % 2 == 0 => byte <= CheckedPacket::DATA_HIGH_BYTE_MAX,
-            _ => true,
-        })
+        self.bytes[..self.len].iter().enumerate().all(|(position, &byte)| fits_at(position, byte))
     }
 
     fn drop_first(&mut self) {
@@ -118,5 +117,14 @@ impl FrameFinder {
 
     fn count_discarded(&mut self, count: usize) {
         self.statistics.discarded_bytes = self.statistics.discarded_bytes.saturating_add(count as u32);
+    }
+}
+
+/// Whether a packet of either format can have this byte at this position.
+fn fits_at(position: usize, byte: u8) -> bool {
+    match position {
+        0 => byte == Address::HIGH_BYTE,
+        high if high % 2 == 0 => byte <= CheckedPacket::DATA_HIGH_BYTE_MAX,
+        _ => true,
     }
 }

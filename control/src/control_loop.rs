@@ -1,0 +1,99 @@
+use crate::channel::{Channel, Mode};
+use crate::port::{Orders, Report};
+use crate::supervisor::Supervisor;
+use crate::{
+    AdcSample, BoardConfig, BoardState, ChannelStatus, ConfigError, ControlStatus, Micros, ValveDrive,
+};
+use pneudrive_protocol::CHANNELS;
+
+/// A board's control side: four channels and the supervisor over them. The other half of a [`Board`](crate::Board) is
+/// the [`BusPort`](crate::BusPort).
+#[derive(Debug, Clone)]
+pub struct ControlLoop {
+    supervisor: Supervisor,
+    channels: [Channel; CHANNELS],
+    /// Distance of two steps beyond which the second is late.
+    late_after: Micros,
+    last_step: Option<Micros>,
+    steps: u32,
+    late_steps: u32,
+    command_timeouts: u32,
+    sensor_faults: u32,
+}
+
+/// What a control step gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// The drives of the four valves until the next step.
+    pub drives: [ValveDrive; CHANNELS],
+    /// For the bus side.
+    pub report: Report,
+}
+
+impl ControlLoop {
+    /// # Errors
+    /// A parameter outside its limits, by name.
+    pub(crate) fn new(config: &BoardConfig) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self {
+            supervisor: Supervisor::new(config),
+            channels: config.enabled.map(|enabled| Channel::new(config, enabled)),
+            late_after: Micros::new(config.loop_period.get() * 3 / 2),
+            last_step: None,
+            steps: 0,
+            late_steps: 0,
+            command_timeouts: 0,
+            sensor_faults: 0,
+        })
+    }
+
+    /// One control step: see [`Board::control_step`](crate::Board::control_step).
+    pub fn step(&mut self, now: Micros, samples: [AdcSample; CHANNELS], orders: Orders) -> Step {
+        self.count_step(now);
+        let before = self.supervisor.state();
+        let state = self.supervisor.step(now, orders.last_request);
+        let host_lost = before == BoardState::Running && matches!(state, BoardState::Hold | BoardState::Vent);
+        if host_lost {
+            count(&mut self.command_timeouts);
+        }
+        let mode = match state {
+            BoardState::Running | BoardState::Hold => Mode::Regulate,
+            BoardState::PowerUpVent | BoardState::Vent => Mode::Vent,
+        };
+        let mut drives = [ValveDrive::FULL_VENT; CHANNELS];
+        for (index, channel) in self.channels.iter_mut().enumerate() {
+            let had_fault = matches!(channel.status(), ChannelStatus::SensorFault(_));
+            drives[index] = channel.step(samples[index], orders.commands[index], mode);
+            if !had_fault && matches!(channel.status(), ChannelStatus::SensorFault(_)) {
+                count(&mut self.sensor_faults);
+            }
+        }
+        let pressures = self.channels.each_ref().map(Channel::reported);
+        Step { drives, report: Report { pressures, host_lost } }
+    }
+
+    fn count_step(&mut self, now: Micros) {
+        count(&mut self.steps);
+        if self.last_step.is_some_and(|last| now.since(last) > self.late_after) {
+            count(&mut self.late_steps);
+        }
+        self.last_step = Some(now);
+    }
+
+    /// What the last step did.
+    pub fn status(&self) -> ControlStatus {
+        ControlStatus {
+            state: self.supervisor.state(),
+            channels: self.channels.each_ref().map(Channel::status),
+            pressures: self.channels.each_ref().map(Channel::reported),
+            steps: self.steps,
+            late_steps: self.late_steps,
+            command_timeouts: self.command_timeouts,
+            sensor_faults: self.sensor_faults,
+        }
+    }
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.saturating_add(1);
+}
