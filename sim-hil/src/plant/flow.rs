@@ -99,7 +99,6 @@ impl FlowFunction {
     pub fn phi(&self, ratio: f64) -> f64 {
         let x = ((ratio - self.critical_ratio) * self.per_subsonic).max(0.0);
         let inner = 1.0 - x * x;
-        #[expect(clippy::float_cmp_const, reason = "0.5 is stored exactly; it selects the cheap square root")]
         let subsonic = if self.exponent == 0.5 { inner.sqrt() } else { inner.max(0.0).powf(self.exponent) };
         subsonic.min(self.laminar_slope * (1.0 - ratio))
     }

@@ -120,8 +120,8 @@ pub struct JointParameters {
 /// A ratiometric sensor (0.5 to 4.5 V over 0 to 100 psi) and its converter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorParameters {
-    /// Noise before conversion, kPa RMS, white over samples, 0 to 20. With 10-bit quantisation (0.243 kPa RMS) the default
-    /// makes 0.36 kPa.
+    /// Noise before conversion, kPa RMS, white over samples, 0 to 20. With 12-bit conversion rounded to the bus's 10 bits
+    /// (0.258 kPa RMS) the default makes 0.36 kPa.
     pub noise_kpa: f64,
     /// Converter bits, 8 to 12. [`Plant::sample`](super::Plant::sample) answers on the 12-bit scale; fewer bits make coarser steps.
     pub adc_bits: u32,
@@ -162,7 +162,7 @@ impl Default for PlantParameters {
                 natural_frequency_hz: 1.5,
                 damping_ratio: 0.5,
             },
-            sensor: SensorParameters { noise_kpa: 0.266, adc_bits: 12 },
+            sensor: SensorParameters { noise_kpa: 0.25, adc_bits: 12 },
             nuisances: Nuisances::none(),
         }
     }

@@ -117,8 +117,8 @@ mod tests {
         let mut p = PlantParameters::default();
         p.ambient.temperature_k = f64::NAN;
         assert!(p.validate().unwrap_err().to_string().contains("ambient.temperature_k is NaN K"));
-        let mut p = PlantParameters::default();
-        p.gas = GasModel::EnergyBalance { wall_time_constant_s: f64::NAN };
+        let gas = GasModel::EnergyBalance { wall_time_constant_s: f64::NAN };
+        let p = PlantParameters { gas, ..PlantParameters::default() };
         assert!(p.validate().unwrap_err().to_string().contains("gas.wall_time_constant_s"));
         let p = PlantParameters { channels: 0, ..PlantParameters::default() };
         assert!(p.validate().unwrap_err().to_string().contains("channels is 0"));

@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use crate::plant::{Effect, Nuisances, PlantParameters};
 
-use super::{Columns, Excitation, Loop, RecordError, Recorder, RecordingSettings, rig_toml, write_csv};
+use super::{
+    BoardKind, Columns, ControlSettings, Excitation, Loop, RecordError, Recorder, RecordingSettings,
+    rig_toml, write_csv,
+};
 
 /// Record the truth plant without a bus: the measured-data CSV a host would have written.
 #[derive(Debug, Clone, clap::Args)]
@@ -39,6 +42,24 @@ pub struct RecordArgs {
     /// Close the loop once a row and record the drive it holds until the next row, so that the plant alone can be simulated
     #[arg(long)]
     pub drive: bool,
+    /// Leave the loop open: random drives up to this amplitude, recorded, and no set points
+    #[arg(long, value_name = "AMPLITUDE", conflicts_with = "drive")]
+    pub open_loop: Option<f64>,
+    /// Who runs the control law when the loop is closed on the board
+    #[arg(long, value_enum, default_value = "firmware")]
+    pub board: BoardKind,
+    /// Board loops a second
+    #[arg(long, default_value_t = 1000.0)]
+    pub loop_rate: f64,
+    /// Proportional gain, drive counts per count
+    #[arg(long, default_value_t = 10.0)]
+    pub kp: f64,
+    /// Damping, drive counts per count of change in one loop
+    #[arg(long, default_value_t = 0.0)]
+    pub kd: f64,
+    /// Weight of the previous sample in the board's low-pass, 0 to 1 (the original: 0.8203125)
+    #[arg(long, default_value_t = 0.0)]
+    pub filter: f64,
     /// Free the joints and record their angles
     #[arg(long)]
     pub joints: bool,
@@ -75,10 +96,26 @@ impl RecordArgs {
             rate_hz: self.rate,
             excitation: self.excitation,
             range_kpa: [self.range[0], self.range[1]],
-            control_loop: if self.drive { Loop::Row } else { defaults.control_loop },
-            columns: Columns { drive: self.drive, joints: self.joints, supply: self.supply },
+            control_loop: match self.open_loop {
+                Some(amplitude) => Loop::Open { amplitude },
+                None if self.drive => Loop::Row,
+                None => defaults.control_loop,
+            },
+            board: self.board,
+            control: ControlSettings {
+                rate_hz: self.loop_rate,
+                kp: self.kp,
+                kd: self.kd,
+                filter: self.filter,
+                ..defaults.control
+            },
+            columns: Columns {
+                command: self.open_loop.is_none(),
+                drive: self.drive || self.open_loop.is_some(),
+                joints: self.joints,
+                supply: self.supply,
+            },
             exact: self.exact,
-            ..defaults
         }
     }
 

@@ -92,7 +92,9 @@ fn header(channels: usize, columns: Columns) -> Vec<String> {
     for first in (0..channels).step_by(CHANNELS_PER_BOARD) {
         let board = first / CHANNELS_PER_BOARD;
         let count = (channels - first).min(CHANNELS_PER_BOARD);
-        names.extend((0..count).map(|k| format!("b{board}_cmd{k}_kpa")));
+        if columns.command {
+            names.extend((0..count).map(|k| format!("b{board}_cmd{k}_kpa")));
+        }
         names.extend((0..count).map(|k| format!("b{board}_p{k}_kpa")));
         if columns.drive {
             names.extend((0..count).map(|k| format!("b{board}_u{k}")));
@@ -112,7 +114,9 @@ fn fields(row: &Row, channels: usize, columns: Columns) -> Vec<String> {
     let mut out = vec![format!("{:.9}", row.t_s)];
     for first in (0..channels).step_by(CHANNELS_PER_BOARD) {
         let own = first..(first + CHANNELS_PER_BOARD).min(channels);
-        out.extend(row.command_kpa[own.clone()].iter().map(|v| format!("{v:.6}")));
+        if columns.command {
+            out.extend(row.command_kpa[own.clone()].iter().map(|v| format!("{v:.6}")));
+        }
         out.extend(row.pressure_kpa[own.clone()].iter().map(|v| format!("{v:.6}")));
         if columns.drive {
             out.extend(row.drive[own].iter().map(f64::to_string));

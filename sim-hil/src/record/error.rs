@@ -25,6 +25,9 @@ pub enum RecordError {
     /// An effect cannot be read.
     #[error(transparent)]
     Effect(#[from] EffectError),
+    /// The control crate refuses the gains.
+    #[error("control: {0}")]
+    Control(#[from] pneudrive_control::ConfigError),
     /// The output's name does not say how to write it.
     #[error("{}: expected a name that ends in .csv, .csv.gz or .csv.zst", path.display())]
     Extension {
@@ -49,7 +52,11 @@ impl RecordError {
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::Setting { .. } | Self::Plant(_) | Self::Effect(_) | Self::Extension { .. } => 2,
+            Self::Setting { .. }
+            | Self::Plant(_)
+            | Self::Effect(_)
+            | Self::Control(_)
+            | Self::Extension { .. } => 2,
             Self::Write { .. } | Self::Toml(_) => 1,
         }
     }

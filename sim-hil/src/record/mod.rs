@@ -13,20 +13,25 @@
 //! # Ok::<(), pneudrive_sim::record::RecordError>(())
 //! ```
 
+mod board_law;
 pub mod cli;
-mod controller;
 mod csv;
+mod drive_pattern;
 mod error;
 mod excitation;
+mod firmware_board;
+mod ideal_board;
 mod recorder;
 mod rig;
 mod schedule;
 mod settings;
 
-pub use self::controller::{BoardLaw, OriginalLaw};
+pub use self::board_law::BoardLaw;
 pub use self::csv::write_csv;
 pub use self::error::RecordError;
 pub use self::excitation::{Excitation, SetPoints};
+pub use self::firmware_board::FirmwareBoard;
+pub use self::ideal_board::IdealBoard;
 pub use self::recorder::{Recorder, Row};
 pub use self::rig::rig_toml;
-pub use self::settings::{Columns, ControlSettings, Loop, RecordingSettings};
+pub use self::settings::{BoardKind, Columns, ControlSettings, Loop, RecordingSettings};

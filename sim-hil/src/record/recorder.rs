@@ -5,22 +5,25 @@ use rand_chacha::ChaCha8Rng;
 use crate::plant::noise::{Purpose, normal, stream};
 use crate::plant::{CHANNELS_PER_BOARD, ChannelId, Plant, counts10_to_kpa, kpa_to_counts10};
 
-use super::controller::{BoardLaw, OriginalLaw};
+use super::board_law::BoardLaw;
+use super::drive_pattern::DrivePattern;
 use super::error::RecordError;
 use super::excitation::SetPoints;
+use super::firmware_board::FirmwareBoard;
+use super::ideal_board::{IdealBoard, to_10_bits};
 use super::schedule::{LoopClock, instant_ns};
-use super::settings::{Loop, RecordingSettings};
+use super::settings::{BoardKind, Loop, RecordingSettings};
 
 /// One exchange. The vectors count the channels (or boards) of the rig.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Time of the exchange, s.
     pub t_s: f64,
-    /// Set points sent, kPa gauge, as the 10-bit counts that go over the bus.
+    /// Set points sent, kPa gauge, as the 10-bit counts that go over the bus; empty in open loop.
     pub command_kpa: Vec<f64>,
     /// Pressures answered, kPa gauge: measured at most one board loop before, without any effect of this row's command.
     pub pressure_kpa: Vec<f64>,
-    /// Drives in force from this row on, -1 to 1.
+    /// Drives at the exchange, -1 to 1; held until the next row unless the loop is closed on the board.
     pub drive: Vec<f64>,
     /// Bending angles, rad, one pair a board, without measurement noise.
     pub angles_rad: Vec<[f64; 2]>,
@@ -31,25 +34,45 @@ pub struct Row {
 /// Runs the plant; an iterator over the rows.
 pub struct Recorder {
     plant: Plant,
-    boards: Vec<Box<dyn BoardLaw + Send>>,
-    set_points: Vec<SetPoints>,
-    clock: LoopClock,
+    control: Control,
     supply_noise: ChaCha8Rng,
     settings: RecordingSettings,
     row: u64,
 }
 
+/// Who sets the drives.
+enum Control {
+    /// Boards with their own loops.
+    Boards { boards: Vec<Box<dyn BoardLaw + Send>>, clock: LoopClock, set_points: Vec<SetPoints> },
+    /// A law that runs once a row.
+    Rows { boards: Vec<IdealBoard>, set_points: Vec<SetPoints> },
+    /// Nobody looks at the pressure, but for its range.
+    Open { patterns: Vec<DrivePattern> },
+}
+
 impl Recorder {
-    /// A recording with the original's control law on every board.
+    /// A recording with the boards of the settings.
     ///
     /// # Errors
     /// A setting, parameter or effect outside its range.
     pub fn new(settings: &RecordingSettings) -> Result<Self, RecordError> {
         let control = settings.control;
-        Self::with_law(settings, || Box::new(OriginalLaw::new(control)))
+        match settings.board {
+            BoardKind::Ideal => Self::with_law(settings, || Box::new(IdealBoard::new(control))),
+            BoardKind::Firmware => {
+                let board = FirmwareBoard::new(control);
+                // Only a loop on the board needs one; the others may have gains it cannot hold.
+                let needed = matches!(settings.control_loop, Loop::Board { .. });
+                let board = if needed { Some(board?) } else { None };
+                Self::with_law(settings, || match &board {
+                    Some(board) => Box::new(board.clone()),
+                    None => Box::new(IdealBoard::new(control)),
+                })
+            }
+        }
     }
 
-    /// A recording with another control law; `law` makes one for each board.
+    /// A recording with other boards; `law` makes one. It is not used when the loop is closed once a row or open.
     ///
     /// # Errors
     /// As [`Recorder::new`].
@@ -59,26 +82,30 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         settings.validate()?;
         let plant = Plant::new(settings.plant.clone(), &settings.effects, settings.seed)?;
-        let phase = match settings.control_loop {
-            // The measurement is `age` loops old at a row when the loops run that long before it.
-            Loop::Board { age } => 1.0 - age,
-            Loop::Row => 0.0,
+        let places = 0..plant.channels();
+        let range = settings.range_kpa;
+        let set_points =
+            places.clone().map(|place| SetPoints::new(settings.excitation, range, settings.seed, place));
+        let control = match settings.control_loop {
+            Loop::Board { age } => Control::Boards {
+                boards: (0..plant.boards()).map(|_| law()).collect(),
+                // The measurement is `age` loops old at a row when the loops run that long before it.
+                clock: LoopClock::new(settings.control.rate_hz, 1.0 - age),
+                set_points: set_points.collect(),
+            },
+            Loop::Row => Control::Rows {
+                boards: vec![IdealBoard::new(settings.control); plant.boards()],
+                set_points: set_points.collect(),
+            },
+            Loop::Open { amplitude } => Control::Open {
+                patterns: places.map(|p| DrivePattern::new(amplitude, range, settings.seed, p)).collect(),
+            },
         };
-        let set_points = (0..plant.channels())
-            .map(|place| SetPoints::new(settings.excitation, settings.range_kpa, settings.seed, place))
-            .collect();
-        let mut recorder = Self {
-            boards: (0..plant.boards()).map(|_| law()).collect(),
-            plant,
-            set_points,
-            clock: LoopClock::new(settings.control.rate_hz, phase),
-            supply_noise: stream(settings.seed, Purpose::SupplySensor, 0),
-            settings: settings.clone(),
-            row: 0,
-        };
-        if let Loop::Board { .. } = settings.control_loop {
+        let supply_noise = stream(settings.seed, Purpose::SupplySensor, 0);
+        let mut recorder = Self { plant, control, supply_noise, settings: settings.clone(), row: 0 };
+        if let Control::Boards { boards, .. } = &mut recorder.control {
             // A board that has run before the first exchange has an answer to it.
-            recorder.board_loop();
+            run_boards(boards, &mut recorder.plant, 0);
         }
         Ok(recorder)
     }
@@ -89,92 +116,64 @@ impl Recorder {
         &self.plant
     }
 
-    /// One loop of every board: sample, control, drive.
-    fn board_loop(&mut self) {
-        for board in 0..self.boards.len() {
-            let Ok(samples) = self.plant.sample(index_u8(board)) else { continue };
-            self.boards[board].step(samples);
-            self.apply_drives(board);
-        }
-    }
-
-    fn apply_drives(&mut self, board: usize) {
-        let drives = self.boards[board].drives();
-        // The last board's missing channels have no valve.
-        let first = board * CHANNELS_PER_BOARD;
-        for (place, drive) in (first..self.plant.channels()).zip(drives) {
-            let set = ChannelId::from_index(place).map(|channel| self.plant.set_drive(channel, drive));
-            debug_assert!(matches!(set, Some(Ok(()))), "{set:?}");
-        }
-    }
-
     fn next_row(&mut self) -> Row {
         let time_ns = instant_ns(self.row, self.settings.rate_hz);
         let t_s = 1e-9 * time_ns as f64;
-        let commands = self.commands(t_s);
-        let (pressure_kpa, drive) = match self.settings.control_loop {
-            Loop::Board { .. } => {
-                while let Some(loop_ns) = self.clock.next_until(time_ns) {
+        let channels = self.plant.channels();
+        let mut commands = Vec::new();
+        let mut exact = None;
+        let answers: Vec<u16> = match &mut self.control {
+            Control::Boards { boards, clock, set_points } => {
+                while let Some(loop_ns) = clock.next_until(time_ns) {
                     self.plant.advance_to(loop_ns);
-                    self.board_loop();
+                    exact = self.settings.exact.then(|| true_pressures(&self.plant));
+                    run_boards(boards, &mut self.plant, loop_ns);
                 }
-                let measured = self.measured();
-                self.plant.advance_to(time_ns);
-                let drive = self.drives();
-                self.send(&commands);
-                (measured, drive)
+                commands = counts_at(set_points, t_s);
+                let sent = commands.chunks(CHANNELS_PER_BOARD);
+                boards.iter_mut().zip(sent).flat_map(|(b, c)| b.exchange(time_ns, padded(c))).collect()
             }
-            Loop::Row => {
+            Control::Rows { boards, set_points } => {
                 self.plant.advance_to(time_ns);
-                self.send(&commands);
-                self.board_loop();
-                (self.measured(), self.drives())
+                commands = counts_at(set_points, t_s);
+                let mut answers = Vec::new();
+                for (index, board) in boards.iter_mut().enumerate() {
+                    let samples = sampled(&mut self.plant, index);
+                    board.exchange(time_ns, padded(&commands[index * CHANNELS_PER_BOARD..]));
+                    apply_drives(&mut self.plant, index, board.step(time_ns, samples));
+                    answers.extend(samples.map(to_10_bits));
+                }
+                answers
+            }
+            Control::Open { patterns } => {
+                self.plant.advance_to(time_ns);
+                let boards = 0..self.plant.boards();
+                let answers: Vec<u16> =
+                    boards.flat_map(|index| sampled(&mut self.plant, index).map(to_10_bits)).collect();
+                for (place, pattern) in patterns.iter_mut().enumerate() {
+                    let drive = pattern.at(t_s, counts10_to_kpa(f64::from(answers[place])));
+                    apply_drive(&mut self.plant, place, drive);
+                }
+                answers
             }
         };
+        self.plant.advance_to(time_ns);
         self.row += 1;
+        let kpa = |counts: &u16| counts10_to_kpa(f64::from(*counts));
         Row {
             t_s,
-            command_kpa: commands.iter().map(|&c| counts10_to_kpa(f64::from(c))).collect(),
-            pressure_kpa,
-            drive,
-            angles_rad: (0..self.boards.len())
-                .map(|b| self.plant.joint_angles(index_u8(b)).unwrap_or_default())
+            command_kpa: commands.iter().map(kpa).collect(),
+            pressure_kpa: if self.settings.exact {
+                exact.unwrap_or_else(|| true_pressures(&self.plant))
+            } else {
+                answers.iter().take(channels).map(kpa).collect()
+            },
+            drive: ids(&self.plant).map(|id| self.plant.truth(id).map_or(f64::NAN, |t| t.drive)).collect(),
+            angles_rad: (0..self.plant.boards())
+                .map(|board| self.plant.joint_angles(index_u8(board)).unwrap_or_default())
                 .collect(),
             supply_kpa: self.measured_supply(),
         }
-    }
-
-    /// Set points in counts, as they go over the bus.
-    fn commands(&mut self, t_s: f64) -> Vec<u16> {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "validated: 0 to 680 kPa"
-        )]
-        self.set_points.iter_mut().map(|s| kpa_to_counts10(s.at(t_s)).round() as u16).collect()
-    }
-
-    fn send(&mut self, commands: &[u16]) {
-        for (board, commands) in self.boards.iter_mut().zip(commands.chunks(CHANNELS_PER_BOARD)) {
-            let mut counts = [102; CHANNELS_PER_BOARD];
-            counts[..commands.len()].copy_from_slice(commands);
-            board.set_commands(counts);
-        }
-    }
-
-    /// Pressures the boards answer, or the true ones of the last board loop.
-    fn measured(&self) -> Vec<f64> {
-        if self.settings.exact {
-            let ambient = self.plant.ambient_pressure_pa();
-            let truth = |id| self.plant.truth(id).map_or(f64::NAN, |t| 1e-3 * (t.port_pa - ambient));
-            return self.channel_ids().map(truth).collect();
-        }
-        let answers = self.boards.iter().flat_map(|b| b.pressures());
-        answers.take(self.plant.channels()).map(|counts| counts10_to_kpa(f64::from(counts))).collect()
-    }
-
-    fn drives(&self) -> Vec<f64> {
-        self.boards.iter().flat_map(|b| b.drives()).take(self.plant.channels()).collect()
     }
 
     fn measured_supply(&mut self) -> f64 {
@@ -184,10 +183,6 @@ impl Recorder {
         }
         let noisy = gauge + self.settings.plant.sensor.noise_kpa * normal(&mut self.supply_noise);
         counts10_to_kpa(kpa_to_counts10(noisy).round())
-    }
-
-    fn channel_ids(&self) -> impl Iterator<Item = ChannelId> + use<> {
-        (0..self.plant.channels()).filter_map(ChannelId::from_index)
     }
 }
 
@@ -199,7 +194,57 @@ impl Iterator for Recorder {
     }
 }
 
-/// Boards and channels are few: the plant refuses more than 256 boards.
+/// One loop of every board: sample, control, drive.
+fn run_boards(boards: &mut [Box<dyn BoardLaw + Send>], plant: &mut Plant, now_ns: u64) {
+    for (index, board) in boards.iter_mut().enumerate() {
+        let samples = sampled(plant, index);
+        apply_drives(plant, index, board.step(now_ns, samples));
+    }
+}
+
+fn sampled(plant: &mut Plant, board: usize) -> [u16; CHANNELS_PER_BOARD] {
+    plant.sample(index_u8(board)).expect("the recorder has the plant's boards")
+}
+
+/// Sets a board's drives; the last board's missing channels have no valve.
+fn apply_drives(plant: &mut Plant, board: usize, drives: [f64; CHANNELS_PER_BOARD]) {
+    let first = board * CHANNELS_PER_BOARD;
+    for (place, drive) in (first..plant.channels()).zip(drives) {
+        apply_drive(plant, place, drive);
+    }
+}
+
+fn apply_drive(plant: &mut Plant, place: usize, drive: f64) {
+    let channel = ChannelId::from_index(place).expect("the plant has at most 256 boards");
+    plant.set_drive(channel, drive).expect("drives are clipped to -1 to 1");
+}
+
+/// Set points in counts, as they go over the bus.
+fn counts_at(set_points: &mut [SetPoints], t_s: f64) -> Vec<u16> {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "validated: 0 to 680 kPa")]
+    set_points.iter_mut().map(|s| kpa_to_counts10(s.at(t_s)).round() as u16).collect()
+}
+
+/// A board's commands; channels it does not have are told 0 kPa.
+fn padded(commands: &[u16]) -> [u16; CHANNELS_PER_BOARD] {
+    let mut counts = [102; CHANNELS_PER_BOARD];
+    for (to, from) in counts.iter_mut().zip(commands) {
+        *to = *from;
+    }
+    counts
+}
+
+/// True pressures at the ports, kPa gauge.
+fn true_pressures(plant: &Plant) -> Vec<f64> {
+    let gauge = |pa: f64| 1e-3 * (pa - plant.ambient_pressure_pa());
+    ids(plant).map(|id| plant.truth(id).map_or(f64::NAN, |t| gauge(t.port_pa))).collect()
+}
+
+fn ids(plant: &Plant) -> impl Iterator<Item = ChannelId> + use<> {
+    (0..plant.channels()).filter_map(ChannelId::from_index)
+}
+
+/// Boards are few: the plant refuses more than 256.
 fn index_u8(index: usize) -> u8 {
     u8::try_from(index).unwrap_or(u8::MAX)
 }

@@ -80,7 +80,7 @@ pub fn rig_toml(settings: &RecordingSettings) -> Result<String, RecordError> {
         controller: Controller {
             rate_hz: match settings.control_loop {
                 Loop::Board { .. } => c.rate_hz,
-                Loop::Row => settings.rate_hz,
+                Loop::Row | Loop::Open { .. } => settings.rate_hz,
             },
             kp: c.kp,
             kd: c.kd,

@@ -24,6 +24,8 @@ pub struct RecordingSettings {
     pub range_kpa: [f64; 2],
     /// Where the loop is closed.
     pub control_loop: Loop,
+    /// Who runs the control law when the loop is closed on the board.
+    pub board: BoardKind,
     /// The control law.
     pub control: ControlSettings,
     /// Optional columns.
@@ -38,14 +40,30 @@ pub enum Loop {
     /// On the board, at the controller's rate; the host only sends set points.
     ///
     /// `age` is how old the answered measurement is at an exchange, in board loops, 0 to less than 1: board and host share no clock, so a
-    /// real one is anywhere in between. The command acts `1 - age` loops after the exchange.
+    /// real one is anywhere in between. The command acts `1 - age` loops after the exchange: between the answered
+    /// measurement and the first drive that knows the command there is always one board loop.
     Board {
         /// Age of the answered measurement, in board loops.
         age: f64,
     },
     /// Once a row: the drive is computed from the row's command and pressure and held until the next row. With the
-    /// column `u` the plant alone can be simulated from such a recording.
+    /// column `u` the plant alone can be simulated from such a recording. The law is the ideal one.
     Row,
+    /// Nowhere: random drives up to an amplitude are held for 0.05 to 0.8 s, with the sign that leads back where the pressure
+    /// has left the range. There are no set points, and no columns for them.
+    Open {
+        /// Largest drive, 0 to 1.
+        amplitude: f64,
+    },
+}
+
+/// Who runs the control law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum BoardKind {
+    /// The control crate, as in the firmware: integers, 12-bit samples, PWM steps.
+    Firmware,
+    /// The same law without integers, on samples rounded to 10 bits.
+    Ideal,
 }
 
 /// The board's control law in 10-bit counts.
@@ -64,14 +82,23 @@ pub struct ControlSettings {
 }
 
 /// Optional columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Columns {
+    /// `b{n}_cmd{k}_kpa`. On by default; an open-loop recording has no commands.
+    pub command: bool,
     /// `b{n}_u{k}`: the drive in force from this row on.
     pub drive: bool,
     /// `b{n}_qu_rad`, `b{n}_qv_rad`.
     pub joints: bool,
     /// `supply_kpa`.
     pub supply: bool,
+}
+
+impl Default for Columns {
+    /// The commands alone.
+    fn default() -> Self {
+        Self { command: true, drive: false, joints: false, supply: false }
+    }
 }
 
 impl Default for ControlSettings {
@@ -93,6 +120,7 @@ impl Default for RecordingSettings {
             excitation: Excitation::Mixed,
             range_kpa: [50.0, 300.0],
             control_loop: Loop::Board { age: 0.5 },
+            board: BoardKind::Firmware,
             control: ControlSettings::default(),
             columns: Columns::default(),
             exact: false,
@@ -115,9 +143,10 @@ impl RecordingSettings {
     /// Names the setting, its value and the range.
     pub fn validate(&self) -> Result<(), RecordError> {
         let c = &self.control;
-        let age = match self.control_loop {
-            Loop::Board { age } => age,
-            Loop::Row => 0.0,
+        let (age, amplitude) = match self.control_loop {
+            Loop::Board { age } => (age, 0.0),
+            Loop::Row => (0.0, 0.0),
+            Loop::Open { amplitude } => (0.0, amplitude),
         };
         let [low, high] = self.range_kpa;
         let checks = [
@@ -126,6 +155,7 @@ impl RecordingSettings {
             ("range_kpa low", low, "kPa", 0.0, 680.0, "0 to 680"),
             ("range_kpa high", high, "kPa", low, 680.0, "the low end to 680"),
             ("age", age, "loops", 0.0, 0.999, "0 to less than 1"),
+            ("amplitude", amplitude, "1", 0.0, 1.0, "0 to 1"),
             ("control.rate_hz", c.rate_hz, "Hz", 50.0, 20_000.0, "50 to 20000"),
             ("control.kp", c.kp, "1", 0.0, 1e4, "0 to 10000"),
             ("control.kd", c.kd, "1", 0.0, 1e4, "0 to 10000"),

@@ -64,7 +64,7 @@ pub(super) const EFFECTS: &[EffectDefinition] = &[
             size(
                 "restriction",
                 "1",
-                (0.0, 0.8),
+                (0.0, 0.3),
                 (0.0, 5.0),
                 "conductance of the open valve over that of the tube",
             ),
