@@ -1,0 +1,168 @@
+use super::Turnaround;
+use crate::bus::{Air, BusNode, Character, Heard, Line};
+use pneudrive_control::{AdcSample, Board, BoardConfig, BoardStatus, ConfigError, DirPwm, Micros};
+use pneudrive_protocol::Address;
+use std::collections::VecDeque;
+
+/// A board that runs the control crate natively, with its own loop and its own clock.
+///
+/// It reads its four sensors once a loop, at the beginning; the drives that the control step computes act at once, with
+/// the resolution of the PWM. Its clock counts microseconds since its own power-up, as the chip's does.
+#[derive(Debug)]
+pub struct NativeBoard {
+    board: Board,
+    config: NativeBoardConfig,
+    address: Address,
+    position: u8,
+    line: Line,
+    /// `None` while it has no supply.
+    powered_since_ns: Option<u64>,
+    advanced_to_ns: u64,
+    next_step_ns: u64,
+    last_heard_ns: u64,
+    idle_told: bool,
+    answer: VecDeque<Character>,
+}
+
+/// How a native board behaves beyond what the control crate decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NativeBoardConfig {
+    /// The control crate's configuration; its loop period is the board's.
+    pub control: BoardConfig,
+    /// When answers begin. Default: as the firmware.
+    pub turnaround: Turnaround,
+    /// First control step after time 0, ns; boards are not in step with each other. Default 0.
+    pub phase_ns: u64,
+    /// From power-up to the first control step, ns. Default 128 ms, the RP2040's crystal and boot delay. It does not apply
+    /// at time 0: the rig has been on for a while.
+    pub boot_ns: u64,
+}
+
+impl Default for NativeBoardConfig {
+    fn default() -> Self {
+        Self {
+            control: BoardConfig::default(),
+            turnaround: Turnaround::FIRMWARE,
+            phase_ns: 0,
+            boot_ns: 128_000_000,
+        }
+    }
+}
+
+impl NativeBoard {
+    /// A board with this address, at this position of the rig (which four channels of the air it has).
+    ///
+    /// # Errors
+    /// A control parameter outside its limits.
+    pub fn new(
+        config: NativeBoardConfig,
+        address: Address,
+        position: u8,
+        line: Line,
+    ) -> Result<Self, ConfigError> {
+        Ok(Self {
+            board: Board::new(config.control, address)?,
+            config,
+            address,
+            position,
+            line,
+            powered_since_ns: Some(0),
+            advanced_to_ns: 0,
+            next_step_ns: config.phase_ns,
+            last_heard_ns: 0,
+            idle_told: true,
+            answer: VecDeque::new(),
+        })
+    }
+
+    /// The control crate's view of the board.
+    pub fn status(&self) -> BoardStatus {
+        self.board.status()
+    }
+
+    fn clock(&self, now_ns: u64) -> Option<Micros> {
+        self.powered_since_ns.map(|since| Micros::new(now_ns.saturating_sub(since) / 1_000))
+    }
+
+    fn idle_at_ns(&self) -> u64 {
+        self.last_heard_ns + self.line.idle_gap_ns()
+    }
+
+    fn control_step(&mut self, air: &mut dyn Air) {
+        let step_ns = self.next_step_ns;
+        let Some(clock) = self.clock(step_ns) else { return };
+        let samples = air.sample(self.position, step_ns).map(AdcSample::from_reading);
+        let drives = self.board.control_step(clock, samples);
+        let coil = drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
+        air.drive(self.position, step_ns, coil);
+        self.next_step_ns += self.config.control.loop_period.get() * 1_000;
+    }
+}
+
+impl BusNode for NativeBoard {
+    fn address(&self) -> Address {
+        self.address
+    }
+
+    fn next_event_ns(&self) -> u64 {
+        if self.powered_since_ns.is_none() {
+            return u64::MAX;
+        }
+        let idle = if self.idle_told { u64::MAX } else { self.idle_at_ns() };
+        let answer = self.answer.front().map_or(u64::MAX, |character| character.start_ns);
+        self.next_step_ns.min(idle).min(answer)
+    }
+
+    fn advance(&mut self, now_ns: u64, air: &mut dyn Air) {
+        if self.powered_since_ns.is_none() {
+            return;
+        }
+        while self.next_step_ns <= now_ns {
+            self.control_step(air);
+        }
+        if !self.idle_told && self.idle_at_ns() <= now_ns {
+            self.idle_told = true;
+            if let Some(clock) = self.clock(self.idle_at_ns()) {
+                self.board.line_idle(clock);
+            }
+        }
+        self.advanced_to_ns = now_ns;
+    }
+
+    fn transmit(&mut self) -> Option<Character> {
+        self.answer.front().filter(|character| character.start_ns <= self.advanced_to_ns)?;
+        self.answer.pop_front()
+    }
+
+    fn receive(&mut self, now_ns: u64, heard: Heard) {
+        let Some(clock) = self.clock(now_ns) else { return };
+        self.last_heard_ns = now_ns;
+        self.idle_told = false;
+        if heard.damaged {
+            self.board.line_error(clock);
+            return;
+        }
+        let Some(answer) = self.board.receive_byte(clock, heard.byte) else { return };
+        let first_ns = self.config.turnaround.answer_start_ns(now_ns);
+        let line = self.line;
+        self.answer.extend(
+            (0..).zip(answer).map(|(n, byte)| Character { start_ns: first_ns + line.characters_ns(n), byte }),
+        );
+    }
+
+    fn set_powered(&mut self, powered: bool, now_ns: u64, air: &mut dyn Air) {
+        self.answer.clear();
+        if !powered {
+            self.powered_since_ns = None;
+            air.drive(self.position, now_ns, [-1.0; 4]);
+            return;
+        }
+        self.powered_since_ns = Some(now_ns);
+        self.next_step_ns = now_ns + self.config.boot_ns;
+        self.idle_told = true;
+        // Its configuration was accepted once, so it is accepted again.
+        if let Ok(board) = Board::new(self.config.control, self.address) {
+            self.board = board;
+        }
+    }
+}

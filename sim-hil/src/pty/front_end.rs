@@ -1,0 +1,207 @@
+use super::clock::PacedClock;
+use super::hand_over::HandOver;
+use super::port::{VirtualPort, Wake};
+use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
+use crate::bus::Bus;
+use crate::rig::{RigOptions, Timing};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+/// How a rig stands behind a pty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PtyOptions {
+    /// A symbolic link to make to the port, removed at the end.
+    pub link: Option<PathBuf>,
+    /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at start.
+    pub pty_latency_us: Option<u64>,
+    /// Before an answer is due, the last so many us are waited in a loop instead of asleep: 0 to 1000. Default 20.
+    pub spin_us: u64,
+    /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one piece.
+    pub fifo: usize,
+}
+
+impl Default for PtyOptions {
+    fn default() -> Self {
+        Self { link: None, pty_latency_us: None, spin_us: 20, fifo: 16 }
+    }
+}
+
+/// A rig behind a pty: the bus of [`RigOptions`], paced to the wall clock.
+pub struct FrontEnd {
+    bus: Bus,
+    port: VirtualPort,
+    timing: Timing,
+    dating: RequestDating,
+    spin_ns: u64,
+    hand_over: HandOver,
+    clock: PacedClock,
+    quiet_since_ns: u64,
+    client_present: bool,
+    report: PaceReport,
+}
+
+/// Longest sleep: how long a request to stop may go unnoticed, ns.
+const NAP_NS: u64 = 5_000_000;
+/// Without a client there is nothing to wait for but the next client, ns.
+const NO_CLIENT_NAP: Duration = Duration::from_millis(2);
+/// Further behind than this, virtual time slips, ns.
+const BEHIND_MAX_NS: u64 = 20_000_000;
+/// The plant works ahead while a run of characters is under way, and on a bus that has been quiet for this long, ns:
+/// between two exchanges of a busy bus a client's next request comes first.
+const WORK_AFTER_QUIET_NS: u64 = 300_000;
+/// Only with more than this in hand, ns: one integration step of sixteen chambers takes about 20 us.
+const WORK_NEEDS_NS: u64 = 40_000;
+/// How far ahead of the wall clock an exchange that takes no time may be simulated, ns.
+const INSTANT_AHEAD_NS: u64 = 1_000;
+
+impl FrontEnd {
+    /// Builds the rig and opens its port; the clock starts with [`FrontEnd::run`].
+    ///
+    /// # Errors
+    /// The rig cannot be built, or the system gives no port.
+    pub fn new(rig: &RigOptions, options: &PtyOptions) -> Result<Self, SimError> {
+        let bus = rig.build()?;
+        let round_trip_ns = match (rig.timing, options.pty_latency_us) {
+            (Timing::Instant, _) => 0,
+            (Timing::Wire, Some(us)) => us.saturating_mul(1_000),
+            (Timing::Wire, None) => measure_round_trip_ns()?,
+        };
+        // An answer must still be under way when the request before it has been dated back.
+        let dating = RequestDating { round_trip_ns: round_trip_ns.min(bus.line().characters_ns(8)) };
+        Ok(Self {
+            bus,
+            port: VirtualPort::open(options.link.as_deref())?,
+            timing: rig.timing,
+            dating,
+            spin_ns: options.spin_us.min(1_000) * 1_000,
+            hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
+            clock: PacedClock::start(),
+            quiet_since_ns: 0,
+            client_present: false,
+            report: PaceReport::default(),
+        })
+    }
+
+    /// The path that clients open.
+    pub fn path(&self) -> &Path {
+        self.port.path()
+    }
+
+    /// Runs until `stop` is set, or for `duration` of virtual time.
+    ///
+    /// # Errors
+    /// The pty failed.
+    pub fn run(&mut self, stop: &AtomicBool, duration: Option<Duration>) -> Result<(), SimError> {
+        // The default slack of 50 us is more than half a packet.
+        let _ = nix::sys::prctl::set_timerslack(1);
+        self.clock = PacedClock::start();
+        let end_ns = duration.map_or(u64::MAX, super::clock::saturating_ns);
+        while !stop.load(Ordering::Relaxed) && self.bus.now_ns() < end_ns {
+            self.catch_up();
+            let clock = &self.clock;
+            self.hand_over.step(&mut self.bus, &self.port, &mut self.report, || clock.now_ns())?;
+            self.wait()?;
+        }
+        Ok(())
+    }
+
+    /// What happened up to now.
+    pub fn report(&self) -> SimReport {
+        let mut pace = self.report.clone();
+        pace.virtual_s = self.bus.now_ns() as f64 / 1e9;
+        pace.slipped_ms = self.clock.slipped_ns() as f64 / 1e6;
+        pace.pty_round_trip_us = self.dating.round_trip_ns as f64 / 1e3;
+        SimReport { bus: self.bus.counters().clone(), pace }
+    }
+
+    /// Brings virtual time up to the wall clock, or as far as a request under way allows.
+    fn catch_up(&mut self) {
+        let now_ns = self.clock.now_ns();
+        let behind_ns = now_ns.saturating_sub(self.bus.now_ns());
+        if behind_ns > BEHIND_MAX_NS {
+            self.clock.slip(behind_ns - BEHIND_MAX_NS);
+        }
+        let now_ns = self.clock.now_ns();
+        self.bus.run_until(self.horizon_ns(now_ns));
+        if !self.bus.is_quiet() {
+            // What was dated back, or has begun in the meantime, is history up to now.
+            self.bus.run_until(self.horizon_ns(now_ns));
+            self.quiet_since_ns = now_ns;
+        }
+    }
+
+    fn horizon_ns(&self, now_ns: u64) -> u64 {
+        match (self.bus.is_quiet(), self.timing) {
+            (true, _) => self.dating.quiet_horizon_ns(now_ns),
+            (false, Timing::Wire) => now_ns,
+            (false, Timing::Instant) => now_ns + INSTANT_AHEAD_NS,
+        }
+    }
+
+    /// The virtual time at which there is something to do, and whether it must be met closely.
+    fn next_deadline_ns(&self) -> (u64, bool) {
+        let held_back_ns = self.bus.held_back_until_ns().unwrap_or(u64::MAX);
+        match self.bus.run_ends_at_ns() {
+            Some(ends_ns) => (ends_ns.min(held_back_ns), true),
+            None => {
+                let next_ns = self.bus.next_event_ns().saturating_add(self.dating.round_trip_ns);
+                (next_ns.min(held_back_ns), held_back_ns < next_ns)
+            }
+        }
+    }
+
+    fn wait(&mut self) -> Result<(), SimError> {
+        let (deadline_ns, close) = self.next_deadline_ns();
+        let spin_ns = if close { self.spin_ns } else { 0 };
+        if !self.client_present {
+            thread::sleep(NO_CLIENT_NAP);
+        }
+        loop {
+            let now_ns = self.clock.now_ns();
+            let left_ns = deadline_ns.saturating_sub(now_ns);
+            let may_work = close || now_ns.saturating_sub(self.quiet_since_ns) > WORK_AFTER_QUIET_NS;
+            let worked = may_work && left_ns > WORK_NEEDS_NS && self.bus.work_ahead();
+            let sleep_ns = if worked { 0 } else { left_ns.saturating_sub(spin_ns).min(NAP_NS) };
+            match self.port.wait(sleep_ns).map_err(SimError::pty("wait for"))? {
+                Wake::Bytes => return self.take_bytes(),
+                Wake::NoClient => return self.client_gone(),
+                Wake::Timeout => self.client_present = true,
+            }
+            if worked {
+                continue;
+            }
+            if left_ns <= spin_ns {
+                while self.clock.now_ns() < deadline_ns {
+                    std::hint::spin_loop();
+                }
+            }
+            return Ok(());
+        }
+    }
+
+    fn take_bytes(&mut self) -> Result<(), SimError> {
+        let seen_ns = self.clock.now_ns();
+        let mut buffer = [0; 4096];
+        match self.port.read(&mut buffer).map_err(SimError::pty("read from"))? {
+            Some(count) => {
+                self.client_present = true;
+                let start_ns = self.dating.start_ns(seen_ns, self.bus.now_ns());
+                self.bus.send(start_ns, &buffer[..count]);
+                Ok(())
+            }
+            None => self.client_gone(),
+        }
+    }
+
+    fn client_gone(&mut self) -> Result<(), SimError> {
+        if self.client_present {
+            self.client_present = false;
+            self.report.clients_gone += 1;
+            self.port.forget_unread().map_err(SimError::pty("reset"))?;
+        }
+        self.hand_over.forget();
+        Ok(())
+    }
+}

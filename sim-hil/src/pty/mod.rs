@@ -1,0 +1,44 @@
+//! The virtual bus behind a pseudo-terminal, paced to the wall clock. The only part of the crate that reads a clock.
+//!
+//! # What the timing means
+//!
+//! A pty knows no baud rate, and each of its two directions takes a detour through a kernel thread: a byte that one side
+//! writes is seen by the other some 10 to 30 us later. A UART has no such detour on its way out, and the wire starts
+//! when the host writes. So with [`Timing::Wire`](crate::rig::Timing::Wire):
+//!
+//! 1. **Answers are never early.** The bytes of an answer are written to the pty when their last stop bit has ended in
+//!    virtual time, and virtual time never runs ahead of the wall clock. What sleeping and scheduling add makes them
+//!    late, never early; [`PaceReport`] says by how much.
+//! 2. **The pty's detour is charged once, to nobody.** Its round trip (write, other side wakes and writes back, this
+//!    side wakes) is measured at start, and a request is dated back by its median: [`RequestDating`]. So the first
+//!    start bit falls when a client on a UART would have had it fall, as far as the simulator can know.
+//! 3. **The wire stays half duplex.** A request is never dated before the end of what was last on the wire, nor
+//!    before a time that the simulation has already passed.
+//!
+//! The consequence for a benchmark: a client pays for its own work and for scheduling beyond the median, not for the
+//! pty. A client whose whole reaction, pty included, takes less than the median round trip looks as if it had reacted at
+//! once; the speed measured is then the wire's. `--pty-latency-us 0` switches the correction off.
+//!
+//! With [`Timing::Instant`](crate::rig::Timing::Instant) bytes take no time and are answered when they are seen: what is
+//! measured is the host and the pty.
+//!
+//! A run of bytes is handed over together at its last stop bit, like a UART with a FIFO and an idle timeout of
+//! nothing; `fifo` 1 hands over each byte by itself, at the price of ten wake-ups on both sides.
+
+mod clock;
+mod dating;
+mod embedded;
+mod error;
+mod front_end;
+mod hand_over;
+mod port;
+mod report;
+mod round_trip;
+
+pub use dating::RequestDating;
+pub use embedded::EmbeddedSim;
+pub use error::SimError;
+pub use front_end::{FrontEnd, PtyOptions};
+pub use port::VirtualPort;
+pub use report::{PaceReport, SimReport};
+pub use round_trip::measure_round_trip_ns;

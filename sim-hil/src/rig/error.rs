@@ -1,0 +1,28 @@
+use crate::fault::FaultError;
+use crate::plant::PlantError;
+use pneudrive_control::ConfigError;
+use pneudrive_protocol::pulse::PulseError;
+use thiserror::Error;
+
+/// A rig that cannot be built.
+#[derive(Debug, Error)]
+pub enum RigError {
+    /// No board, or more than there are addresses.
+    #[error("{boards} boards: a bus has 1 to {max}", max = super::RigOptions::BOARDS_MAX)]
+    Boards {
+        /// The number that was refused.
+        boards: usize,
+    },
+    /// No resistor gives the 555's pulse at this line rate.
+    #[error(transparent)]
+    Pulse(#[from] PulseError),
+    /// A control parameter outside its limits.
+    #[error("board configuration: {0}")]
+    Board(#[from] ConfigError),
+    /// A plant parameter or effect outside its range.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// A fault that this rig cannot have.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+}

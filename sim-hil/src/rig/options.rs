@@ -1,0 +1,116 @@
+use super::RigError;
+use crate::board::{NativeBoard, NativeBoardConfig, PlantAir, Turnaround};
+use crate::bus::{Bus, BusNode, Line};
+use crate::fault::{FaultInjector, FaultSpec};
+use crate::plant::{Effect, Plant, PlantParameters};
+use pneudrive_control::BoardConfig;
+use pneudrive_protocol::{Address, Baud};
+
+/// How long bytes take on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Timing {
+    /// As long as the line rate says.
+    #[default]
+    Wire,
+    /// No time to speak of, and no turnaround: the host's own speed is what is left.
+    Instant,
+}
+
+/// A rig to build. The default is one healthy board at 1 Mbaud with the nominal plant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RigOptions {
+    /// Boards on the bus, 1 to 256, with addresses from 0.
+    pub boards: usize,
+    /// Line rate of [`Timing::Wire`].
+    pub baud: Baud,
+    /// How long bytes take.
+    pub timing: Timing,
+    /// When answers begin, with [`Timing::Wire`].
+    pub turnaround: Turnaround,
+    /// The boards' control loops. `baud` is set to the line's.
+    pub control: BoardConfig,
+    /// The plant; `channels` is set to four a board.
+    pub plant: PlantParameters,
+    /// Effects switched on in the plant.
+    pub effects: Vec<Effect>,
+    /// Faults to inject.
+    pub faults: Vec<FaultSpec>,
+    /// Of plant and faults. Equal options give equal runs, bit for bit.
+    pub seed: u64,
+    /// Every violation on the bus is a panic. For tests on a bus without faults.
+    pub strict: bool,
+}
+
+impl Default for RigOptions {
+    fn default() -> Self {
+        Self {
+            boards: 1,
+            baud: Baud::ORIGINAL,
+            timing: Timing::Wire,
+            turnaround: Turnaround::FIRMWARE,
+            control: BoardConfig::default(),
+            plant: PlantParameters::default(),
+            effects: Vec::new(),
+            faults: Vec::new(),
+            seed: 0,
+            strict: false,
+        }
+    }
+}
+
+impl RigOptions {
+    /// As many as there are addresses.
+    pub const BOARDS_MAX: usize = 256;
+
+    /// The line that the boards share.
+    ///
+    /// # Errors
+    /// No resistor gives the 555's pulse at this line rate.
+    pub fn line(&self) -> Result<Line, RigError> {
+        Ok(match self.timing {
+            Timing::Wire => Line::at_baud(self.baud)?,
+            Timing::Instant => Line::instant(),
+        })
+    }
+
+    /// Builds the rig, at time 0.
+    ///
+    /// # Errors
+    /// What the options ask for is impossible; the error names it.
+    pub fn build(&self) -> Result<Bus, RigError> {
+        let boards = u8::try_from(self.boards.wrapping_sub(1));
+        let last = boards.map_err(|_| RigError::Boards { boards: self.boards })?;
+        let line = self.line()?;
+        let nodes = (0..=last).map(|n| self.native_board(n, line)).collect::<Result<Vec<_>, RigError>>()?;
+        let faults = FaultInjector::new(&self.faults, line, self.boards, self.seed)?;
+        Ok(Bus::new(line, nodes, Box::new(self.air()?), faults, self.strict))
+    }
+
+    /// The air behind the boards.
+    ///
+    /// # Errors
+    /// A plant parameter or effect outside its range.
+    pub fn air(&self) -> Result<PlantAir, RigError> {
+        let parameters = PlantParameters { channels: 4 * self.boards, ..self.plant.clone() };
+        let step_ns = parameters.step_ns;
+        Ok(PlantAir::new(Plant::new(parameters, &self.effects, self.seed)?, step_ns))
+    }
+
+    fn native_board(&self, n: u8, line: Line) -> Result<Box<dyn BusNode + Send>, RigError> {
+        // A line that takes no time asks of the boards what their fastest line rate does: shortest gaps and echoes.
+        let (baud, turnaround) = match self.timing {
+            Timing::Wire => (self.baud, self.turnaround),
+            Timing::Instant => (fastest_baud(), Turnaround::Fixed { delay_ns: 0 }),
+        };
+        let control = BoardConfig { baud, ..self.control };
+        // Crystals start when they start: the boards' loops are spread over the period.
+        let period_ns = control.loop_period.get() * 1_000;
+        let phase_ns = u64::from(n) * period_ns * 3 / 11 % period_ns;
+        let config = NativeBoardConfig { control, turnaround, phase_ns, ..NativeBoardConfig::default() };
+        Ok(Box::new(NativeBoard::new(config, Address::of_board(n), n, line)?))
+    }
+}
+
+fn fastest_baud() -> Baud {
+    Baud::new(Baud::MAX).unwrap_or(Baud::ORIGINAL)
+}
