@@ -30,26 +30,28 @@ pub trait Objective: Sync {
 pub const MOST_DIRECTIONS: usize = 32;
 
 /// Runs `$body` with the constant `$width` set to the smallest compiled number of directions that holds `$count`. Few, because
-/// every simulation is compiled for each of them.
+/// every simulation is compiled for each of them; widths beyond what `$most` (a constant of the system's type) can ask for are
+/// not compiled at all.
 macro_rules! with_width {
-    ($count:expr, $width:ident => $body:expr) => {
+    ($most:expr, $count:expr, $width:ident => $body:expr) => {
         match $count {
             0..=8 => {
                 const $width: usize = 8;
                 $body
             }
-            9..=12 => {
+            9..=12 if const { $most > 8 } => {
                 const $width: usize = 12;
                 $body
             }
-            13..=20 => {
+            13..=20 if const { $most > 12 } => {
                 const $width: usize = 20;
                 $body
             }
-            _ => {
+            _ if const { $most > 20 } => {
                 const $width: usize = $crate::fit::MOST_DIRECTIONS;
                 $body
             }
+            count => unreachable!("{count} directions, but the system promises {} at most", $most),
         }
     };
 }

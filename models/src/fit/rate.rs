@@ -101,7 +101,7 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     fn normal(&self, coordinates: &[f64]) -> Normal {
         let mut normal = Normal::zeros(self.dimension());
         let indices: Vec<usize> = (0..self.dimension()).collect();
-        with_width!(self.dimension(), W => {
+        with_width!(Q::PARAMETERS_AT_MOST, self.dimension(), W => {
             let sums = sums::<Q, W>(self, coordinates);
             for lane in 0..LANES {
                 sums.scatter(lane, &indices, &mut normal);
@@ -116,7 +116,7 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
         let dimension = self.dimension();
-        with_width!(dimension, W => self.stream::<f64, W>(coordinates, |index, residual| {
+        with_width!(Q::PARAMETERS_AT_MOST, dimension, W => self.stream::<f64, W>(coordinates, |index, residual| {
             let score = DVector::from_fn(dimension, |i, _| residual.gradient[i] * residual.value);
             sink(self.slopes[index].segment, &score, residual.value * residual.value);
         }));

@@ -158,8 +158,8 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
         let mut normal = Normal::zeros(self.dimension());
         match (segments.len(), self.directions()) {
             (2.., 0..=8) => self.lockstep::<8>(coordinates, segments, &starts, &mut normal),
-            (2.., 9..=12) => self.lockstep::<12>(coordinates, segments, &starts, &mut normal),
-            _ => with_width!(self.directions(), W => {
+            (2.., 9..=12) if const { Y::PARAMETERS_AT_MOST + M > 8 } => self.lockstep::<12>(coordinates, segments, &starts, &mut normal),
+            _ => with_width!(Y::PARAMETERS_AT_MOST + M, self.directions(), W => {
                 for &segment in segments {
                     let sums = single_sums::<Y, W, N, M>(self, coordinates, segment, starts[segment]);
                     sums.scatter(0, &self.indices(segment), &mut normal);
@@ -279,7 +279,7 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
         for (segment, range) in self.series.segments().iter().enumerate() {
             let indices = self.indices(segment);
             let rows = Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() };
-            with_width!(self.directions(), W => self.stream::<f64, W>(
+            with_width!(Y::PARAMETERS_AT_MOST + M, self.directions(), W => self.stream::<f64, W>(
                 coordinates,
                 rows,
                 std::slice::from_ref(range),
