@@ -166,6 +166,21 @@ fn three_of_four_boards_run_nearly_as_fast_as_three() {
     assert_eq!(statistics.lost, statistics.boards[2].lost);
 }
 
+/// Every cycle is counted once, the first and the last included, and none is made up.
+#[test]
+fn cycles_of_equal_length_have_no_spread() {
+    let mut polling =
+        Polling::new(bus(prompt), PollerOptions::for_devices(1), Box::new(SetPoints::new(1)), Vec::new());
+    for _ in 0..50 {
+        polling.next_cycle_ns();
+        polling.cycle().unwrap();
+    }
+    let statistics = polling.finish();
+    assert_eq!((statistics.cycles, statistics.exchanges), (50, 50));
+    assert!((statistics.loop_hz.mean - 5_000.0).abs() < 1e-6, "{statistics:?}");
+    assert!(statistics.loop_hz.std < 1e-6, "{statistics:?}");
+}
+
 /// The worst cycle with a missing board is longer by its timeout, and no more.
 #[test]
 fn a_missing_board_costs_the_others_its_own_timeout() {

@@ -118,7 +118,7 @@ pub enum SimTiming {
 #[derive(Debug, Clone, PartialEq, Args, Default)]
 pub struct RunArgs {
     /// Cycles per second [default: as fast as possible]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub rate: Option<f64>,
     /// What to do about cycles that could not start in time (with --rate) [default: skip]
     #[arg(long, value_enum, requires = "rate")]
@@ -139,7 +139,7 @@ pub struct RunArgs {
     #[arg(long, requires = "record")]
     pub overwrite: bool,
     /// Stop after so many seconds; a shorter trajectory holds its last row until then
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
     pub duration: Option<f64>,
     /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6, as the original]
     #[arg(long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]

@@ -23,7 +23,8 @@ pub struct Polling<L: Line> {
     rows: Vec<BoardRow>,
     cycles: CycleStatistics,
     start_ns: Option<u64>,
-    cycle_start_ns: u64,
+    /// Start of the cycle that has not been counted yet, ns.
+    open_cycle_ns: Option<u64>,
     cpu_before_ns: u64,
 }
 
@@ -49,7 +50,7 @@ impl<L: Line> Polling<L> {
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
             start_ns: None,
-            cycle_start_ns: 0,
+            open_cycle_ns: None,
             cpu_before_ns: 0,
             bus,
             options,
@@ -72,7 +73,6 @@ impl<L: Line> Polling<L> {
 
     fn begin(&mut self, now_ns: u64) {
         self.start_ns = Some(now_ns);
-        self.cycle_start_ns = now_ns;
         self.schedule = Schedule::new(self.options.pace, now_ns);
         self.cpu_before_ns = self.bus.line().cpu_time_ns();
     }
@@ -90,10 +90,8 @@ impl<L: Line> Polling<L> {
                 now_ns
             }
         };
-        if now_ns > self.cycle_start_ns {
-            self.cycles.add(now_ns - self.cycle_start_ns);
-        }
-        self.cycle_start_ns = now_ns;
+        self.close_cycle(now_ns);
+        self.open_cycle_ns = Some(now_ns);
         let supply = self.source.fill(now_ns - start_ns, &mut self.commands);
         for index in 0..self.rows.len() {
             self.visit(index)?;
@@ -184,12 +182,15 @@ impl<L: Line> Polling<L> {
 
     /// Ends the last cycle, so that it counts, and returns the statistics.
     pub fn finish(&mut self) -> Statistics {
-        let now_ns = self.bus.line().now_ns();
-        if self.start_ns.is_some() && now_ns > self.cycle_start_ns {
-            self.cycles.add(now_ns - self.cycle_start_ns);
-            self.cycle_start_ns = now_ns;
-        }
+        self.close_cycle(self.bus.line().now_ns());
         self.statistics()
+    }
+
+    /// A cycle lasts until the next one starts.
+    fn close_cycle(&mut self, now_ns: u64) {
+        if let Some(started_ns) = self.open_cycle_ns.take() {
+            self.cycles.add(now_ns.saturating_sub(started_ns));
+        }
     }
 
     /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times.

@@ -1,0 +1,332 @@
+//! The program as users run it: what it refuses, what it leaves behind, how it ends.
+
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_protocol::Counts;
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use support::counts;
+use support::pty::PtyBoards;
+
+fn program(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(args: &[&str]) -> (Option<i32>, String, String) {
+    let Output { status, stdout, stderr } = program(args).output().unwrap();
+    (status.code(), String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
+}
+
+/// It must end with `status` and say `message`.
+#[track_caller]
+fn refused(args: &[&str], status: i32, message: &str) {
+    let (code, stdout, stderr) = run(args);
+    assert_eq!(code, Some(status), "{args:?}: {stdout}{stderr}");
+    assert!(stderr.contains(message), "{args:?} said: {stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+}
+
+fn until(what: &str, mut done: impl FnMut() -> bool) {
+    let started = Instant::now();
+    while !done() {
+        assert!(started.elapsed() < Duration::from_secs(60), "waiting for {what}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn signal(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
+}
+
+/// Complete rows below the header.
+fn rows(path: &Path) -> usize {
+    fs::read_to_string(path).map_or(0, |text| text.lines().count().saturating_sub(1))
+}
+
+#[test]
+fn unusable_arguments_are_refused_with_advice() {
+    refused(&[], 2, "no --port given");
+    refused(&["--port", "/dev/no-such-port"], 2, "no such port");
+    refused(&["--port", "/dev/null"], 2, "not a serial port");
+    refused(&["--port", "x", "--devices", "0"], 2, "--devices 0: must be 1 to 4");
+    refused(&["--port", "x", "--devices", "5"], 2, "need --max-devices");
+    refused(
+        &["--port", "x", "--devices", "256", "--max-devices", "256"],
+        2,
+        "--echo present or --echo absent",
+    );
+    refused(&["--port", "x", "--max-devices", "257"], 2, "257 is not in 1..=256");
+    refused(&["--port", "x", "--baud", "300"], 2, "300 baud is outside 1200 to 7812500 baud");
+    refused(&["--port", "x", "--rate", "5001"], 2, "at most 5000.0 Hz, the wire's limit for 1 board");
+    refused(&["--port", "x", "--rate", "0"], 2, "--rate 0: must be above 0");
+    refused(&["--port", "x", "--rate", "NaN"], 2, "--rate NaN");
+    refused(&["--port", "x", "--filter=1.5"], 2, "filter weight");
+    refused(&["--port", "x", "--duration", "-1"], 2, "--duration");
+    for command in ["NaN", "-100", "776", "1,2,3", "1,2,3,4,5", "a"] {
+        refused(&["--port", "x", "--command", command], 2, "--command");
+    }
+    refused(&["--port", "x", "--command", "1:5"], 2, "boards 0 to 0");
+    refused(&["--port", "x", "--record", "run.txt"], 2, "ends in .csv, .csv.gz or .csv.zst");
+    refused(&["--port", "x", "--record", "/no/such/folder/run.csv"], 2, "no such folder");
+    refused(&["--port", "x", "--record", "run.csv", "ping"], 2, "not to `ping`");
+    refused(&["timing", "--capacitor-nf", "0"], 2, "capacitance");
+    refused(&["timing", "--baud", "1"], 2, "1 baud");
+}
+
+#[test]
+fn a_bad_trajectory_is_refused_before_the_port_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("steps.csv");
+    fs::write(&file, "t_s,b0_cmd0_kpa\n0,100\n1,900\n").unwrap();
+    let path = file.to_str().unwrap();
+    refused(&["--port", "/dev/no-such-port", "--trajectory", path], 2, "row 3, column b0_cmd0_kpa");
+    refused(&["--port", "x", "--trajectory", "/no/such.csv"], 2, "/no/such.csv: No such file");
+}
+
+#[test]
+fn nobody_there_is_an_error_and_leaves_no_recording() {
+    let boards = PtyBoards::start(1);
+    boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let port = boards.path().to_str().unwrap();
+    refused(
+        &["--port", port, "--wait", "0.1", "--record", file.to_str().unwrap()],
+        1,
+        "none of the 1 board(s) answered within 0.1 s; the last try said: board 0 (0xFFFF): no answer after ",
+    );
+    assert!(!file.exists());
+    refused(&["ping", "--port", port, "--wait", "0.1"], 1, "none of the 1 board(s) answered");
+}
+
+#[test]
+fn an_existing_recording_is_kept_unless_told_otherwise() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let path = file.to_str().unwrap();
+    fs::write(&file, "precious").unwrap();
+    refused(&["--port", port, "--duration", "0.05", "--record", path], 2, "--overwrite");
+    assert_eq!(fs::read_to_string(&file).unwrap(), "precious");
+    let (code, ..) = run(&["--port", port, "--duration", "0.05", "--record", path, "--overwrite"]);
+    assert_eq!(code, Some(0));
+    assert!(rows(&file) > 0);
+}
+
+#[test]
+fn a_full_disk_is_an_error_before_anything_moves() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    refused(&["--port", &port, "--command", "100", "--record", "/dev/full"], 1, "No space left");
+    let commands = boards.stop();
+    assert!(commands.iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]), "only pings were sent");
+}
+
+#[test]
+fn the_json_object_keeps_its_contract() {
+    let boards = PtyBoards::start(2);
+    let port = boards.path().to_str().unwrap();
+    let (code, stdout, stderr) =
+        run(&["--port", port, "-n", "2", "--rate", "200", "--duration", "0.5", "--json"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(json["devices"], 2);
+    let cycles = json["cycles"].as_u64().unwrap();
+    assert!((2..=102).contains(&cycles), "at most 0.5 s at 200 Hz and both ends: {cycles}");
+    for (group, names) in
+        [("loop_hz", &["mean", "std", "min"][..]), ("cycle_us", &["p50", "p99", "p999", "max"])]
+    {
+        for name in names {
+            assert!(json[group][name].is_number(), "{group}.{name} in {stdout}");
+        }
+    }
+    for name in ["seconds", "exchanges", "lost", "rejected", "cpu_share"] {
+        assert!(json[name].is_number(), "{name} in {stdout}");
+    }
+    for board in json["boards"].as_array().unwrap() {
+        assert!(board["answered"].as_u64().unwrap() > 0 && board["lost"].is_u64(), "{stdout}");
+        assert_eq!(board["state"], "present");
+    }
+    let sum = json["boards"].as_array().unwrap().iter().map(|b| b["answered"].as_u64().unwrap()).sum::<u64>();
+    assert_eq!(json["exchanges"].as_u64().unwrap(), sum + json["lost"].as_u64().unwrap());
+}
+
+#[test]
+fn a_trajectory_is_played_to_its_end_and_recorded() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let (steps, file) = (folder.path().join("steps.csv"), folder.path().join("run.csv"));
+    fs::write(&steps, "t_s,b0_cmd2_kpa\n0,0\n0.1,100\n0.2,200\n").unwrap();
+    let args = [
+        "--port",
+        &port,
+        "--command",
+        "50",
+        "--trajectory",
+        steps.to_str().unwrap(),
+        "--record",
+        file.to_str().unwrap(),
+    ];
+    let (code, _, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stderr}");
+    let text = fs::read_to_string(&file).unwrap();
+    let recorded = |kpa: &str| text.lines().any(|line| line.split(',').nth(3) == Some(kpa));
+    assert!(recorded("0.000") && recorded("99.819") && recorded("199.975"), "{text}");
+    // The boards answer what they were commanded: command and pressure of one row belong together.
+    for line in text.lines().skip(1) {
+        let cells: Vec<_> = line.split(',').collect();
+        assert_eq!(cells.len(), 9, "{line}");
+        let pressures_are_commands = (1..=4).all(|k| cells[k] == cells[k + 4] || cells[k] == "0.000");
+        assert!(pressures_are_commands || cells[5].is_empty(), "{line}");
+    }
+    assert_eq!(boards.stop().last(), Some(&(0, [Counts::ATMOSPHERE; 4])));
+}
+
+#[test]
+fn signals_end_a_run_with_the_boards_at_zero() {
+    for stop in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let boards = PtyBoards::start(2);
+        let port = boards.path().to_str().unwrap().to_owned();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.csv");
+        let args = ["--port", &port, "-n", "2", "--command", "100", "--record", file.to_str().unwrap()];
+        let child = program(&args).spawn().unwrap();
+        until("rows", || rows(&file) > 10);
+        signal(&child, stop);
+        let output = child.wait_with_output().unwrap();
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{stop:?}: {stdout}");
+        assert!(stdout.contains("cycles of 2 board(s)") && stdout.contains("run.csv"), "{stdout}");
+        let commands = boards.stop();
+        assert!(commands.contains(&(1, counts(221))), "100 kPa was commanded");
+        for board in [0, 1] {
+            let last = commands.iter().rfind(|(of, _)| *of == board).unwrap();
+            assert_eq!(last.1, [Counts::ATMOSPHERE; 4]);
+        }
+    }
+}
+
+/// Half a second of rows at most may be missing, and none may be cut.
+#[test]
+fn a_recording_survives_kill_9() {
+    for name in ["run.csv", "run.csv.gz", "run.csv.zst"] {
+        let boards = PtyBoards::start(1);
+        let port = boards.path().to_str().unwrap().to_owned();
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        let args = ["--port", &port, "--rate", "500", "--record", file.to_str().unwrap()];
+        let mut child = program(&args).spawn().unwrap();
+        // Header, and two blocks of rows.
+        until("three blocks", || text_of(&file).lines().count() > 300);
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let text = text_of(&file);
+        assert!(text.ends_with('\n'), "{name} ends in the middle of a row");
+        let cells = text.lines().next().unwrap().split(',').count();
+        assert!(text.lines().all(|line| line.split(',').count() == cells), "{name}");
+    }
+}
+
+/// The text of a recording, as any tool reads it: to the end, without an error.
+fn text_of(path: &Path) -> String {
+    use std::io::Read;
+    let stored = fs::read(path).unwrap_or_default();
+    if stored.is_empty() {
+        return String::new();
+    }
+    let mut text = String::new();
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("gz") => {
+            flate2::read::MultiGzDecoder::new(&stored[..]).read_to_string(&mut text).map(drop).unwrap()
+        }
+        Some("zst") => text = String::from_utf8(zstd::decode_all(&stored[..]).unwrap()).unwrap(),
+        _ => text = String::from_utf8(stored).unwrap(),
+    }
+    text
+}
+
+#[test]
+fn a_second_host_is_refused_by_name() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let mut first = program(&["--port", &port, "--record", file.to_str().unwrap()]).spawn().unwrap();
+    until("the first host", || rows(&file) > 10);
+    refused(&["ping", "--port", &port], 2, "in use by another process");
+    refused(&["--port", &port], 2, "in use by another process");
+    first.kill().unwrap();
+    first.wait().unwrap();
+}
+
+#[test]
+fn a_port_that_vanishes_ends_the_run_with_its_reason() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let child = program(&["--port", &port, "--record", file.to_str().unwrap()]).spawn().unwrap();
+    until("rows", || rows(&file) > 10);
+    drop(boards);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("the port is gone"), "{stderr}");
+    assert!(stderr.contains("0 kPa was not confirmed by board(s) 0"), "{stderr}");
+}
+
+#[test]
+fn timing_gives_the_originals_figures() {
+    let (code, stdout, _) = run(&["timing", "--json"]);
+    assert_eq!(code, Some(0));
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(json["exchange_us"], 200.0);
+    assert_eq!(json["pulse"]["resistor_ohm"], 976);
+    let (_, text, _) = run(&["timing"]);
+    assert!(text.contains("976 ohm") && text.contains("107.4 us   +- 5.5 us"), "{text}");
+}
+
+#[test]
+fn ping_names_each_board() {
+    let boards = PtyBoards::start(3);
+    boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
+    let port = boards.path().to_str().unwrap();
+    let (code, stdout, stderr) = run(&["ping", "--port", port, "-n", "3", "--wait", "0.2", "--count", "5"]);
+    assert_eq!(code, Some(1));
+    assert!(stdout.contains("board 1: ") && stdout.contains("-0.3 -0.3 -0.3 -0.3 kPa"), "{stdout}");
+    assert!(
+        stdout.contains("board 2: 0 of 5 answered\n  last error: board 2 (0xFFFD): no answer"),
+        "{stdout}"
+    );
+    assert!(stderr.contains("1 of 3 boards did not answer"), "{stderr}");
+}
+
+#[test]
+fn bench_prints_a_row_for_each_number_of_boards() {
+    let boards = PtyBoards::start(2);
+    let port = boards.path().to_str().unwrap();
+    let (code, stdout, stderr) = run(&["bench", "--port", port, "-n", "2", "--cycles", "50", "--json"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    let runs = json["runs"].as_array().unwrap();
+    assert_eq!(runs.iter().map(|run| run["devices"].as_u64().unwrap()).collect::<Vec<_>>(), [1, 2]);
+    assert!(runs.iter().all(|run| run["cycles"] == 50), "{stdout}");
+    assert_eq!(runs[1]["wire_limit_hz"], 2500.0);
+    for run in runs {
+        let (mean, p50, max) = (&run["loop_hz"]["mean"], &run["cycle_us"]["p50"], &run["cycle_us"]["max"]);
+        let (mean, p50, max) = (mean.as_f64().unwrap(), p50.as_f64().unwrap(), max.as_f64().unwrap());
+        assert!(p50 <= max && mean >= 0.999e6 / max, "{stdout}");
+        // No cycle can be shorter than one write and one read of a pty.
+        assert!(run["loop_hz"]["std"].as_f64().unwrap() < 1e6, "{stdout}");
+    }
+}
