@@ -119,7 +119,7 @@ impl Chip {
         }
     }
 
-    /// The core asked to be looked at: its clock or timer changed, or it wants to be reset.
+    /// The core is to be looked at: its clock or timer changed, or somebody asks for a reset.
     fn look_at_core(&mut self) {
         if std::mem::take(&mut self.bus.clocks_changed) {
             self.core.reclock(&self.bus);
@@ -129,18 +129,18 @@ impl Chip {
             self.drain_log();
             self.start(ResetReason::SystemResetRequest);
         }
-    }
-
-    fn do_events(&mut self) {
-        self.bus.advance();
-        self.core.advance(&mut self.bus);
-        self.core_event = self.core.next_event();
         if let Some(reason) = self.bus.take_reset_request() {
             self.drain_log();
             if self.bus.reset_by_watchdog(reason) {
                 self.start(reason);
             }
         }
+    }
+
+    fn do_events(&mut self) {
+        self.bus.advance();
+        self.core.advance(&mut self.bus);
+        self.core_event = self.core.next_event();
     }
 
     /// When the chip can next do something by itself: now while the core executes, else the time of the next

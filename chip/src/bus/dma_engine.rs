@@ -2,7 +2,7 @@
 
 use super::Bus;
 use crate::peripherals::clocks::Hertz;
-use crate::peripherals::dma::{Channel, Transfer};
+use crate::peripherals::dma::{Channel, Transfer, TransferError};
 use crate::report::Fault;
 use crate::ticks::{Rate, Ticks};
 
@@ -75,32 +75,27 @@ impl Bus {
         self.dma_engine.free_at = at + self.dma_engine.cycle;
         self.dma_engine.transfers += 1;
         let transfer = self.dma.channels[number].transfer();
-        let success = self.move_data(transfer).is_ok();
-        self.dma.complete(number, success);
+        let result = self.move_data(transfer);
+        self.dma.complete(number, result);
     }
 
-    fn move_data(&mut self, transfer: Transfer) -> Result<(), Fault> {
+    fn move_data(&mut self, transfer: Transfer) -> Result<(), TransferError> {
         let Transfer { from, to, size, swap } = transfer;
-        if from % size != 0 || to % size != 0 {
-            return Err(Fault::Unaligned(from));
-        }
-        let value = self.dma_read(from, size)?;
+        let value = self.dma_read(from, size).map_err(|_| TransferError::Read)?;
         let value = match (swap, size) {
             (true, 2) => u32::from((value as u16).swap_bytes()),
             (true, 4) => value.swap_bytes(),
             _ => value,
         };
-        self.dma_write(to, value, size)
+        self.dma_write(to, value, size).map_err(|_| TransferError::Write)
     }
 
     fn dma_read(&mut self, address: u32, size: u32) -> Result<u32, Fault> {
         if is_register(address) {
+            aligned(address, size)?;
             return Ok(self.read_register_quietly(address & !3) >> (8 * (address & 3)));
         }
-        // The DMA does not see the core's SIO.
-        if address >> 28 == 0xd {
-            return Err(Fault::Bus(address));
-        }
+        memory_only(address)?;
         match size {
             1 => self.read8(address).map(u32::from),
             2 => self.read16(address).map(u32::from),
@@ -110,6 +105,7 @@ impl Bus {
 
     fn dma_write(&mut self, address: u32, value: u32, size: u32) -> Result<(), Fault> {
         if is_register(address) {
+            aligned(address, size)?;
             let lanes = match size {
                 1 => (value & 0xff) * 0x0101_0101,
                 2 => (value & 0xffff) * 0x0001_0001,
@@ -118,9 +114,7 @@ impl Bus {
             self.write_register_quietly(address & !3, lanes);
             return Ok(());
         }
-        if address >> 28 == 0xd {
-            return Err(Fault::Bus(address));
-        }
+        memory_only(address)?;
         match size {
             1 => self.write8(address, value as u8),
             2 => self.write16(address, value as u16),
@@ -131,4 +125,13 @@ impl Bus {
 
 fn is_register(address: u32) -> bool {
     (0x4000_0000..0x6000_0000).contains(&address)
+}
+
+fn aligned(address: u32, size: u32) -> Result<(), Fault> {
+    if address.is_multiple_of(size) { Ok(()) } else { Err(Fault::Unaligned(address)) }
+}
+
+/// The DMA does not reach the core's own SIO.
+fn memory_only(address: u32) -> Result<(), Fault> {
+    if address >> 28 == 0xd { Err(Fault::Bus(address)) } else { Ok(()) }
 }

@@ -1,7 +1,6 @@
 //! What peripherals do by themselves, and the interrupt lines.
 
 use super::Bus;
-use crate::ticks::Ticks;
 
 /// Interrupt numbers (2.3.2).
 mod irq {
@@ -33,9 +32,7 @@ impl Bus {
             self.pace_dma_by_pwm();
             self.run_dma(at);
             self.update_pwm_pins(at);
-            if let Some(reason) = self.watchdog.take_reset() {
-                self.reset_request = Some(reason);
-            }
+            self.note_reset_request();
             self.update_interrupt_lines();
             self.reschedule();
         }
@@ -46,11 +43,7 @@ impl Bus {
         let now = self.now;
         self.pace_dma_by_pwm();
         self.run_dma(now);
-        if let Some(reason) = self.watchdog.take_reset() {
-            self.reset_request = Some(reason);
-            // Makes the run loop look.
-            self.next_event = Ticks::ZERO;
-        }
+        self.note_reset_request();
         self.update_interrupt_lines();
         self.reschedule();
     }
@@ -59,6 +52,13 @@ impl Bus {
     pub fn outside_changed(&mut self) {
         self.update_interrupt_lines();
         self.reschedule();
+    }
+
+    fn note_reset_request(&mut self) {
+        if let Some(reason) = self.watchdog.take_reset() {
+            self.reset_request = Some(reason);
+            self.pause_core = true;
+        }
     }
 
     fn reschedule(&mut self) {

@@ -53,7 +53,8 @@ pub(crate) struct Bus {
     pub now: Ticks,
     /// The interrupt lines, or something else the core must look at before its next instruction, changed.
     pub interrupts_changed: bool,
-    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed.
+    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed,
+    /// a peripheral asks for a reset.
     pub pause_core: bool,
     /// The processor clock or the 1 us tick changed. Sets `pause_core` too.
     pub clocks_changed: bool,

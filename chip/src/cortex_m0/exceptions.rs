@@ -44,7 +44,7 @@ impl Core {
     /// Enters the most urgent pending exception if the current priority lets it. Returns whether it did.
     #[cold]
     pub(super) fn take_pending_exception(&mut self, bus: &mut Bus) -> bool {
-        self.nvic.latch(bus.take_interrupt_edges());
+        self.latch_interrupts(bus);
         match self.nvic.most_urgent() {
             Some(exception) if self.nvic.priority(exception) < self.execution_priority() => {
                 self.enter_exception(bus, exception);
@@ -57,6 +57,17 @@ impl Core {
         }
     }
 
+    /// What the interrupt lines did since the last look becomes pending.
+    pub(super) fn latch_interrupts(&mut self, bus: &mut Bus) {
+        self.make_pending(bus.take_interrupt_edges());
+    }
+
+    /// Makes interrupts pending, with the event SCR.SEVONPEND asks for.
+    pub(super) fn make_pending(&mut self, interrupts: u32) {
+        self.event_register |= self.send_event_on_pending && interrupts & !self.nvic.pending != 0;
+        self.nvic.pending |= interrupts;
+    }
+
     /// Stops executing. An interrupt that is already pending may wake the core at once, so it is looked for.
     pub(super) fn sleep(&mut self, bus: &mut Bus, activity: Activity) {
         self.activity = activity;
@@ -66,11 +77,7 @@ impl Core {
 
     /// Whether a sleeping core has a reason to go on; wakes it if so.
     pub fn try_wake(&mut self, bus: &mut Bus) -> bool {
-        let previously_pending = self.nvic.pending;
-        self.nvic.latch(bus.take_interrupt_edges());
-        if self.send_event_on_pending && self.nvic.pending & !previously_pending != 0 {
-            self.event_register = true;
-        }
+        self.latch_interrupts(bus);
         let preempts = |core: &Core, priority: i16| {
             core.nvic.most_urgent().is_some_and(|exception| core.nvic.priority(exception) < priority)
         };
@@ -144,7 +151,7 @@ impl Core {
         if let Some(exception) = self.active.0.pop() {
             // A line that is still high makes its interrupt pending again (B3.4.1).
             if let Some(line) = exception.checked_sub(FIRST_INTERRUPT) {
-                self.nvic.latch(bus.interrupt_lines() & 1 << line);
+                self.make_pending(bus.interrupt_lines() & 1 << line);
             }
         }
         self.select_process_stack(exc_return == RETURN_TO_THREAD_PROCESS);

@@ -10,6 +10,8 @@ const PRIORITY_BITS: u8 = 0xc0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nvic {
     pub enabled: u32,
+    /// A rising edge on a line makes its interrupt pending, and it stays so until it is taken or cleared, even if the
+    /// line falls meanwhile (B3.4.1).
     pub pending: u32,
     pub priorities: [u8; 32],
     pendsv_pending: bool,
@@ -20,12 +22,6 @@ pub(super) struct Nvic {
 }
 
 impl Nvic {
-    /// A rising edge on a line makes the interrupt pending, and it stays so until it is taken or cleared, even if the
-    /// line falls meanwhile (B3.4.1).
-    pub fn latch(&mut self, rising: u32) {
-        self.pending |= rising;
-    }
-
     pub fn pendsv_pending(&self) -> bool {
         self.pendsv_pending
     }

@@ -54,7 +54,7 @@ impl Core {
     pub(super) fn read_system_control(&mut self, bus: &mut Bus, address: u32) -> Result<u32, Fault> {
         let now = bus.now;
         // What the lines did since the last look must show in ISPR and ICSR.
-        self.nvic.latch(bus.take_interrupt_edges());
+        self.latch_interrupts(bus);
         Ok(match offset(address)? {
             ACTLR => 0,
             SYST_CSR => self.systick.read_control(now),
@@ -88,14 +88,14 @@ impl Core {
         address: u32,
         value: u32,
     ) -> Result<(), Fault> {
-        self.nvic.latch(bus.take_interrupt_edges());
+        self.latch_interrupts(bus);
         match offset(address)? {
             SYST_CSR => self.systick.write_control(bus, value),
             SYST_RVR => self.systick.write_reload(bus, value),
             SYST_CVR => self.systick.clear_current(bus),
             NVIC_ISER => self.nvic.enabled |= value,
             NVIC_ICER => self.nvic.enabled &= !value,
-            NVIC_ISPR => self.nvic.pending |= value,
+            NVIC_ISPR => self.make_pending(value),
             NVIC_ICPR => self.clear_pending(bus, value),
             ipr @ NVIC_IPR0..=NVIC_IPR7 => {
                 self.nvic.write_priorities(((ipr - NVIC_IPR0) / 4) as usize, value);

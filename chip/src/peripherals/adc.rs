@@ -1,5 +1,8 @@
 //! ADC (4.9): single and free-running conversions, round robin, FIFO, pacing by the clock divider.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 
 use super::{RegisterWrite, Written};

@@ -10,7 +10,7 @@ mod tests;
 use super::{RegisterWrite, Written};
 use crate::ticks::{Rate, Ticks};
 
-pub(crate) use channel::{Channel, Transfer};
+pub(crate) use channel::{Channel, Transfer, TransferError};
 
 /// Register offsets (2.5.7): 0x40 bytes a channel, then the common ones.
 const CHANNEL_STRIDE: u32 = 0x40;
@@ -199,9 +199,15 @@ impl Dma {
     }
 
     /// A transfer of a channel is done: counts it, and at the end raises the interrupt and triggers the next channel.
-    pub fn complete(&mut self, number: usize, success: bool) {
+    pub fn complete(&mut self, number: usize, result: Result<(), TransferError>) {
         self.turn = (number + 1) % CHANNELS;
-        let finished = self.channels[number].complete(success);
+        let finished = match result {
+            Ok(()) => self.channels[number].complete(),
+            Err(error) => {
+                self.channels[number].fail(error);
+                None
+            }
+        };
         if self.channels[number].take_interrupt() {
             self.raw |= 1 << number;
         }

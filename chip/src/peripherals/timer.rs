@@ -1,5 +1,8 @@
 //! TIMER (4.6): 64 bits of microseconds and four alarms on the lower 32.
 
+#[cfg(test)]
+mod tests;
+
 use super::{RegisterWrite, Written};
 use crate::ticks::{Rate, Ticks};
 

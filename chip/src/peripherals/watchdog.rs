@@ -1,5 +1,8 @@
 //! WATCHDOG (4.7): countdown, forced reset, scratch registers and the 1 us tick for TIMER and SysTick.
 
+#[cfg(test)]
+mod tests;
+
 use super::{RegisterWrite, Written};
 use crate::report::ResetReason;
 use crate::ticks::{Rate, Ticks};
@@ -150,6 +153,8 @@ impl Watchdog {
             && !self.tick.is_stopped()
         {
             self.fired = Some(ResetReason::WatchdogTimer);
+            // It fires once: the reset that follows clears ENABLE too.
+            self.control &= !ENABLE;
         }
     }
 

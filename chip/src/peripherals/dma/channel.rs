@@ -51,6 +51,13 @@ pub(crate) struct Transfer {
     pub swap: bool,
 }
 
+/// Which side of a transfer the bus refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TransferError {
+    Read,
+    Write,
+}
+
 /// One channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Channel {
@@ -200,13 +207,18 @@ impl Channel {
         }
     }
 
+    /// A transfer failed: the channel halts.
+    pub fn fail(&mut self, error: TransferError) {
+        self.busy = false;
+        self.control |= AHB_ERROR;
+        self.control |= match error {
+            TransferError::Read => READ_ERROR,
+            TransferError::Write => WRITE_ERROR,
+        };
+    }
+
     /// Accounts for one transfer. Returns CHAIN_TO when it was the last of the sequence.
-    pub fn complete(&mut self, success: bool) -> Option<usize> {
-        if !success {
-            self.busy = false;
-            self.control |= AHB_ERROR | READ_ERROR;
-            return None;
-        }
+    pub fn complete(&mut self) -> Option<usize> {
         self.credit = self.credit.saturating_sub(1);
         let ring_bits = self.control >> 6 & 15;
         let (read_ring, write_ring) =
