@@ -60,6 +60,13 @@ impl<R: Real, const W: usize> Accumulator<R, W> {
         }
     }
 
+    /// Adds the sums of all lanes to `normal`.
+    pub fn scatter_all(&self, indices: &[usize], normal: &mut Normal) {
+        for lane in 0..R::LANES {
+            self.scatter(lane, indices, normal);
+        }
+    }
+
     /// Adds the sums of one lane to `normal`; direction `i` belongs to coordinate `indices[i]`, further ones to none.
     pub fn scatter(&self, lane: usize, indices: &[usize], normal: &mut Normal) {
         normal.cost += self.cost.lane(lane);

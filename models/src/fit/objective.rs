@@ -18,6 +18,11 @@ pub trait Objective: Sync {
     /// The normal equations at the given coordinates; not finite where the simulation runs away.
     fn normal(&self, coordinates: &[f64]) -> Normal;
 
+    /// The most coordinates the objective can differentiate by.
+    fn most_coordinates(&self) -> usize {
+        usize::MAX
+    }
+
     /// Number of residuals that count.
     fn residuals(&self) -> usize;
 
@@ -25,34 +30,3 @@ pub trait Objective: Sync {
     /// instant and the sum of their squares.
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64));
 }
-
-/// Widest Jacobian row there is a specialised rollout for.
-pub const MOST_DIRECTIONS: usize = 32;
-
-/// Runs `$body` with the constant `$width` set to the smallest compiled number of directions that holds `$count`. Few, because
-/// every simulation is compiled for each of them; widths beyond what `$most` (a constant of the system's type) can ask for are
-/// not compiled at all.
-macro_rules! with_width {
-    ($most:expr, $count:expr, $width:ident => $body:expr) => {
-        match $count {
-            0..=8 => {
-                const $width: usize = 8;
-                $body
-            }
-            9..=12 if const { $most > 8 } => {
-                const $width: usize = 12;
-                $body
-            }
-            13..=20 if const { $most > 12 } => {
-                const $width: usize = 20;
-                $body
-            }
-            _ if const { $most > 20 } => {
-                const $width: usize = $crate::fit::MOST_DIRECTIONS;
-                $body
-            }
-            count => unreachable!("{count} directions, but the system promises {} at most", $most),
-        }
-    };
-}
-pub(crate) use with_width;

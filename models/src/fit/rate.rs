@@ -5,7 +5,6 @@ use nalgebra::DVector;
 
 use super::derivative::{Slope, slopes};
 use super::normal::Accumulator;
-use super::objective::with_width;
 use super::{Normal, Objective, Space};
 use crate::model::{Drive, Model};
 use crate::numeric::{Dual, Lanes, Real, Scalar};
@@ -13,6 +12,12 @@ use crate::rollout::Series;
 
 /// Samples evaluated in lockstep.
 const LANES: usize = 4;
+
+/// Derivatives computed at a time, for most fits.
+const NARROW: usize = 8;
+
+/// The most free parameters of a fit of rates.
+pub const MOST_DIRECTIONS: usize = 12;
 
 /// Residuals are in kPa/s.
 const KPA_PER_PA: f64 = 1e-3;
@@ -42,7 +47,7 @@ impl<'a, Q: Model> RateObjective<'a, Q> {
     /// Residuals of the slopes, weighted; `sink` gets the index of the first of each group of lanes.
     #[inline(always)]
     fn stream<R: Real, const W: usize>(&self, coordinates: &[f64], mut sink: impl FnMut(usize, &Dual<R, W>)) {
-        let coefficients = self.model.coefficients(&self.space.duals::<R, W>(coordinates));
+        let coefficients = self.model.coefficients(&self.space.duals::<R, W>(coordinates, 0));
         let mut row = vec![R::zero(); self.series.width()];
         for (group, slopes) in self.slopes.chunks(R::LANES).enumerate() {
             let of = |lane: usize| &slopes[lane.min(slopes.len() - 1)];
@@ -101,13 +106,16 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     fn normal(&self, coordinates: &[f64]) -> Normal {
         let mut normal = Normal::zeros(self.dimension());
         let indices: Vec<usize> = (0..self.dimension()).collect();
-        with_width!(Q::PARAMETERS_AT_MOST, self.dimension(), W => {
-            let sums = sums::<Q, W>(self, coordinates);
-            for lane in 0..LANES {
-                sums.scatter(lane, &indices, &mut normal);
-            }
-        });
+        if self.dimension() <= NARROW {
+            sums::<Q, NARROW>(self, coordinates).scatter_all(&indices, &mut normal);
+        } else {
+            sums::<Q, MOST_DIRECTIONS>(self, coordinates).scatter_all(&indices, &mut normal);
+        }
         normal
+    }
+
+    fn most_coordinates(&self) -> usize {
+        MOST_DIRECTIONS
     }
 
     fn residuals(&self) -> usize {
@@ -115,10 +123,12 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     }
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
-        let dimension = self.dimension();
-        with_width!(Q::PARAMETERS_AT_MOST, dimension, W => self.stream::<f64, W>(coordinates, |index, residual| {
-            let score = DVector::from_fn(dimension, |i, _| residual.gradient[i] * residual.value);
+        let mut score = DVector::zeros(self.dimension());
+        self.stream::<f64, MOST_DIRECTIONS>(coordinates, |index, residual| {
+            for (score, slope) in score.iter_mut().zip(&residual.gradient) {
+                *score = slope * residual.value;
+            }
             sink(self.slopes[index].segment, &score, residual.value * residual.value);
-        }));
+        });
     }
 }

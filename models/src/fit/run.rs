@@ -6,7 +6,7 @@ use super::levenberg::{Stopping, minimise};
 use super::multistart::{Best, Control, best_of_starts};
 use super::report::{Found, report};
 use super::result::{Fit, Target};
-use super::{MOST_DIRECTIONS, Objective, RateObjective, RolloutObjective, Space, StartPressure};
+use super::{Objective, RateObjective, RolloutObjective, Space, StartPressure};
 use crate::model::Model;
 use crate::rollout::{Series, Start, System, choose_substeps};
 
@@ -59,11 +59,11 @@ pub enum FitError {
         /// Free parameters and start pressures.
         unknowns: usize,
     },
-    /// More free parameters than compiled for.
-    #[error("{directions} free parameters and start pressures in one rollout, at most {most} are supported")]
+    /// More free parameters than a fit of rates is compiled for.
+    #[error("{free} free parameters, a fit of rates supports {most}; fix some or fit rollouts")]
     TooManyFree {
-        /// Directions of one rollout.
-        directions: usize,
+        /// Free parameters.
+        free: usize,
         /// The most there can be.
         most: usize,
     },
@@ -96,8 +96,7 @@ pub fn fit_rollouts<Y: System<N, M>, const N: usize, const M: usize>(
 ) -> Vec<Result<Fit, FitError>> {
     let objectives: Vec<RolloutObjective<'_, Y, N, M>> =
         problems.iter().map(|problem| problem.rollouts(options, options.substeps)).collect();
-    let widths = objectives.iter().map(RolloutObjective::directions);
-    let searches = search_all(&objectives, widths, problems, options, control);
+    let searches = search_all(&objectives, problems, options, control);
     let finish = |(problem, best): (&Problem<'_, Y, M>, Result<Best, FitError>)| {
         Ok(finish_rollouts(problem, best?, options, control))
     };
@@ -115,8 +114,7 @@ pub fn fit_rates<Q: Model>(
         .iter()
         .map(|problem| RateObjective::new(problem.system, problem.series, problem.space.clone(), half_width))
         .collect();
-    let widths = objectives.iter().map(Objective::dimension);
-    let searches = search_all(&objectives, widths, problems, options, control);
+    let searches = search_all(&objectives, problems, options, control);
     let finish = |(objective, best): (&RateObjective<'_, Q>, Result<Best, FitError>)| {
         let found = Found {
             best: best?,
@@ -142,16 +140,14 @@ impl<'a, Y, const M: usize> Problem<'a, Y, M> {
 /// Checks every problem and searches the ones that can be fitted, all starts of all problems in parallel.
 fn search_all<O: Objective, Y, const M: usize>(
     objectives: &[O],
-    widths: impl Iterator<Item = usize>,
     problems: &[Problem<'_, Y, M>],
     options: &FitOptions,
     control: Control<'_>,
 ) -> Vec<Result<Best, FitError>> {
     let checks: Vec<Result<(), FitError>> = objectives
         .iter()
-        .zip(widths)
         .zip(problems)
-        .map(|((objective, directions), problem)| check(objective, directions, &problem.space))
+        .map(|(objective, problem)| check(objective, &problem.space))
         .collect();
     let sound: Vec<(&O, usize)> = objectives
         .iter()
@@ -174,14 +170,14 @@ fn search_all<O: Objective, Y, const M: usize>(
     checks.into_iter().map(outcome).collect()
 }
 
-fn check(objective: &impl Objective, directions: usize, space: &Space) -> Result<(), FitError> {
+fn check(objective: &impl Objective, space: &Space) -> Result<(), FitError> {
     let (residuals, unknowns) = (objective.residuals(), objective.dimension());
     if space.free_count() == 0 {
         Err(FitError::NothingFree)
     } else if residuals <= unknowns {
         Err(FitError::TooFewSamples { residuals, unknowns })
-    } else if directions > MOST_DIRECTIONS {
-        Err(FitError::TooManyFree { directions, most: MOST_DIRECTIONS })
+    } else if unknowns > objective.most_coordinates() {
+        Err(FitError::TooManyFree { free: unknowns, most: objective.most_coordinates() })
     } else {
         Ok(())
     }

@@ -3,17 +3,20 @@
 use std::ops::Range;
 
 use multiversion::multiversion;
-use nalgebra::DVector;
+use nalgebra::{DMatrixView, DVector, DVectorView};
 use rayon::prelude::*;
 
 use super::normal::Accumulator;
-use super::objective::with_width;
 use super::{Normal, Objective, Space};
 use crate::numeric::{Dual, Lanes, Real, Scalar, filled};
 use crate::rollout::{GatheredRows, RowSource, Rows, Series, Start, Steps, System, rollout, simulate};
 
 /// Segments simulated in lockstep when there are several.
 const LANES: usize = 4;
+
+/// Derivatives computed at a time: enough for most fits, or for most that have more.
+const NARROW: usize = 8;
+const WIDE: usize = 12;
 
 /// Residuals are in kPa.
 const KPA_PER_PA: f64 = 1e-3;
@@ -91,14 +94,17 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
 
     /// Start pressures in Pa, with their directions when they are fitted.
     #[inline(always)]
-    fn start_duals<R: Real, const W: usize>(&self, pressures: [R; M]) -> [Dual<R, W>; M] {
+    fn start_duals<R: Real, const W: usize>(&self, pressures: [R; M], first: usize) -> [Dual<R, W>; M] {
         filled(
             Dual::constant(0.0),
             #[inline(always)]
             |output| {
                 if self.fitted_starts() {
-                    Dual::variable(pressures[output].times(KPA_PER_PA), self.free + output)
-                        .times(1.0 / KPA_PER_PA)
+                    Dual::variable(
+                        pressures[output].times(KPA_PER_PA),
+                        (self.free + output).wrapping_sub(first),
+                    )
+                    .times(1.0 / KPA_PER_PA)
                 } else {
                     Dual::from_real(pressures[output])
                 }
@@ -106,24 +112,25 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
         )
     }
 
-    /// Residuals of several rollouts in lockstep, weighted; `sink` gets the row's number and each output's residual.
+    /// Residuals of several rollouts in lockstep, weighted; `sink` gets the row's number and each output's
+    /// residual with its derivatives in the directions from `first`.
     #[inline(always)]
     fn stream<R: Real, const W: usize>(
         &self,
-        coordinates: &[f64],
+        (coordinates, first): (&[f64], usize),
         source: impl RowSource<R>,
         segments: &[Range<usize>],
         pressures: [R; M],
         mut sink: impl FnMut(usize, &[Dual<R, W>; M]),
     ) {
-        let coefficients = self.system.coefficients(&self.space.duals::<R, W>(coordinates));
+        let coefficients = self.system.coefficients(&self.space.duals::<R, W>(coordinates, first));
         let count = segments.iter().map(Range::len).max().unwrap_or(0);
         let (measured, weights) = (self.series.measured(), self.series.weights());
         rollout(
             self.system,
             &coefficients,
             (source, count),
-            self.start_duals(pressures),
+            self.start_duals(pressures, first),
             self.steps,
             #[inline(always)]
             |k, outputs: &[Dual<R, W>; M]| {
@@ -156,56 +163,109 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
     fn group_normal(&self, coordinates: &[f64], segments: &[usize]) -> Normal {
         let starts = self.start_pressures(coordinates);
         let mut normal = Normal::zeros(self.dimension());
-        match (segments.len(), self.directions()) {
-            (2.., 0..=8) => self.lockstep::<8>(coordinates, segments, &starts, &mut normal),
-            (2.., 9..=12) if const { Y::PARAMETERS_AT_MOST + M > 8 } => self.lockstep::<12>(coordinates, segments, &starts, &mut normal),
-            _ => with_width!(Y::PARAMETERS_AT_MOST + M, self.directions(), W => {
-                for &segment in segments {
-                    let sums = single_sums::<Y, W, N, M>(self, coordinates, segment, starts[segment]);
-                    sums.scatter(0, &self.indices(segment), &mut normal);
-                }
-            }),
+        if segments.len() > 1 && self.directions() <= NARROW {
+            let sums = lockstep_sums::<Y, NARROW, N, M>(self, coordinates, segments, &starts);
+            for (lane, &segment) in segments.iter().enumerate() {
+                sums.scatter(lane, &self.indices(segment), &mut normal);
+            }
+            return normal;
+        }
+        for &segment in segments {
+            let place = Place { segment, pressures: starts[segment], first: 0 };
+            match self.directions() {
+                0..=NARROW => self.sum::<NARROW>(coordinates, place, &mut normal),
+                0..=WIDE => self.sum::<WIDE>(coordinates, place, &mut normal),
+                _ => self.jacobian(coordinates, place).add_to(&self.indices(segment), &mut normal),
+            }
         }
         normal
     }
 
-    fn lockstep<const W: usize>(
-        &self,
-        coordinates: &[f64],
-        segments: &[usize],
-        starts: &[[f64; M]],
-        normal: &mut Normal,
-    ) {
-        let sums = lockstep_sums::<Y, W, N, M>(self, coordinates, segments, starts);
-        for (lane, &segment) in segments.iter().enumerate() {
-            sums.scatter(lane, &self.indices(segment), normal);
-        }
-    }
-}
-
-#[multiversion(targets("x86_64+avx2"))]
-fn single_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
-    objective: &RolloutObjective<'_, Y, N, M>,
-    coordinates: &[f64],
-    segment: usize,
-    pressures: [f64; M],
-) -> Accumulator<f64, W> {
-    let range = objective.series.segments()[segment].clone();
-    let rows = Rows { inputs: objective.series.inputs(range.clone()), width: objective.series.width() };
-    let mut sums = Accumulator::new();
-    objective.stream(
-        coordinates,
-        rows,
-        &[range],
-        pressures,
-        #[inline(always)]
-        |_, residuals| {
+    fn sum<const W: usize>(&self, coordinates: &[f64], place: Place<M>, normal: &mut Normal) {
+        let mut sums = Accumulator::<f64, W>::new();
+        self.single(coordinates, place, &mut |_, residuals: &[Dual<f64, W>; M]| {
             for residual in residuals {
                 sums.add(residual);
             }
-        },
-    );
-    sums
+        });
+        sums.scatter(0, &self.indices(place.segment), normal);
+    }
+
+    /// One segment's residuals with `W` of their derivatives. Not generic over what is done with them, and not inlined: every
+    /// simulation is compiled once for each `W`, and that takes long enough.
+    #[inline(never)]
+    fn single<const W: usize>(
+        &self,
+        coordinates: &[f64],
+        place: Place<M>,
+        sink: &mut dyn FnMut(usize, &[Dual<f64, W>; M]),
+    ) {
+        let range = &self.series.segments()[place.segment];
+        let rows = Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() };
+        let at = (coordinates, place.first);
+        self.stream(at, rows, std::slice::from_ref(range), place.pressures, |k, residuals| {
+            sink(k, residuals)
+        });
+    }
+
+    /// One segment's residuals with all of their derivatives, by as many simulations as it takes.
+    fn jacobian(&self, coordinates: &[f64], place: Place<M>) -> Jacobian {
+        let directions = self.directions();
+        let count = self.series.segments()[place.segment].len() * M;
+        let mut jacobian =
+            Jacobian { directions, residuals: vec![0.0; count], slopes: vec![0.0; count * directions] };
+        if directions <= NARROW {
+            self.fill::<NARROW>(coordinates, place, &mut jacobian);
+        } else {
+            for first in (0..directions).step_by(WIDE) {
+                self.fill::<WIDE>(coordinates, Place { first, ..place }, &mut jacobian);
+            }
+        }
+        jacobian
+    }
+
+    fn fill<const W: usize>(&self, coordinates: &[f64], place: Place<M>, jacobian: &mut Jacobian) {
+        let directions = place.first..jacobian.directions.min(place.first + W);
+        self.single(coordinates, place, &mut |k, residuals: &[Dual<f64, W>; M]| {
+            for (output, residual) in residuals.iter().enumerate() {
+                let at = k * M + output;
+                jacobian.residuals[at] = residual.value;
+                let row = &mut jacobian.slopes[at * jacobian.directions..][directions.clone()];
+                row.copy_from_slice(&residual.gradient[..directions.len()]);
+            }
+        });
+    }
+}
+
+/// Which segment is simulated from where, and which direction comes first.
+#[derive(Debug, Clone, Copy)]
+struct Place<const M: usize> {
+    segment: usize,
+    pressures: [f64; M],
+    first: usize,
+}
+
+/// Residuals of one segment with their derivatives, row by row.
+struct Jacobian {
+    directions: usize,
+    residuals: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl Jacobian {
+    /// Adds the sums to the coordinates `indices`.
+    fn add_to(&self, indices: &[usize], normal: &mut Normal) {
+        let jacobian = DMatrixView::from_slice(&self.slopes, self.directions, self.residuals.len());
+        let residuals = DVectorView::from_slice(&self.residuals, self.residuals.len());
+        let (matrix, gradient) = (jacobian * jacobian.transpose(), jacobian * residuals);
+        normal.cost += residuals.norm_squared();
+        for (i, &row) in indices.iter().enumerate() {
+            normal.gradient[row] += gradient[i];
+            for (j, &column) in indices.iter().enumerate() {
+                normal.matrix[(row, column)] += matrix[(i, j)];
+            }
+        }
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
@@ -224,7 +284,7 @@ fn lockstep_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize
     let mut sums = Accumulator::new();
     let rows = GatheredRows::new(inputs, series.width());
     objective.stream(
-        coordinates,
+        (coordinates, 0),
         rows,
         &ranges,
         pressures,
@@ -276,26 +336,24 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
         let starts = self.start_pressures(coordinates);
-        for (segment, range) in self.series.segments().iter().enumerate() {
+        for segment in 0..self.series.segments().len() {
             let indices = self.indices(segment);
-            let rows = Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() };
-            with_width!(Y::PARAMETERS_AT_MOST + M, self.directions(), W => self.stream::<f64, W>(
-                coordinates,
-                rows,
-                std::slice::from_ref(range),
-                starts[segment],
-                |_, residuals| {
-                    let mut score = DVector::zeros(self.dimension());
-                    let mut square = 0.0;
-                    for residual in residuals {
-                        square += residual.value * residual.value;
-                        for (direction, &index) in indices.iter().enumerate() {
-                            score[index] += residual.gradient[direction] * residual.value;
-                        }
+            let jacobian =
+                self.jacobian(coordinates, Place { segment, pressures: starts[segment], first: 0 });
+            let mut score = DVector::zeros(self.dimension());
+            let instants =
+                jacobian.residuals.chunks_exact(M).zip(jacobian.slopes.chunks_exact(M * indices.len()));
+            for (residuals, slopes) in instants {
+                score.fill(0.0);
+                let mut square = 0.0;
+                for (residual, slopes) in residuals.iter().zip(slopes.chunks_exact(indices.len())) {
+                    square += residual * residual;
+                    for (&index, slope) in indices.iter().zip(slopes) {
+                        score[index] += slope * residual;
                     }
-                    sink(segment, &score, square);
-                },
-            ));
+                }
+                sink(segment, &score, square);
+            }
         }
     }
 }

@@ -147,13 +147,14 @@ impl Space {
         values
     }
 
-    /// Values of all parameters with their derivatives by the coordinates: free parameter `j` in direction `j`.
+    /// Values of all parameters with their derivatives by `W` coordinates from `first`: free parameter `first + j` in direction
+    /// `j`.
     #[must_use]
-    pub fn duals<R: Real, const W: usize>(&self, coordinates: &[f64]) -> Vec<Dual<R, W>> {
+    pub fn duals<R: Real, const W: usize>(&self, coordinates: &[f64], first: usize) -> Vec<Dual<R, W>> {
         let mut values: Vec<Dual<R, W>> =
             self.parameters.iter().map(|parameter| Dual::constant(parameter.nominal)).collect();
         for (direction, (index, coordinate)) in self.free_indices().zip(coordinates).enumerate() {
-            let variable = Dual::variable(R::constant(*coordinate), direction);
+            let variable = Dual::variable(R::constant(*coordinate), direction.wrapping_sub(first));
             values[index] = match self.parameters[index].scale {
                 Scale::Linear => variable,
                 Scale::Logarithmic => variable.exp(),

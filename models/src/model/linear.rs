@@ -21,7 +21,6 @@ pub struct Rates<S> {
 }
 
 impl Model for Linear {
-    const PARAMETERS_AT_MOST: usize = 2;
     type Coefficients<S: Scalar> = Rates<S>;
     /// `beta p_cmd`, Pa/s.
     type Held<S: Scalar> = S;

@@ -32,9 +32,6 @@ use crate::numeric::Scalar;
 /// The work is split by how often it is needed: [`coefficients`](Model::coefficients) once per simulation,
 /// [`hold`](Model::hold) once per sample, [`rate`](Model::rate) four times per Runge-Kutta step.
 pub trait Model: Send + Sync {
-    /// Parameters at most, whatever the variant: fits are compiled for no more.
-    const PARAMETERS_AT_MOST: usize;
-
     /// What depends on the parameters only.
     type Coefficients<S: Scalar>: Copy + Send + Sync;
 

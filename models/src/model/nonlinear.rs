@@ -101,7 +101,6 @@ impl Nonlinear {
 }
 
 impl Model for Nonlinear {
-    const PARAMETERS_AT_MOST: usize = 8;
     type Coefficients<S: Scalar> = Openings<S>;
     type Held<S: Scalar> = Ports<S>;
 

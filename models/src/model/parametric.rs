@@ -53,7 +53,6 @@ pub struct Course<S> {
 }
 
 impl Model for Parametric {
-    const PARAMETERS_AT_MOST: usize = 10;
     type Coefficients<S: Scalar> = Numbers<S>;
     type Held<S: Scalar> = Course<S>;
 

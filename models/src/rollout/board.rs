@@ -130,7 +130,6 @@ impl<Q> Board<Q> {
 }
 
 impl<Q: Model> System<1, 1> for Board<Q> {
-    const PARAMETERS_AT_MOST: usize = Q::PARAMETERS_AT_MOST;
     type Coefficients<S: Scalar> = Q::Coefficients<S>;
     type Memory<S: Scalar> = LoopMemory<S>;
     type Held<S: Scalar> = Q::Held<S>;

@@ -9,7 +9,6 @@ use crate::numeric::Scalar;
 pub struct Chamber<Q>(pub Q);
 
 impl<Q: Model> System<1, 1> for Chamber<Q> {
-    const PARAMETERS_AT_MOST: usize = Q::PARAMETERS_AT_MOST;
     type Coefficients<S: Scalar> = Q::Coefficients<S>;
     type Memory<S: Scalar> = ();
     type Held<S: Scalar> = Q::Held<S>;

@@ -1,7 +1,5 @@
 //! Fixed-step Runge-Kutta rollouts.
 
-use multiversion::multiversion;
-
 use super::{Series, System};
 use crate::model::column;
 use crate::numeric::{Scalar, filled};
@@ -145,7 +143,6 @@ pub fn simulate<Y: System<N, M>, const N: usize, const M: usize>(
 }
 
 /// Simulates consecutive rows of inputs; `outputs` has one entry per row.
-#[multiversion(targets("x86_64+avx2"))]
 fn simulate_rows<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     parameters: &[f64],

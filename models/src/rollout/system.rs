@@ -17,9 +17,6 @@ use crate::numeric::Scalar;
 /// instructions are lost. Case distinctions on scalars are selects, not branches. What depends on nothing but the system
 /// itself (an effect that is off) may branch freely.
 pub trait System<const N: usize, const M: usize>: Sync {
-    /// Parameters at most: fits are compiled for no more. Without an answer, for all that are supported.
-    const PARAMETERS_AT_MOST: usize = crate::fit::MOST_DIRECTIONS;
-
     /// What depends on the parameters only.
     type Coefficients<S: Scalar>;
 
