@@ -4,7 +4,7 @@
 
 mod support;
 
-use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FrameMode, OpenBusError};
 use pneudrive_protocol::Echo;
 use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use support::{answer, counts};
@@ -21,7 +21,7 @@ fn echoing(request: &[u8]) -> Reply {
 fn open(
     script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static,
 ) -> Result<Bus<VirtualLine>, OpenBusError> {
-    Bus::new(VirtualLine::new(script), BusOptions::default())
+    Bus::new(VirtualLine::new(script), BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() })
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 mod support;
 
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::{Counts, Echo};
@@ -14,7 +14,7 @@ use support::{answer, counts};
 const TIMEOUT_NS: u64 = 2_200_000;
 
 fn options() -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() }
+    BusOptions { echo: EchoMode::Known(Echo::Absent), frames: FrameMode::Unchecked, ..BusOptions::default() }
 }
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {

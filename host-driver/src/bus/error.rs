@@ -78,6 +78,14 @@ pub enum ExchangeError {
         /// How long it was waited, us.
         waited_us: u64,
     },
+    /// The board answered an earlier request, or in the other packet format, and nothing else.
+    #[error("{asked}: only an answer to an earlier request came in {waited_us} us")]
+    Stale {
+        /// The board that was asked.
+        asked: Address,
+        /// How long it was waited, us.
+        waited_us: u64,
+    },
     /// Somebody does not stop talking, so that nothing can be asked.
     #[error(
         "the line is not idle after {waited_us} us ({heard}); a board or another host does not stop sending"
@@ -102,6 +110,7 @@ impl ExchangeError {
             | Self::EchoDamaged { waited_us, .. }
             | Self::EchoMissing { waited_us, .. }
             | Self::OtherBoard { waited_us, .. }
+            | Self::Stale { waited_us, .. }
             | Self::LineBusy { waited_us, .. } => *waited_us,
             Self::Line(_) => 0,
         }
@@ -122,7 +131,7 @@ impl ExchangeError {
             }
             // A busy line was never asked.
             Self::LineBusy { .. } | Self::Line(_) => true,
-            Self::NoAnswer { .. } | Self::OtherBoard { .. } => false,
+            Self::NoAnswer { .. } | Self::OtherBoard { .. } | Self::Stale { .. } => false,
         }
     }
 }

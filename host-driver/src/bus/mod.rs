@@ -1,7 +1,8 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
-//! Requests and answers are unchecked packets: an answer does not say which request it belongs to. Three rules keep
-//! a late one from being taken for the answer to a later request:
+//! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC guards the values, and a
+//! sequence number tells whose answer an answer is. Boards of the original kind answer unchecked packets, which do not say
+//! which request they belong to. With those, three rules keep a late answer from being taken for that to a later request:
 //!
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.
 //! 2. After a failed exchange, what still comes is discarded until the line is idle.
@@ -9,6 +10,7 @@
 //!    ([`BusOptions::late_answer_limit_ns`]; four times the longest delay seen from this board, if that is more). Other
 //!    boards can be asked meanwhile, because answers carry their board's address.
 
+mod dialect;
 mod echo;
 mod error;
 mod heard;
@@ -16,6 +18,7 @@ mod options;
 mod peer;
 mod transaction;
 
+pub use dialect::{FrameMode, Frames};
 pub use echo::EchoError;
 pub use error::{ExchangeError, OpenBusError};
 pub use heard::HeardBytes;
@@ -23,8 +26,9 @@ pub use options::{BusOptions, EchoMode};
 pub use peer::Counters;
 
 use crate::line::{Line, LineError, SerialPort};
+use dialect::Dialect;
 use peer::Peer;
-use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Packet};
+use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet};
 use std::path::Path;
 
 /// What a board answered.
@@ -77,16 +81,26 @@ impl<L: Line> Bus<L> {
             EchoMode::Detect { unused_board } => echo::detect(&mut line, &options, unused_board)?,
         };
         line.expect_bytes(transaction::expected_bytes(echo));
-        let peers = vec![Peer::new(options.late_answer_limit_ns); usize::from(u8::MAX) + 1];
+        let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames));
+        let peers = vec![peer; usize::from(u8::MAX) + 1];
         Ok(Self { line, options, echo, peers, unsolicited_bytes: 0 })
     }
 
-    /// Asks `board` whether it is there. There is no other request than one with commands: a ping commands 0 kPa, which vents.
+    /// Asks `board` whether it is there, and which packets it understands if that is not known yet: then up to three times, in
+    /// both formats. There is no other request than one with commands: a ping commands 0 kPa, which vents.
     ///
     /// # Errors
     /// As for [`exchange`](Self::exchange).
     pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
-        self.exchange(board, [Counts::ATMOSPHERE; CHANNELS])
+        let mut result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
+        for _ in 0..Dialect::CHECKED_TRIES {
+            let unknown = self.frames(board) == Frames::Unknown;
+            if result.is_ok() || !unknown || matches!(result, Err(ExchangeError::Line(_))) {
+                break;
+            }
+            result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
+        }
+        result
     }
 
     /// Sends four commands to `board` and waits for its four pressures, at most [`BusOptions::answer_timeout_ns`].
@@ -98,14 +112,16 @@ impl<L: Line> Bus<L> {
     pub fn exchange(&mut self, board: u8, commands: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
         self.wait_until_quiet(board)?;
         let request = Packet { address: Address::of_board(board), values: commands };
-        let result = self.transact(request);
+        let format = self.peers[usize::from(board)].dialect.next();
+        let started_ns = self.line.now_ns();
+        let result = self.transact(request, format);
+        let peer = &mut self.peers[usize::from(board)];
         match &result {
-            Ok(_) => self.peers[usize::from(board)].answered(),
+            Ok(_) => peer.answered(format),
             Err(error) => {
-                let sent_ns = self.line.now_ns().saturating_sub(error.waited_us() * 1000);
-                let owes = !error.answer_consumed();
-                let until = self.options.answer_timeout_ns();
-                self.peers[usize::from(board)].failed(error, owes.then_some(sent_ns), until);
+                // A late checked answer is known by its number.
+                let owes = format == Format::Unchecked && !error.answer_consumed();
+                peer.failed(error, owes.then_some(started_ns), self.options.answer_timeout_ns());
                 if error.something_came() {
                     self.drain()?;
                 }
@@ -117,6 +133,11 @@ impl<L: Line> Bus<L> {
     /// From when on `board` can be asked without waiting, ns on the line's clock.
     pub fn ready_at_ns(&self, board: u8) -> u64 {
         self.peers[usize::from(board)].quiet_until_ns()
+    }
+
+    /// Which packets `board` understands.
+    pub fn frames(&self, board: u8) -> Frames {
+        self.peers[usize::from(board)].dialect.frames()
     }
 
     /// What has happened between host and `board` so far.

@@ -1,3 +1,4 @@
+use super::FrameMode;
 use crate::line::SerialOptions;
 use pneudrive_protocol::{Baud, Echo};
 
@@ -24,6 +25,8 @@ pub struct BusOptions {
     /// How long after its timeout an answer may still come, and a board that did not answer is left alone. An answer later
     /// than this can be taken for that to the next request. The original's boards were seen to be 1 ms late at most.
     pub late_answer_limit_ns: u64,
+    /// Which packet formats may be used.
+    pub frames: FrameMode,
     /// Whether the adapter echoes.
     pub echo: EchoMode,
     /// Busy-wait before each sleep, ns: see [`SerialOptions::spin_ns`].
@@ -65,6 +68,7 @@ impl Default for BusOptions {
             baud: Baud::ORIGINAL,
             answer_allowance_ns: 2_000_000,
             late_answer_limit_ns: 10_000_000,
+            frames: FrameMode::default(),
             echo: EchoMode::Detect { unused_board: u8::MAX },
             spin_ns: 0,
         }

@@ -1,6 +1,8 @@
 use super::ExchangeError;
+use super::dialect::Dialect;
+use pneudrive_protocol::Format;
 
-/// What has happened between the host and one board. Every request is in `asked`, and in exactly one of the six below it.
+/// What has happened between the host and one board. Every request is in `asked`, and in exactly one of the seven below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Requests sent (or meant to be, where the line was busy).
@@ -15,6 +17,8 @@ pub struct Counters {
     pub echo: u64,
     /// Only another board answered.
     pub other_board: u64,
+    /// Only an answer to an earlier request, or one in the other format, came from it.
+    pub stale: u64,
     /// The line was busy or failed.
     pub line: u64,
     /// Packets from this board that came when it was not its turn: late answers. Not requests, so beside the others.
@@ -27,15 +31,17 @@ impl Counters {
         self.asked - self.answered
     }
 
-    /// Answers that came and were not accepted: damaged, another board's, or late.
+    /// Answers that came and were not accepted: damaged, or late. One that came while another board was asked counts with the
+    /// board that sent it.
     pub fn rejected(&self) -> u64 {
-        self.garbled + self.echo + self.other_board + self.late
+        self.garbled + self.echo + self.late
     }
 }
 
 /// What the host remembers of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Peer {
+    pub(super) dialect: Dialect,
     counters: Counters,
     /// Last request that may still be answered, ns.
     owes_since_ns: Option<u64>,
@@ -53,8 +59,9 @@ impl Peer {
     /// After so many prompt answers in a row a delay is history.
     const FORGIVEN_AFTER: u32 = 100;
 
-    pub(super) fn new(late_limit_ns: u64) -> Self {
+    pub(super) fn new(late_limit_ns: u64, dialect: Dialect) -> Self {
         Self {
+            dialect,
             counters: Counters::default(),
             owes_since_ns: None,
             quiet_until_ns: 0,
@@ -73,7 +80,8 @@ impl Peer {
         self.quiet_until_ns
     }
 
-    pub(super) fn answered(&mut self) {
+    pub(super) fn answered(&mut self, format: Format) {
+        self.dialect.answered(format);
         self.counters.asked += 1;
         self.counters.answered += 1;
         self.owes_since_ns = None;
@@ -92,9 +100,11 @@ impl Peer {
             ExchangeError::Garbled { .. } => &mut self.counters.garbled,
             ExchangeError::EchoDamaged { .. } | ExchangeError::EchoMissing { .. } => &mut self.counters.echo,
             ExchangeError::OtherBoard { .. } => &mut self.counters.other_board,
+            ExchangeError::Stale { .. } => &mut self.counters.stale,
             ExchangeError::LineBusy { .. } | ExchangeError::Line(_) => &mut self.counters.line,
         };
         *counter += 1;
+        self.dialect.failed();
         self.prompt = 0;
         self.owes_since_ns = owed_since_ns;
         if let Some(since) = owed_since_ns {
@@ -117,9 +127,29 @@ impl Peer {
     }
 }
 
+impl std::ops::Sub for Counters {
+    type Output = Self;
+
+    /// What has happened since `before`.
+    fn sub(self, before: Self) -> Self {
+        Self {
+            asked: self.asked - before.asked,
+            answered: self.answered - before.answered,
+            silent: self.silent - before.silent,
+            garbled: self.garbled - before.garbled,
+            echo: self.echo - before.echo,
+            other_board: self.other_board - before.other_board,
+            stale: self.stale - before.stale,
+            line: self.line - before.line,
+            late: self.late - before.late,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bus::FrameMode;
     use pneudrive_protocol::Address;
 
     const TIMEOUT: u64 = 2_200_000;
@@ -131,7 +161,7 @@ mod tests {
 
     #[test]
     fn a_silent_board_is_left_alone_for_the_limit() {
-        let mut peer = Peer::new(LIMIT);
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
         peer.failed(&silent(), Some(1_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 1_000 + TIMEOUT + LIMIT);
         peer.heard_late(3_200_000);
@@ -140,21 +170,21 @@ mod tests {
 
     #[test]
     fn the_limit_follows_a_board_that_is_later_than_expected() {
-        let mut peer = Peer::new(LIMIT);
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(11_000_000);
         assert_eq!(peer.quiet_until_ns(), 44_000_000);
         peer.failed(&silent(), Some(50_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 44_000_000);
-        (0..100).for_each(|_| peer.answered());
+        (0..100).for_each(|_| peer.answered(Format::Unchecked));
         peer.failed(&silent(), Some(200_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
     }
 
     #[test]
     fn every_request_is_counted_once() {
-        let mut peer = Peer::new(LIMIT);
-        peer.answered();
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        peer.answered(Format::Unchecked);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(3_000_000);
         let counters = peer.counters();

@@ -2,7 +2,10 @@
 
 use super::{Answer, Bus, ExchangeError, HeardBytes};
 use crate::line::{Line, LineError};
-use pneudrive_protocol::{AnswerDecoder, CHANNELS, Counts, Echo, FrameFinder, Heard, PACKET_LEN, Packet};
+use pneudrive_protocol::{
+    AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard, PACKET_LEN,
+    Packet,
+};
 
 /// Bytes looked at in one go; a whole echo and answer and what noise may add.
 const BUFFER: usize = 64;
@@ -17,12 +20,12 @@ pub(super) fn expected_bytes(echo: Echo) -> usize {
 
 impl<L: Line> Bus<L> {
     /// Sends `request` and listens until its answer is complete or the time is up.
-    pub(super) fn transact(&mut self, request: Packet) -> Result<Answer, ExchangeError> {
+    pub(super) fn transact(&mut self, request: Packet, format: Format) -> Result<Answer, ExchangeError> {
         self.expect_silence()?;
+        let (bytes, mut ear) = Ear::for_request(request, format, self.echo);
         let sent_ns = self.line.now_ns();
-        self.line.send(&request.encode())?;
+        self.line.send(&bytes)?;
         let deadline = sent_ns + self.options.answer_timeout_ns();
-        let mut ear = Ear::new(request, self.echo);
         let mut wanted = expected_bytes(self.echo);
         loop {
             let mut bytes = [0; BUFFER];
@@ -112,14 +115,16 @@ struct Ear {
 }
 
 impl Ear {
-    fn new(request: Packet, echo: Echo) -> Self {
-        Self {
-            request,
-            decoder: AnswerDecoder::new(request, echo),
-            heard: HeardBytes::default(),
-            answer: None,
-            other: None,
-        }
+    /// The request's bytes, and the ear for what follows them.
+    fn for_request(request: Packet, format: Format, echo: Echo) -> ([u8; PACKET_LEN], Self) {
+        let (bytes, decoder) = match format {
+            Format::Unchecked => (request.encode(), AnswerDecoder::new(request, echo)),
+            Format::Checked(sequence) => {
+                let checked = CheckedPacket { packet: request, sequence };
+                (checked.encode(Direction::Request), AnswerDecoder::for_checked(checked, echo))
+            }
+        };
+        (bytes, Self { request, decoder, heard: HeardBytes::default(), answer: None, other: None })
     }
 
     /// Takes a byte; gives a packet that is not the answer.
@@ -158,6 +163,9 @@ impl Ear {
                 heard,
                 waited_us,
             };
+        }
+        if self.other.is_some_and(|other| other.address == asked) {
+            return ExchangeError::Stale { asked, waited_us };
         }
         if let Some(other) = self.other {
             return ExchangeError::OtherBoard { asked, answered: other.address, waited_us };

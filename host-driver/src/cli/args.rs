@@ -1,5 +1,6 @@
 use crate::cli::command_arg::CommandArg;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use pneudrive_host::bus::FrameMode;
 use pneudrive_host::poller::{MissedTick, PressureFilter};
 use pneudrive_host::trajectory::Interpolation;
 use std::path::PathBuf;
@@ -79,6 +80,9 @@ pub struct BusArgs {
     /// Whether the adapter returns what it sends
     #[arg(long, global = true, value_enum, default_value_t = EchoArg::Detect)]
     pub echo: EchoArg,
+    /// Packet format: checked packets carry a CRC and a sequence number, boards of the original kind do not understand them
+    #[arg(long, global = true, value_enum, default_value_t = FramesArg::Negotiate)]
+    pub frames: FramesArg,
     /// Busy-wait for so long before sleeping, us: saves wake-up time, costs CPU
     #[arg(long, global = true, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     pub spin_us: u64,
@@ -103,6 +107,26 @@ pub enum EchoArg {
     Present,
     /// It does not
     Absent,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FramesArg {
+    /// Checked with boards that understand it
+    Negotiate,
+    /// The original's, with all boards
+    Unchecked,
+    /// With all boards
+    Checked,
+}
+
+impl From<FramesArg> for FrameMode {
+    fn from(arg: FramesArg) -> Self {
+        match arg {
+            FramesArg::Negotiate => Self::Negotiate,
+            FramesArg::Unchecked => Self::Unchecked,
+            FramesArg::Checked => Self::Checked,
+        }
+    }
 }
 
 #[cfg(feature = "sim")]

@@ -76,7 +76,6 @@ fn measure(
     }
     let baud = bus.options().baud;
     let wire_limit_hz = baud.cycle_limit_hz(u32::from(boards));
-    let before: Vec<_> = options.boards.iter().map(|&board| bus.counters(board)).collect();
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(usize::from(boards))), Vec::new());
     for _ in 0..cycles {
         if stop.came() {
@@ -87,14 +86,7 @@ fn measure(
         wait_until(line, due_ns);
         polling.cycle().map_err(Failure::running)?;
     }
-    let mut statistics = polling.finish();
-    // Pings before the measurement are not part of it.
-    for (board, before) in statistics.boards.iter_mut().zip(before) {
-        board.answered -= before.answered;
-        board.lost -= before.lost();
-        statistics.exchanges -= before.asked;
-        statistics.lost -= before.lost();
-    }
+    let statistics = polling.finish();
     polling.make_safe().map_err(Failure::running)?;
     let exchange_us = 1e6 / statistics.loop_hz.mean / f64::from(boards);
     Ok(BenchRun {

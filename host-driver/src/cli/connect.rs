@@ -58,6 +58,7 @@ pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> 
         baud: Baud::new(args.baud).map_err(|error| Failure::input(format!("--baud: {error}")))?,
         answer_allowance_ns: args.allowance_us * 1000,
         late_answer_limit_ns: args.late_us * 1000,
+        frames: args.frames.into(),
         echo,
         spin_ns: args.spin_us * 1000,
     })

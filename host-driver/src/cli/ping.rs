@@ -3,7 +3,7 @@ use crate::cli::connect::{connect, devices};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
-use pneudrive_host::bus::{Bus, ExchangeError};
+use pneudrive_host::bus::{Bus, ExchangeError, Frames};
 use pneudrive_protocol::{Echo, SensorScale};
 use serde::Serialize;
 
@@ -19,6 +19,7 @@ struct BoardReport {
     board: u8,
     asked: u32,
     answered: u32,
+    frames: Frames,
     /// Time from request to answer: fastest, median, slowest, us.
     round_trip_us: Option<[f64; 3]>,
     pressures_kpa: Option<[f64; 4]>,
@@ -76,7 +77,15 @@ fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
         [only] => Some([only; 3]),
     };
     let answered = times_us.len() as u32;
-    BoardReport { board, asked: count, answered, round_trip_us, pressures_kpa: last, error }
+    BoardReport {
+        board,
+        asked: count,
+        answered,
+        frames: bus.frames(board),
+        round_trip_us,
+        pressures_kpa: last,
+        error,
+    }
 }
 
 fn print(report: &PingReport) {
@@ -87,7 +96,14 @@ fn print(report: &PingReport) {
             print!(", {first:.0} / {median:.0} / {last:.0} us (fastest, median, slowest)");
             print!(", {:.1} {:.1} {:.1} {:.1} kPa", kpa[0], kpa[1], kpa[2], kpa[3]);
         }
-        println!();
+        println!(
+            "{}",
+            match board.frames {
+                Frames::Unknown => "",
+                Frames::Checked => ", checked packets",
+                Frames::Unchecked => ", original packets",
+            }
+        );
         if let Some(error) = &board.error {
             println!("  last error: {error}");
         }

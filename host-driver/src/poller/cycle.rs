@@ -6,7 +6,7 @@ use super::{
     BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Supply,
     VENTED,
 };
-use crate::bus::{Answer, Bus, ExchangeError};
+use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
 use crate::statistics::{BoardStatistics, CycleStatistics, Statistics};
 
@@ -26,6 +26,9 @@ pub struct Polling<L: Line> {
     /// Start of the cycle that has not been counted yet, ns.
     open_cycle_ns: Option<u64>,
     cpu_before_ns: u64,
+    /// What had happened on the bus before.
+    before: Vec<Counters>,
+    unsolicited_before: u64,
 }
 
 impl<L: Line> Polling<L> {
@@ -52,6 +55,8 @@ impl<L: Line> Polling<L> {
             start_ns: None,
             open_cycle_ns: None,
             cpu_before_ns: 0,
+            before: options.boards.iter().map(|&board| bus.counters(board)).collect(),
+            unsolicited_before: bus.unsolicited_bytes(),
             bus,
             options,
             source,
@@ -156,7 +161,12 @@ impl<L: Line> Polling<L> {
 
     /// What the run has been like so far.
     pub fn statistics(&self) -> Statistics {
-        let counters = |row: &BoardRow| self.bus.counters(row.board);
+        let boards: Vec<_> = self
+            .rows
+            .iter()
+            .zip(&self.before)
+            .map(|(row, &before)| (row, self.bus.counters(row.board) - before))
+            .collect();
         let now_ns = self.bus.line().now_ns();
         let wall_ns = now_ns.saturating_sub(self.start_ns.unwrap_or(now_ns));
         let cpu_ns = self.bus.line().cpu_time_ns().saturating_sub(self.cpu_before_ns);
@@ -166,16 +176,17 @@ impl<L: Line> Polling<L> {
             cycles: self.cycles.count(),
             loop_hz: self.cycles.rate(),
             cycle_us: self.cycles.times(),
-            exchanges: self.rows.iter().map(|row| counters(row).asked).sum(),
-            lost: self.rows.iter().map(|row| counters(row).lost()).sum(),
-            rejected: self.rows.iter().map(|row| counters(row).rejected()).sum(),
+            exchanges: boards.iter().map(|(_, counters)| counters.asked).sum(),
+            lost: boards.iter().map(|(_, counters)| counters.lost()).sum(),
+            rejected: boards.iter().map(|(_, counters)| counters.rejected()).sum(),
             missed_ticks: self.schedule.missed(),
-            unsolicited_bytes: self.bus.unsolicited_bytes(),
+            unsolicited_bytes: self.bus.unsolicited_bytes() - self.unsolicited_before,
             cpu_share: if wall_ns == 0 { 0.0 } else { cpu_ns as f64 / wall_ns as f64 },
-            boards: self
-                .rows
+            boards: boards
                 .iter()
-                .map(|row| BoardStatistics::new(row.board, counters(row), row.state))
+                .map(|(row, counters)| {
+                    BoardStatistics::new(row.board, *counters, row.state, self.bus.frames(row.board))
+                })
                 .collect(),
         }
     }

@@ -4,7 +4,7 @@ mod cycles;
 
 pub(crate) use cycles::CycleStatistics;
 
-use crate::bus::Counters;
+use crate::bus::{Counters, Frames};
 use crate::poller::BoardState;
 use serde::Serialize;
 
@@ -74,16 +74,19 @@ pub struct BoardStatistics {
     pub rejected: u64,
     /// How it answered last.
     pub state: BoardState,
+    /// Which packets it is spoken to in.
+    pub frames: Frames,
 }
 
 impl BoardStatistics {
-    pub(crate) fn new(board: u8, counters: Counters, state: BoardState) -> Self {
+    pub(crate) fn new(board: u8, counters: Counters, state: BoardState, frames: Frames) -> Self {
         Self {
             board,
             answered: counters.answered,
             lost: counters.lost(),
             rejected: counters.rejected(),
             state,
+            frames,
         }
     }
 }

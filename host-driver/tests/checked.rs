@@ -1,0 +1,149 @@
+//! Checked packets: negotiation, and what they catch that unchecked ones cannot. In virtual time.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
+use pneudrive_host::line::Line;
+use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, Packet, RequestDecoder};
+use support::counts;
+use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+
+fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
+    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+    Bus::new(VirtualLine::new(script), options).unwrap()
+}
+
+/// A board that understands checked packets and answers `pressure(number of the request)`.
+fn board(mut pressure: impl FnMut(usize) -> u16) -> impl FnMut(usize, &[u8]) -> Vec<u8> {
+    let address = Address::of_board(0);
+    let mut ear = RequestDecoder::new(address);
+    move |number, request| {
+        let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
+        heard.map_or_else(Vec::new, |heard| heard.answer(address, counts(pressure(number))).to_vec())
+    }
+}
+
+/// A board of the original kind: whoever's values exceed 1023 is not heard.
+fn original(request: &[u8]) -> Vec<u8> {
+    let packet = Packet::decode(request.try_into().unwrap());
+    packet.map_or_else(|_| Vec::new(), |packet| Packet { values: counts(7), ..packet }.encode().to_vec())
+}
+
+#[test]
+fn boards_that_check_and_original_ones_are_told_apart_by_a_ping() {
+    let mut checks = board(|_| 7);
+    let mut modern = bus(move |number, request| vec![(AT_ONCE, checks(number, request))]);
+    assert_eq!(modern.frames(0), Frames::Unknown);
+    assert_eq!(modern.ping(0).unwrap().pressures, counts(7));
+    assert_eq!((modern.frames(0), modern.counters(0).lost()), (Frames::Checked, 0));
+
+    let mut old = bus(|_, request| vec![(AT_ONCE, original(request))]);
+    assert_eq!(old.ping(0).unwrap().pressures, counts(7));
+    assert_eq!((old.frames(0), old.counters(0).lost()), (Frames::Unchecked, 2));
+    assert!((0..100).all(|_| old.exchange(0, counts(300)).is_ok()));
+}
+
+/// One ping lost to noise does not make a board count as original.
+#[test]
+fn one_lost_packet_does_not_decide_the_format() {
+    let mut checks = board(|_| 7);
+    let mut bus = bus(move |number, request| {
+        let answer = checks(number, request);
+        if number == 0 { Vec::new() } else { vec![(AT_ONCE, answer)] }
+    });
+    bus.ping(0).unwrap();
+    assert_eq!(bus.frames(0), Frames::Checked);
+}
+
+/// Original: 40 of 80 single-bit flips in an answer were accepted.
+#[test]
+fn no_flipped_bit_of_an_answer_is_accepted() {
+    for bit in 0..80 {
+        let mut checks = board(|_| 511);
+        let mut bus = bus(move |number, request| {
+            let mut answer = checks(number, request);
+            if number == 1 {
+                answer[bit / 8] ^= 0x80 >> (bit % 8);
+            }
+            vec![(AT_ONCE, answer)]
+        });
+        bus.ping(0).unwrap();
+        let error = bus.exchange(0, counts(300)).unwrap_err();
+        assert!(
+            matches!(error, ExchangeError::Garbled { .. } | ExchangeError::OtherBoard { .. }),
+            "bit {bit}: {error}"
+        );
+        assert_eq!(bus.exchange(0, counts(300)).unwrap().pressures, counts(511), "bit {bit}");
+    }
+}
+
+/// Late by any time, without a pause for the board: the number tells.
+#[test]
+fn a_late_answer_is_known_by_its_number() {
+    for late_us in (2_100..40_000).step_by(370) {
+        let mut checks = board(|number| number as u16);
+        let mut bus = bus(move |number, request| {
+            let late_ns = if number == 5 { late_us * 1000 } else { 0 };
+            vec![(AT_ONCE + late_ns, checks(number, request))]
+        });
+        bus.ping(0).unwrap();
+        let mut lost = 0;
+        for _ in 0..200 {
+            match bus.exchange(0, counts(300)) {
+                Ok(answer) => {
+                    let number = bus.line().requests.len() as u16 - 1;
+                    assert_eq!(answer.pressures, counts(number), "late by {late_us} us");
+                }
+                Err(_) => lost += 1,
+            }
+        }
+        assert!(lost <= 1, "{lost} lost when one is {late_us} us late");
+        assert_eq!(bus.counters(0).late, 1);
+    }
+}
+
+/// An answer to an earlier request, and nothing else.
+#[test]
+fn a_repeated_answer_is_refused() {
+    let mut first = Vec::new();
+    let mut checks = board(|_| 7);
+    let mut bus = bus(move |number, request| {
+        let answer = checks(number, request);
+        if number == 0 {
+            first = answer;
+        }
+        vec![(AT_ONCE, first.clone())]
+    });
+    bus.ping(0).unwrap();
+    let error = bus.exchange(0, counts(300)).unwrap_err();
+    assert!(matches!(error, ExchangeError::Stale { waited_us: 2_200, .. }), "{error}");
+}
+
+/// What the adapter echoes is no answer, even if nobody knew that it echoes.
+#[test]
+fn an_unexpected_echo_is_no_answer() {
+    let mut bus = bus(|_, request| vec![(0, request.to_vec())]);
+    let error = bus.exchange(0, [Counts::ATMOSPHERE; 4]).unwrap_err();
+    assert!(!matches!(error, ExchangeError::Line(_)), "{error}");
+    assert_eq!(bus.frames(0), Frames::Unknown);
+}
+
+/// Unchecked answers of a board that checks are not believed: they can only be damaged.
+#[test]
+fn formats_are_never_mixed() {
+    let mut checks = board(|_| 7);
+    let mut bus = bus(move |number, request| {
+        if number == 0 {
+            return vec![(AT_ONCE, checks(number, request))];
+        }
+        let checked = CheckedPacket::decode(request.try_into().unwrap(), Direction::Request).unwrap();
+        vec![(AT_ONCE, checked.packet.encode().to_vec())]
+    });
+    bus.ping(0).unwrap();
+    for _ in 0..20 {
+        assert!(bus.exchange(0, counts(300)).is_err());
+    }
+    assert!(bus.line().now_ns() < 100_000_000);
+}
