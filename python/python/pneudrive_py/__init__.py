@@ -1,0 +1,39 @@
+"""Pressure control and modelling for large pneumatic soft robots.
+
+The bus, with four chambers a board::
+
+    import numpy as np
+    from pneudrive_py import PressureController
+
+    with PressureController("/dev/ttyUSB0", 3) as controller:   # or "sim": three virtual boards
+        controller.ping_devices()
+        controller.set_pressure_commands(0, np.array([100.0, 120.0, 0.0, 0.0]))
+        print(controller.get_pressure_data(0))                  # kPa gauge, shape (4,)
+
+Pressures are in kPa gauge, times in s. Everything that goes wrong is an exception of :mod:`pneudrive_py.exceptions`.
+"""
+
+from . import _pneudrive, exceptions
+from ._pneudrive import *  # noqa: F403
+from .exceptions import (
+    BoardError,
+    CommandError,
+    GarbledAnswerError,
+    NoAnswerError,
+    PneuDriveError,
+    PortError,
+    StaleDataError,
+)
+
+__version__ = _pneudrive.__version__
+__all__ = [
+    *_pneudrive.__all__,
+    "BoardError",
+    "CommandError",
+    "GarbledAnswerError",
+    "NoAnswerError",
+    "PneuDriveError",
+    "PortError",
+    "StaleDataError",
+    "exceptions",
+]

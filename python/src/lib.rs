@@ -1,0 +1,21 @@
+//! Python bindings: the bus and the modelling toolkit, NumPy arrays in and out.
+//!
+//! Nothing is decided here. Each file turns one part of the Rust libraries into what a Python user expects: arrays with stated
+//! shapes and units, keyword arguments, exceptions of `pneudrive_py.exceptions`, context managers. Whatever takes longer than
+//! a microsecond runs without the interpreter's lock.
+
+mod bus;
+mod errors;
+
+use pyo3::prelude::*;
+
+/// The compiled part of `pneudrive_py`; import that.
+#[pymodule]
+mod _pneudrive {
+    #[pymodule_export]
+    use crate::bus::{Poller, PressureController};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}
