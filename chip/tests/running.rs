@@ -136,7 +136,7 @@ fn a_received_byte_is_echoed_by_an_interrupt() {
     let sent: Vec<_> = chip.take_transmitted(0).collect();
     assert_eq!(sent.len(), 1);
     assert_eq!(sent[0].byte, 0x5a);
-    // clk_sys is clk_ref, now the crystal: entry 15, LOAD 7, LDR 5; the store is on its way out after those.
+    // clk_sys is clk_ref, now the crystal: entry 15, the address 7, LDR 4; then comes the store.
     let reaction = (sent[0].start - stop_bit).get() * 12 / 125;
     assert!((26..=28).contains(&reaction), "{reaction} cycles");
     // 12 MHz / 16 is 750 kbaud.

@@ -1,6 +1,7 @@
 //! The address map (2.2) and the accesses of core and DMA.
 
 use super::Bus;
+use super::registers::{ALIAS_BITS, has_interposer};
 use crate::report::{Access, Concern, Fault};
 
 /// Flash through the XIP cache, and its three aliases that differ in caching only.
@@ -30,13 +31,15 @@ pub(super) fn power_on_sram() -> Vec<u8> {
     vec![POWER_ON_BYTE; SRAM_SIZE]
 }
 
-/// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port, and at least four cycles of bus
-/// for a read and five for a write behind the APB bridge (2.1.3) instead of one.
+/// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port. Behind the APB bridge the bus takes
+/// three cycles for a read and four for a write instead of one (2.1.3), and two more for an atomic write to a peripheral
+/// that has the aliases from an interposer (2.1.2).
 #[inline]
 pub(crate) fn access_cycles(address: u32, write: bool) -> u32 {
     match address >> 28 {
-        0x4 if write => 6,
-        0x4 => 5,
+        0x4 if write && address & ALIAS_BITS != 0 && has_interposer(address) => 7,
+        0x4 if write => 5,
+        0x4 => 4,
         0xd => 1,
         _ => 2,
     }

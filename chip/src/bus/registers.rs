@@ -3,7 +3,7 @@
 use super::Bus;
 use crate::peripherals::resets::bit;
 use crate::peripherals::sio::GPIO_IN;
-use crate::peripherals::{RegisterWrite, Written, adc, uart};
+use crate::peripherals::{Alias, RegisterWrite, Written, adc, uart};
 use crate::report::{Access, Concern};
 
 /// Base addresses; each block has 16 KiB, four times 4 KiB for the atomic aliases.
@@ -35,7 +35,14 @@ mod base {
 }
 
 /// Bits 13 and 12 choose the alias.
-const ALIAS_BITS: u32 = 0x3000;
+pub(super) const ALIAS_BITS: u32 = 0x3000;
+
+/// UART, SPI and I2C know nothing of aliases: an interposer in front of them reads, modifies and writes (2.1.2). So an
+/// atomic write to UARTDR takes a byte out of the receive FIFO, and one through the clear alias to a
+/// write-one-to-clear register acknowledges nothing.
+pub(super) fn has_interposer(address: u32) -> bool {
+    (base::UART0..base::ADC).contains(&address)
+}
 
 fn split(address: u32) -> (u32, u32) {
     (address & !0x3fff, address & 0xfff)
@@ -137,7 +144,11 @@ impl Bus {
             self.note_unmodelled(address & !ALIAS_BITS, Access::Write, Concern::HeldInReset);
             return;
         }
-        let write = RegisterWrite::new(address, value);
+        let mut write = RegisterWrite::new(address, value);
+        if write.alias != Alias::Plain && has_interposer(address) {
+            let old = self.read_register_quietly(address);
+            write = RegisterWrite::plain(write.onto(old));
+        }
         let written = self.write_block(block, offset, write);
         let concern = match written {
             Written::Done => return,

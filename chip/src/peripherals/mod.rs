@@ -51,7 +51,6 @@ impl RegisterWrite {
         RegisterWrite { raw, alias }
     }
 
-    #[cfg(test)]
     pub fn plain(raw: u32) -> RegisterWrite {
         RegisterWrite { raw, alias: Alias::Plain }
     }

@@ -29,7 +29,7 @@ pub(crate) struct Rosc {
 
 impl Default for Rosc {
     fn default() -> Self {
-        Rosc { control: 0xaa0, freq_a: 0, freq_b: 0, divider: 0xaa0, phase: 0x8, random: 0x2545_f491 }
+        Rosc { control: 0xaa0, freq_a: 0, freq_b: 0, divider: 0xab0, phase: 0x8, random: 0x2545_f491 }
     }
 }
 

@@ -2,6 +2,7 @@ use super::{
     DMA, IO_BANK0, PADS_BANK0, PWM, RESETS, SIO, TIMER, UART0, WATCHDOG, bus, read, reports, run, write,
 };
 use crate::bus::Bus;
+use crate::peripherals::uart::LineErrors;
 use crate::report::ResetReason;
 use crate::ticks::Ticks;
 
@@ -30,6 +31,25 @@ fn the_aliases_work_behind_ahb_too() {
     write(&mut bus, DMA + 0x404 + SET, 0b0100);
     write(&mut bus, DMA + 0x404 + CLEAR, 0b0001);
     assert_eq!(read(&mut bus, DMA + 0x404), 0b0110);
+}
+
+#[test]
+fn atomic_writes_to_a_uart_read_first_and_so_take_from_its_fifo() {
+    let mut bus = super::clocked_bus();
+    super::select_function(&mut bus, 1, super::FUNCTION_UART);
+    for (offset, value) in [(0x24, 7), (0x28, 52), (0x2c, 0x70), (0x30, 0x201)] {
+        write(&mut bus, UART0 + offset, value);
+    }
+    write(&mut bus, UART0 + 0x38 + SET, 0x10);
+    write(&mut bus, UART0 + 0x38 + SET, 0x40);
+    assert_eq!(read(&mut bus, UART0 + 0x38), 0x50);
+    for byte in [1, 2] {
+        bus.uarts[0].put_on_wire(bus.now, byte, LineErrors::NONE);
+    }
+    bus.outside_changed();
+    bus.advance();
+    write(&mut bus, UART0 + SET, 0);
+    assert_eq!(read(&mut bus, UART0), 2, "1 was read by the interposer");
 }
 
 #[test]

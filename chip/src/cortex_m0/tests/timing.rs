@@ -37,11 +37,13 @@ fn instructions_take_the_cycles_of_the_manual() {
 fn the_io_port_is_fast_and_apb_is_slow() {
     const SIO_CPUID: u32 = 0xd000_0000;
     const RESETS: u32 = 0x4000_c000;
+    const UART0_SET: u32 = 0x4003_6038;
     const DMA_IN_AHB: u32 = 0x5000_0400;
     assert_eq!(cycles_of(&[ldr(1, 0, 0)], SIO_CPUID), 1);
-    assert_eq!(cycles_of(&[ldr(1, 0, 0)], RESETS), 5);
-    assert_eq!(cycles_of(&[str(1, 0, 0)], RESETS), 6);
+    assert_eq!(cycles_of(&[ldr(1, 0, 0)], RESETS), 4);
+    assert_eq!(cycles_of(&[str(1, 0, 0)], RESETS), 5);
     assert_eq!(cycles_of(&[ldr(1, 0, 0)], DMA_IN_AHB), 2);
+    assert_eq!(cycles_of(&[str(1, 0, 0)], UART0_SET), 7);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! One UART against the register description of the datasheet (4.2.8) and the PL011 manual.
 
 use super::*;
-use crate::peripherals::Alias;
 
 /// A bit at 1 Mbaud.
 const BIT: u64 = 125;
@@ -278,15 +277,6 @@ fn what_nobody_models_is_refused() {
     );
     assert_eq!(uart.write(0x050, RegisterWrite::plain(0), Ticks::ZERO), Written::NotModelled);
     assert_eq!(uart.read(0x04c), None);
-}
-
-#[test]
-fn the_set_alias_of_the_data_register_does_not_take_from_the_fifo() {
-    let mut uart = megabaud();
-    receive(&mut uart, 1250, &[0x42]);
-    let write = RegisterWrite { raw: 0x01, alias: Alias::Set };
-    assert_eq!(uart.write(UARTDR, write, Ticks::new(1250)), Written::Done);
-    assert_eq!(get(&mut uart, UARTDR), 0x42);
 }
 
 #[test]
