@@ -8,6 +8,7 @@
 //! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`fit`]: finding their parameters, and how well the data determine them;
 //! * [`experiment`]: the three models on one recording: fitted, judged, compared;
+//! * [`store`]: parameter files;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Nothing here reads a clock or prints; the binary `pneudrive-model` (`main.rs` and `cli/`) does.
@@ -21,3 +22,4 @@ pub mod numeric;
 pub mod report;
 pub mod rig;
 pub mod rollout;
+pub mod store;

@@ -1,0 +1,95 @@
+//! How a command fails, and with which exit status.
+
+use pneudrive_model::data::DataError;
+use pneudrive_model::data::import::ImportError;
+use pneudrive_model::experiment::{CompareError, SplitError};
+use pneudrive_model::report::PlotError;
+use pneudrive_model::rig::{InputError, RigError};
+use pneudrive_model::store::StoreError;
+
+/// A failed command: what to print and the exit status.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    status: u8,
+}
+
+impl Failure {
+    /// Unusable arguments or input: status 2.
+    pub fn input(message: impl std::fmt::Display) -> Self {
+        Self { message: message.to_string(), status: 2 }
+    }
+
+    /// Failed while running: status 1.
+    pub fn running(message: impl std::fmt::Display) -> Self {
+        Self { message: message.to_string(), status: 1 }
+    }
+
+    /// The exit status.
+    pub fn status(&self) -> u8 {
+        self.status
+    }
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl From<DataError> for Failure {
+    fn from(error: DataError) -> Self {
+        match error {
+            DataError::Write { .. } => Self::running(error),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<ImportError> for Failure {
+    fn from(error: ImportError) -> Self {
+        match error {
+            ImportError::Data(error) => error.into(),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<StoreError> for Failure {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Write(_) | StoreError::Express { .. } => Self::running(error),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<RigError> for Failure {
+    fn from(error: RigError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<SplitError> for Failure {
+    fn from(error: SplitError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<CompareError> for Failure {
+    fn from(error: CompareError) -> Self {
+        Self::input(error)
+    }
+}
+
+impl From<PlotError> for Failure {
+    fn from(error: PlotError) -> Self {
+        Self::running(error)
+    }
+}

@@ -1,0 +1,51 @@
+//! Arguments that name the recording and the rig, and loading both.
+
+use std::path::PathBuf;
+
+use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load};
+use pneudrive_model::rig::Rig;
+
+use super::Failure;
+use super::progress::LoadingBar;
+
+/// The recording and the rig it was made with.
+#[derive(Debug, clap::Args)]
+pub struct DataArgs {
+    /// Recording: CSV, plain or compressed with gzip or zstd
+    #[arg(value_name = "DATA")]
+    pub data: PathBuf,
+    /// Rig description (TOML); without it only the linear model can be used
+    #[arg(long, value_name = "RIG.toml")]
+    pub rig: Option<PathBuf>,
+    /// Channels to use, as in b0c0,b0c1 [default: all]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    pub channels: Vec<ChannelId>,
+}
+
+impl DataArgs {
+    /// The rig, or an empty description.
+    pub fn load_rig(&self) -> Result<Rig, Failure> {
+        Ok(self.rig.as_deref().map(Rig::load).transpose()?.unwrap_or_default())
+    }
+
+    /// Reads and checks the recording, and says on standard error what was found in it.
+    pub fn load(&self, rig: &Rig) -> Result<Loaded, Failure> {
+        let bar = LoadingBar::new(&self.data);
+        let mut progress = |done: u64, size: u64| bar.set(done, size);
+        let channels = (!self.channels.is_empty()).then_some(self.channels.as_slice());
+        let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
+        let loaded = load(&self.data, LoadOptions { channels, limits, progress: Some(&mut progress) })?;
+        bar.finish();
+        eprintln!(
+            "{}: {} rows, {:.2} s, {} channel(s)",
+            self.data.display(),
+            loaded.recording.rows(),
+            loaded.recording.duration_s(),
+            loaded.recording.channels.len()
+        );
+        for sentence in loaded.quality.sentences() {
+            eprintln!("  {sentence}");
+        }
+        Ok(loaded)
+    }
+}

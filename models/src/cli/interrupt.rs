@@ -1,0 +1,30 @@
+//! Ctrl-C: the first asks long work to end with the best so far, the second ends the program.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::Failure;
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// What a shell reports for a program ended by Ctrl-C: 128 + SIGINT.
+const ENDED_BY_INTERRUPT: i32 = 130;
+
+/// Catches Ctrl-C (and SIGTERM) from here on; the returned flag is set by the first.
+pub fn watch() -> Result<&'static AtomicBool, Failure> {
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::SeqCst) {
+            std::process::exit(ENDED_BY_INTERRUPT);
+        }
+        eprintln!("stopping: the best so far is kept (once more to end at once)");
+    })
+    .map_err(|e| Failure::running(format!("Ctrl-C cannot be caught: {e}")))?;
+    Ok(&STOP)
+}
+
+/// Fails with status 1 if the work was stopped; results have been written by then.
+pub fn check(written: &str) -> Result<(), Failure> {
+    if STOP.load(Ordering::SeqCst) {
+        return Err(Failure::running(format!("stopped by request: {written} hold the best found so far")));
+    }
+    Ok(())
+}

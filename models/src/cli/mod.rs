@@ -1,0 +1,53 @@
+//! The command line: one file per command, and what they share.
+
+mod compare;
+mod effects;
+mod error;
+mod fit;
+mod import;
+mod input;
+mod interrupt;
+mod options;
+mod origin;
+mod output;
+mod progress;
+mod simulate;
+
+use clap::{Parser, Subcommand};
+
+pub use error::Failure;
+
+/// Pressure models of pneumatic chambers: fit them to recordings, simulate, compare.
+#[derive(Debug, Parser)]
+#[command(name = "pneudrive-model", version, max_term_width = 100, arg_required_else_help = true)]
+#[command(
+    after_help = "A recording is a CSV file (plain, gzip or zstd) with the columns t_s, b0_cmd0_kpa, b0_p0_kpa, b0_u0 ...; \
+`import` makes one of any CSV.\nExit status: 0 done, 1 failed or interrupted while running, 2 unusable arguments or input."
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// One variant per command. A new command is a file of its own with its arguments and a `run`, and one line here and below.
+#[derive(Debug, Subcommand)]
+enum Command {
+    Fit(fit::Args),
+    Simulate(simulate::Args),
+    Compare(compare::Args),
+    Effects(effects::Args),
+    Import(import::Args),
+}
+
+impl Cli {
+    /// Runs the chosen command.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Fit(args) => args.run(),
+            Command::Simulate(args) => args.run(),
+            Command::Compare(args) => args.run(),
+            Command::Effects(args) => args.run(),
+            Command::Import(args) => args.run(),
+        }
+    }
+}

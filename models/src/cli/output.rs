@@ -1,0 +1,21 @@
+//! Results as files: whole or not at all.
+
+use std::path::Path;
+
+use pneudrive_model::data::write;
+use serde::Serialize;
+
+use super::Failure;
+
+/// Writes `value` as indented JSON. Values that JSON cannot hold (infinities, not-a-number) become null.
+pub fn json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value).map_err(Failure::running)?;
+    text.push('\n');
+    Ok(write::text_atomically(path, &text)?)
+}
+
+/// Makes the folder for the results.
+pub fn folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path)
+        .map_err(|e| Failure::running(format!("{}: the folder cannot be made: {e}", path.display())))
+}
