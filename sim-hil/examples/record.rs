@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use pneudrive_sim::record::cli::RecordArgs;
+use pneudrive_sim::record::RecordArgs;
 
 #[derive(Parser)]
 struct Args {

@@ -40,7 +40,9 @@ mod truth;
 mod validate;
 mod valve;
 
-pub use effects::{Effect, EffectDefinition, EffectGroup, EffectParameter, Scope, catalogue, definition};
+pub use effects::{
+    Effect, EffectDefinition, EffectGroup, EffectParameter, Scope, catalogue, definition, effects_table,
+};
 pub use error::{EffectError, PlantError};
 pub use flow::{ANR_DENSITY_KG_PER_M3, ANR_TEMPERATURE_K, FlowFunction};
 pub use id::{CHANNELS_PER_BOARD, ChannelId};

@@ -73,7 +73,7 @@ pub enum GasModel {
     },
     /// Mass and energy balance with heat exchange to a wall at ambient temperature.
     EnergyBalance {
-        /// Time constant of the gas temperature at [`HEAT_REFERENCE_KPA_ABS`] in the resting volume, s, 0.002 or more;
+        /// Time constant of the gas temperature at 250 kPa absolute in the resting volume, s, 0.002 or more;
         /// infinite is the adiabatic chamber. The wall's conductance is constant, so the time constant grows with the mass.
         wall_time_constant_s: f64,
     },

@@ -36,6 +36,9 @@ pub struct RecordArgs {
     /// Switch an effect on: id, id=value or id:name=value,name=value, each with an optional @b0 or @b0c2; repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<Effect>,
+    /// Add small amounts of what every rig has; an --effect of the same name replaces its share
+    #[arg(long)]
+    pub realistic: bool,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -90,7 +93,7 @@ impl RecordArgs {
         let defaults = RecordingSettings::default();
         RecordingSettings {
             plant,
-            effects: self.effects.clone(),
+            effects: self.all_effects(),
             seed: self.seed,
             seconds: self.seconds,
             rate_hz: self.rate,
@@ -117,6 +120,15 @@ impl RecordArgs {
             },
             exact: self.exact,
         }
+    }
+
+    fn all_effects(&self) -> Vec<Effect> {
+        let mut effects = self.effects.clone();
+        if self.realistic {
+            let given = |effect: &Effect| self.effects.iter().any(|own| own.id() == effect.id());
+            effects.extend(Effect::realistic().into_iter().filter(|effect| !given(effect)));
+        }
+        effects
     }
 
     /// Makes the recording; returns the number of rows.

@@ -14,7 +14,7 @@
 //! ```
 
 mod board_law;
-pub mod cli;
+mod cli;
 mod csv;
 mod drive_pattern;
 mod error;
@@ -27,6 +27,7 @@ mod schedule;
 mod settings;
 
 pub use self::board_law::BoardLaw;
+pub use self::cli::RecordArgs;
 pub use self::csv::write_csv;
 pub use self::error::RecordError;
 pub use self::excitation::{Excitation, SetPoints};

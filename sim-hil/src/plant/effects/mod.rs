@@ -14,10 +14,12 @@ mod passages;
 mod resolve;
 mod sensor;
 mod supply;
+mod table;
 
 pub use definition::{EffectDefinition, EffectGroup, EffectParameter};
 pub use effect::{Effect, Scope};
 pub(super) use resolve::resolve;
+pub use table::effects_table;
 
 /// All effects, family by family.
 pub fn catalogue() -> impl Iterator<Item = &'static EffectDefinition> {
