@@ -20,7 +20,7 @@ impl Chip {
     ///
     /// If there is no such UART.
     pub fn uart_receive(&mut self, uart: usize, stop_bit_at: Ticks, byte: u8, errors: LineErrors) {
-        self.bus.uarts[uart].put_on_wire(stop_bit_at, byte, errors);
+        self.bus.uarts[uart].put_on_wire(stop_bit_at.max(self.bus.now), byte, errors);
         self.bus.outside_changed();
     }
 

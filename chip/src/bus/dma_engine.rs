@@ -54,7 +54,7 @@ impl Bus {
         for slice in (0..8).filter(|slice| wraps >> slice & 1 != 0) {
             self.dma.pulse(request::PWM_WRAP0 + slice);
         }
-        self.pwm.set_pacing(self.dma.paced_by_pwm());
+        self.pwm.set_pacing(self.dma.paced_by_pwm(), self.now);
     }
 
     fn ready_channel(&self) -> Option<usize> {
@@ -76,7 +76,7 @@ impl Bus {
         self.dma_engine.transfers += 1;
         let transfer = self.dma.channels[number].transfer();
         let result = self.move_data(transfer);
-        self.dma.complete(number, result);
+        self.dma.complete(number, result, at);
     }
 
     fn move_data(&mut self, transfer: Transfer) -> Result<(), TransferError> {

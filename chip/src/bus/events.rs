@@ -17,8 +17,11 @@ mod irq {
 impl Bus {
     /// Does everything due up to now, in order of time.
     pub fn advance(&mut self) {
-        while self.next_event <= self.now {
+        let now = self.now;
+        while self.next_event <= now {
             let at = self.next_event;
+            // What DMA reads and writes happens at the time of the event too.
+            self.now = at;
             for (number, uart) in self.uarts.iter_mut().enumerate() {
                 if uart.next_event() <= at {
                     uart.advance(at, self.pins.uart_receives(number));
@@ -36,6 +39,7 @@ impl Bus {
             self.update_interrupt_lines();
             self.reschedule();
         }
+        self.now = now;
     }
 
     /// After a register access: lets DMA answer new requests, and sets lines and the next event right.

@@ -170,7 +170,7 @@ impl Bus {
         }
         let looked_at = pwm_pins & (self.pins.watched | self.io.interrupt_pins());
         self.pins.pwm_watched = looked_at;
-        self.pwm.watch_pins(looked_at);
+        self.pwm.watch_pins(looked_at, self.now);
         self.update_pins();
     }
 

@@ -133,6 +133,7 @@ impl Core {
         let counters = std::mem::take(&mut self.counters);
         *self = Core { counters, vector_table, ..Core::new() };
         bus.take_interrupt_edges();
+        self.nvic.pending = bus.interrupt_lines();
         bus.interrupts_changed = true;
         match (bus.read32(vector_table), bus.read32(vector_table + 4)) {
             (Ok(sp), Ok(entry)) => {

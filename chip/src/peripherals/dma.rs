@@ -83,6 +83,11 @@ impl PacingTimer {
         self.since = now;
         self.requests_seen = 0;
     }
+
+    /// Requests since the timer was set.
+    fn requests(&self, now: Ticks) -> u64 {
+        self.rate.counts_in(now.saturating_sub(self.since))
+    }
 }
 
 impl Dma {
@@ -119,13 +124,21 @@ impl Dma {
 
     pub fn write(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
         let written = self.write_register(offset, write, now);
-        self.note_awaited();
+        self.note_awaited(now);
         written
     }
 
-    fn note_awaited(&mut self) {
+    /// The set of busy channels may have changed.
+    fn note_awaited(&mut self, now: Ticks) {
         let busy = self.channels.iter().filter(|channel| channel.is_busy());
-        self.awaited = busy.fold(0, |set, channel| set | 1 << channel.request());
+        let awaited = busy.fold(0, |set, channel| set | 1 << channel.request());
+        for (number, timer) in self.timers.iter_mut().enumerate() {
+            // What a timer requested before somebody waited for it is lost.
+            if (awaited & !self.awaited) >> (FIRST_TIMER_REQUEST as usize + number) & 1 != 0 {
+                timer.requests_seen = timer.requests(now);
+            }
+        }
+        self.awaited = awaited;
     }
 
     fn write_register(&mut self, offset: u32, write: RegisterWrite, now: Ticks) -> Written {
@@ -199,7 +212,7 @@ impl Dma {
     }
 
     /// A transfer of a channel is done: counts it, and at the end raises the interrupt and triggers the next channel.
-    pub fn complete(&mut self, number: usize, result: Result<(), TransferError>) {
+    pub fn complete(&mut self, number: usize, result: Result<(), TransferError>, now: Ticks) {
         self.turn = (number + 1) % CHANNELS;
         let finished = match result {
             Ok(()) => self.channels[number].complete(),
@@ -214,7 +227,7 @@ impl Dma {
         if let Some(next) = finished.filter(|next| *next != number && *next < CHANNELS) {
             self.trigger(next);
         }
-        self.note_awaited();
+        self.note_awaited(now);
     }
 
     /// A pulse request (PWM wrap, pacing timer): one credit for every channel that waits for it.
@@ -249,7 +262,7 @@ impl Dma {
     pub fn advance(&mut self, now: Ticks) {
         for number in 0..self.timers.len() {
             let timer = &mut self.timers[number];
-            let requests = timer.rate.counts_in(now.saturating_sub(timer.since));
+            let requests = timer.requests(now);
             let new = requests - timer.requests_seen;
             timer.requests_seen = requests;
             for _ in 0..new.min(channel::MAX_CREDIT) {

@@ -81,15 +81,19 @@ impl Pwm {
     }
 
     /// Looks at the slices behind `pins` edge by edge.
-    pub fn watch_pins(&mut self, pins: u32) {
+    pub fn watch_pins(&mut self, pins: u32, now: Ticks) {
+        self.catch_up(now);
         self.watched =
             (0..30).filter(|pin| pins >> pin & 1 != 0).fold(0, |set, pin| set | 1 << slice_number(pin));
         self.reschedule();
     }
 
     /// Slices whose wraps DMA waits for.
-    pub fn set_pacing(&mut self, slices: u32) {
+    pub fn set_pacing(&mut self, slices: u32, now: Ticks) {
         if slices != self.pacing {
+            self.catch_up(now);
+            // Wraps before somebody waited for them are no requests.
+            self.wraps &= self.pacing;
             self.pacing = slices;
             self.reschedule();
         }

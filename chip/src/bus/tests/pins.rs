@@ -97,6 +97,22 @@ fn edges_of_a_watched_pwm_pin_come_by_themselves() {
 }
 
 #[test]
+fn watching_a_running_pwm_pin_logs_nothing_of_the_past() {
+    let mut bus = clocked_bus();
+    select_function(&mut bus, 6, FUNCTION_PWM);
+    let slice = PWM + 3 * 0x14;
+    write(&mut bus, slice + 0x10, 3999);
+    write(&mut bus, slice + 0x0c, 1000);
+    let start = bus.now;
+    write(&mut bus, slice, 1);
+    run(&mut bus, start + Ticks::new(4_000_500));
+    bus.watch_pins(1 << 6);
+    run(&mut bus, start + Ticks::new(4_002_000));
+    let edges: Vec<_> = bus.take_edges().into_iter().map(|e| ((e.at - start).get(), e.level)).collect();
+    assert_eq!(edges, [(4_001_000, Level::Low)]);
+}
+
+#[test]
 fn a_pin_interrupt_raises_its_line() {
     let mut bus = bus();
     let edge_low_of_9 = 1 << (4 + 2);

@@ -1,7 +1,7 @@
 //! Exception entry, return, priorities and preemption.
 
 use super::assembler::{BX_LR, CPSID, CPSIE, HANG, NOP, SVC, adds, movs, mrs, msr, pop, push};
-use super::{CODE, Machine, STACK, handler};
+use super::{CODE, Machine, STACK, VECTORS, handler};
 
 const IRQ_0: u32 = 16;
 const IRQ_1: u32 = 17;
@@ -140,6 +140,31 @@ fn a_disabled_interrupt_stays_pending() {
     assert_eq!(machine.read_scs(0x280), 1 << 5);
     machine.write_scs(0x280, 1 << 5);
     assert_eq!(machine.read_scs(0x200), 0);
+}
+
+#[test]
+fn a_line_that_is_high_at_reset_is_pending() {
+    let mut machine = Machine::new(&[NOP]);
+    // TIMER INTF forces TIMER_IRQ_1, out of reset.
+    machine.bus.write32(0x4000_c000, 0).expect("RESETS");
+    machine.bus.write32(0x4005_403c, 2).expect("TIMER");
+    machine.core.reset(&mut machine.bus, VECTORS);
+    assert_eq!(machine.read_scs(0x200), 2);
+}
+
+#[test]
+fn a_line_still_high_at_the_return_brings_the_handler_back() {
+    let mut machine = Machine::new(&[NOP, NOP]);
+    machine.load(handler(IRQ_1), &[BX_LR]);
+    machine.enable_interrupt(1, 0);
+    machine.bus.write32(0x4000_c000, 0).expect("RESETS");
+    machine.bus.write32(0x4005_403c, 2).expect("TIMER");
+    machine.steps(3);
+    assert_eq!(machine.core.ipsr, IRQ_1, "entered again after the return");
+    assert_eq!(machine.core.counters.exceptions[17], 2);
+    machine.bus.write32(0x4005_403c, 0).expect("TIMER");
+    machine.steps(3);
+    assert_eq!(machine.core.counters.exceptions[17], 2, "the line is low");
 }
 
 #[test]

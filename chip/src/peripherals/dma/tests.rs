@@ -35,7 +35,7 @@ fn transfers(dma: &mut Dma, channel: usize, count: usize) -> Vec<(u32, u32)> {
     for _ in 0..count {
         let transfer = dma.channels[channel].transfer();
         made.push((transfer.from, transfer.to));
-        dma.complete(channel, Ok(()));
+        dma.complete(channel, Ok(()), Ticks::ZERO);
     }
     made
 }
@@ -138,7 +138,7 @@ fn high_priority_goes_first_and_the_rest_takes_turns() {
     for _ in 0..14 {
         let channel = dma.choose(|_| true).expect("all are ready");
         turns.push(channel);
-        dma.complete(channel, Ok(()));
+        dma.complete(channel, Ok(()), Ticks::ZERO);
     }
     assert_eq!(turns[..10], [2; 10]);
     assert_eq!(turns[10..], [0, 1, 0, 1]);
@@ -167,9 +167,22 @@ fn pacing_timers_request_x_of_y_cycles() {
     assert_eq!(dma.next_event(), Ticks::new(250));
     dma.advance(Ticks::new(250));
     assert_eq!(dma.choose(|_| false), Some(0));
-    dma.complete(0, Ok(()));
+    dma.complete(0, Ok(()), Ticks::new(250));
     assert_eq!(dma.choose(|_| false), None, "one transfer a request");
     assert_eq!(dma.next_event(), Ticks::new(500));
+}
+
+#[test]
+fn what_a_timer_requested_before_the_trigger_is_lost() {
+    let mut dma = Dma::default();
+    dma.set_clock((125_000_000, 1), Ticks::ZERO);
+    set(&mut dma, TIMER0, 1 << 16 | 250);
+    prepare(&mut dma, 0, 0x1000, 0x2000, 10);
+    let paced = control(0, 0) & !(0x3f << 15) | FIRST_TIMER_REQUEST << 15;
+    assert_eq!(dma.write(CTRL_TRIG, RegisterWrite::plain(paced), Ticks::new(10_100)), Written::Done);
+    dma.advance(Ticks::new(10_100));
+    assert_eq!(dma.choose(|_| false), None);
+    assert_eq!(dma.next_event(), Ticks::new(10_250));
 }
 
 #[test]
@@ -177,7 +190,7 @@ fn errors_stop_the_channel_and_are_cleared_by_ones() {
     let mut dma = Dma::default();
     prepare(&mut dma, 0, 0x1000, 0x2000, 10);
     set(&mut dma, CTRL_TRIG, control(0, 0));
-    dma.complete(0, Err(TransferError::Read));
+    dma.complete(0, Err(TransferError::Read), Ticks::ZERO);
     assert!(!dma.any_busy());
     assert_eq!(get(&dma, CTRL_TRIG) >> 29, 0b110, "AHB_ERROR, READ_ERROR");
     set(&mut dma, 0x10, control(0, 1 << 30));

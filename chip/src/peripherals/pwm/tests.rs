@@ -141,7 +141,7 @@ fn every_wrap_interrupts_and_is_latched_even_if_nobody_looks() {
 #[test]
 fn watched_pins_announce_every_edge() {
     let mut pwm = started(CSR_EN);
-    pwm.watch_pins(1 << 6 | 1 << 7);
+    pwm.watch_pins(1 << 6 | 1 << 7, Ticks::new(1000));
     let mut edges = Vec::new();
     for _ in 0..6 {
         let at = pwm.next_event();
@@ -154,7 +154,7 @@ fn watched_pins_announce_every_edge() {
 #[test]
 fn watched_pins_in_phase_correct_mode_announce_both_edges() {
     let mut pwm = started(CSR_EN | CSR_PH_CORRECT);
-    pwm.watch_pins(1 << 6);
+    pwm.watch_pins(1 << 6, Ticks::new(1000));
     let mut edges = Vec::new();
     for _ in 0..6 {
         let at = pwm.next_event();
@@ -166,6 +166,19 @@ fn watched_pins_in_phase_correct_mode_announce_both_edges() {
         [1030, 1070, 1130, 1170, 1200, 1230],
         "A falls, B falls, B rises, A rises, wrap, A falls"
     );
+}
+
+#[test]
+fn watching_and_pacing_begin_now_and_not_in_the_past() {
+    let mut pwm = started(CSR_EN);
+    pwm.watch_pins(1 << 6, Ticks::new(5040));
+    assert_eq!(pwm.next_event(), Ticks::new(5070));
+    let mut pwm = started(CSR_EN);
+    pwm.set_pacing(1 << 3, Ticks::new(5040));
+    assert_eq!(pwm.take_wraps(), 0);
+    assert_eq!(pwm.next_event(), Ticks::new(5100));
+    pwm.advance(Ticks::new(5100));
+    assert_eq!(pwm.take_wraps(), 1 << 3);
 }
 
 #[test]
