@@ -1,0 +1,87 @@
+//! The simulator's bus as a line of the host, in virtual time: same boards, plant and faults as behind the pty, but no
+//! wall clock, so that results do not depend on the machine.
+
+use pneudrive_host::bus::{Bus, BusOptions};
+use pneudrive_host::line::{Line, LineError};
+use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
+use pneudrive_protocol::Counts;
+use pneudrive_sim::bus::BusCounters;
+use pneudrive_sim::rig::RigOptions;
+
+pub struct VirtualBus {
+    rig: pneudrive_sim::bus::Bus,
+    /// Bytes that have come and were not asked for yet.
+    heard: Vec<u8>,
+}
+
+impl VirtualBus {
+    pub fn counters(&self) -> &BusCounters {
+        self.rig.counters()
+    }
+
+    fn take(&mut self) {
+        while let Some(byte) = self.rig.receive() {
+            self.heard.push(byte.byte);
+        }
+    }
+}
+
+impl std::fmt::Debug for VirtualBus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "VirtualBus at {} ns", self.rig.now_ns())
+    }
+}
+
+impl Line for VirtualBus {
+    fn now_ns(&self) -> u64 {
+        self.rig.now_ns()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        self.rig.send(self.rig.now_ns(), bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        self.take();
+        while self.heard.len() < wanted.min(into.len()) && self.rig.now_ns() < deadline_ns {
+            // Events may cost no time; a character time is the coarsest step that misses none.
+            let step = self.rig.now_ns() + self.rig.line().character_ns();
+            self.rig.run_until(self.rig.next_event_ns().clamp(self.rig.now_ns() + 1, step).min(deadline_ns));
+            self.take();
+        }
+        let count = self.heard.len().min(into.len());
+        into[..count].copy_from_slice(&self.heard[..count]);
+        self.heard.drain(..count);
+        Ok(count)
+    }
+
+    fn sleep_until(&mut self, at_ns: u64) {
+        if at_ns > self.rig.now_ns() {
+            self.rig.run_until(at_ns);
+        }
+    }
+}
+
+/// Host and boards, run for half a second: the boards have booted, and vent for the rest of their first two seconds.
+pub fn bus(rig: &RigOptions, options: BusOptions) -> Bus<VirtualBus> {
+    let mut rig = rig.build().unwrap();
+    rig.run_until(500_000_000);
+    Bus::new(VirtualBus { rig, heard: Vec::new() }, options).unwrap()
+}
+
+/// Polls for `seconds` of virtual time, commanding `counts` on all channels.
+pub fn poll(bus: Bus<VirtualBus>, boards: u16, counts: u16, seconds: f64) -> Polling<VirtualBus> {
+    let points = SetPoints::new(usize::from(boards));
+    for board in 0..usize::from(boards) {
+        points.set(board, [Counts::new(counts).unwrap(); 4]).unwrap();
+    }
+    let mut polling = Polling::new(bus, PollerOptions::for_devices(boards), Box::new(points), Vec::new());
+    let end = polling.bus_mut().line().now_ns() + (seconds * 1e9) as u64;
+    while polling.bus_mut().line().now_ns() < end {
+        let due = polling.next_cycle_ns();
+        polling.bus_mut().line_mut().sleep_until(due);
+        polling.cycle().unwrap();
+    }
+    polling
+}
