@@ -137,8 +137,10 @@ impl Adc {
         ((self.control & AINSEL) >> 12) as usize
     }
 
+    /// The FIFO holds at least THRESH entries: always, if THRESH is 0. embassy-rp's single conversions rely on that;
+    /// they would wait for ever otherwise, because they do not use the FIFO at all.
     fn raw_interrupt(&self) -> u32 {
-        u32::from(self.fifo.len() >= self.threshold().max(1))
+        u32::from(self.fifo.len() >= self.threshold())
     }
 
     pub fn read(&mut self, offset: u32) -> Option<u32> {
@@ -299,7 +301,7 @@ impl Adc {
         self.raw_interrupt() & self.interrupt_enable | self.interrupt_force != 0
     }
 
-    /// DMA request: the FIFO holds at least THRESH entries.
+    /// DMA request: the FIFO holds at least THRESH entries, and at least one.
     pub fn request(&self) -> bool {
         self.fifo_control & DREQ_EN != 0 && self.fifo.len() >= self.threshold().max(1)
     }

@@ -134,6 +134,16 @@ fn the_interrupt_follows_the_threshold() {
 }
 
 #[test]
+fn with_threshold_zero_the_interrupt_is_always_raised_and_dma_is_not() {
+    let mut adc = adc();
+    set(&mut adc, INTE, 1, 0);
+    set(&mut adc, FCS, FIFO_EN | DREQ_EN, 0);
+    assert!(adc.interrupt() && !adc.request());
+    set(&mut adc, FCS, FIFO_EN | DREQ_EN | 1 << 24, 0);
+    assert!(!adc.interrupt() && !adc.request());
+}
+
+#[test]
 fn stopping_finishes_the_conversion_that_runs() {
     let mut adc = adc();
     set(&mut adc, CS, EN | START_MANY, 0);
