@@ -57,6 +57,15 @@ fn a_healthy_bus_loses_nothing_and_wastes_no_time() {
     }
 }
 
+/// Original: the ROS node knew three boards. The switch selects four, the bus has room for 256.
+#[test]
+fn sixteen_boards_are_polled_like_four() {
+    let rig = RigOptions { boards: 16, strict: true, ..RigOptions::default() };
+    let statistics = poll(bus(&rig, BusOptions::default()), 16, 221, 0.2).finish();
+    assert_eq!((statistics.boards.len(), statistics.lost), (16, 0), "{statistics:?}");
+    assert!(statistics.boards.iter().all(|board| board.answered > 50), "{statistics:?}");
+}
+
 /// Original: one answer 3.2 ms late, and 3980 of 4000 later exchanges failed.
 #[test]
 fn a_late_answer_costs_a_few_exchanges() {

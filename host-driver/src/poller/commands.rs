@@ -100,4 +100,31 @@ mod tests {
         assert_eq!(filled, [VENTED, command]);
         assert_eq!(points.set(2, command), Err(NoSuchBoard { index: 2, boards: 2 }));
     }
+
+    /// While another thread changes them all the time, the four commands of a board are always of one change.
+    #[test]
+    fn a_boards_commands_change_together() {
+        let points = SetPoints::new(1);
+        let writer = points.clone();
+        let command = |value| [Counts::saturating(value); CHANNELS];
+        points.set(0, command(0)).unwrap();
+        let enough = Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let stop = Arc::clone(&enough);
+        let thread = std::thread::spawn(move || {
+            let values = (0..=Counts::MAX.get()).cycle();
+            values
+                .take_while(|_| !stop.load(Ordering::Relaxed))
+                .for_each(|v| writer.set(0, command(v)).unwrap());
+        });
+        let mut changes = 0;
+        let mut last = command(0);
+        while changes < 1_000 {
+            let now = points.get(0).unwrap();
+            assert_eq!(now, [now[0]; CHANNELS]);
+            changes += u32::from(now != last);
+            last = now;
+        }
+        enough.store(true, Ordering::Relaxed);
+        thread.join().unwrap();
+    }
 }
