@@ -235,6 +235,18 @@ fn a_power_cycle_forgets_registers_and_ram_and_keeps_the_outside() {
 }
 
 #[test]
+fn chips_can_be_copied_and_moved_to_threads() {
+    fn assert_send<T: Send + Clone>() {}
+    assert_send::<Chip>();
+    let mut original = alarm_program();
+    original.run_until(Ticks::from_millis(5));
+    let mut copy = original.clone();
+    original.run_until(Ticks::from_millis(10));
+    copy.run_until(Ticks::from_millis(10));
+    assert_eq!((copy.now(), copy.instructions()), (original.now(), original.instructions()));
+}
+
+#[test]
 fn conversions_are_counted_and_sampled_at_their_start() {
     let main = released()
         .store(CLOCKS + 0x30, 2)

@@ -11,7 +11,7 @@ pub(super) const SYSTICK: u32 = 15;
 /// Exception number of interrupt 0.
 pub(super) const FIRST_INTERRUPT: u32 = 16;
 
-/// Cycles from the interrupt to the first instruction of its handler with zero wait states (TRM 3.? "Exceptions": 15).
+/// Cycles from the interrupt to the first instruction of its handler with zero wait states, as the TRM gives them.
 const ENTRY_CYCLES: u32 = 15;
 /// Cycles of unstacking, on top of those of the returning instruction. The TRM gives no figure; this one is the eight
 /// loads of the frame and a pipeline refill. Tail-chaining, which would save cycles, is not modelled.

@@ -212,8 +212,7 @@ impl Adc {
         if self.channel() < CHANNELS { Written::Done } else { Written::ValueNotModelled }
     }
 
-    /// Samples the selected input and starts converting it. Back-to-back conversions lose no fraction of a tick:
-    /// `end` comes from the pacing origin if there is one.
+    /// Samples the selected input and starts converting it. `done` is never while clk_adc stands still.
     fn convert(&mut self, sampled: Ticks, done: Ticks) {
         let channel = self.channel();
         let value = self.inputs.get(channel).copied().unwrap_or(0);
@@ -231,7 +230,7 @@ impl Adc {
         self.paced_from + self.clock.ticks_for(cycles_256.div_ceil(256))
     }
 
-    /// Starts the conversion due at `next_start` if it is due, and sets the time of the one after (4.9.2.? DIV): every
+    /// Starts the conversion due at `next_start` if it is due, and sets the time of the one after (register DIV): every
     /// 1 + INT + FRAC/256 cycles, or back to back if that is shorter than a conversion.
     fn start_paced(&mut self, now: Ticks) {
         let start = self.paced_time(self.next_start);

@@ -17,7 +17,7 @@ const READ_ERROR: u32 = 1 << 30;
 const AHB_ERROR: u32 = 1 << 31;
 const WRITABLE: u32 = 0x00ff_ffff;
 
-/// Credits a channel can hold for pulse requests (2.5.3.?: a six-bit counter).
+/// Credits a channel can hold for pulse requests (2.5.3: the counter has six bits).
 pub(super) const MAX_CREDIT: u64 = 63;
 
 /// One of the four registers of a channel.
