@@ -35,7 +35,8 @@ impl DmaEngine {
 }
 
 impl Bus {
-    /// Level requests. Pulses (PWM, timers) arrive as credits of the channels.
+    /// Level requests. Pulses (PWM, timers) arrive as credits of the channels. The chip counts credits for UART and ADC
+    /// too (2.5.3.2), which is the same as long as nobody else touches a FIFO that the DMA serves.
     fn dma_requested(&self, channel: &Channel) -> bool {
         match channel.request() {
             request::PERMANENT => true,

@@ -63,7 +63,7 @@ impl Default for Watchdog {
 }
 
 impl Watchdog {
-    /// The watchdog's own reset: scratch registers and the reason stay (4.7.3, 4.7.4).
+    /// The watchdog's own reset: scratch registers and the reason stay (4.7.4).
     pub fn restart_after(&mut self, reason: ResetReason) {
         let reason = match reason {
             ResetReason::WatchdogTimer => REASON_TIMER,

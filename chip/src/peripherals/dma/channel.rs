@@ -183,7 +183,8 @@ impl Channel {
         }
     }
 
-    /// CHAN_ABORT: nothing is in flight here, so it stops at once.
+    /// CHAN_ABORT (2.5.5.3): nothing is in flight here, so it stops at once and without the spurious interrupt of
+    /// erratum RP2040-E13.
     pub fn abort(&mut self) {
         self.busy = false;
         self.remaining = 0;
