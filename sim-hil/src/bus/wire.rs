@@ -1,4 +1,8 @@
 use super::{Character, Heard, Line, Talker};
+use std::collections::VecDeque;
+
+/// Fights that can go on at the same time; more talkers at once than that are not told apart.
+const FIGHTS_KEPT: usize = 16;
 
 /// A character on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,13 +20,11 @@ pub(super) struct InFlight {
 pub(super) enum Contention {
     /// Nobody else spoke.
     None,
-    /// Another party spoke, for the first time since the wire was last free.
+    /// Another party spoke, and these two runs of characters have not met before.
     Begun {
         /// The party that was there first.
         with: Talker,
     },
-    /// The fight goes on.
-    Continued,
 }
 
 /// The pair of wires: who speaks, and what becomes of characters that overlap.
@@ -30,13 +32,30 @@ pub(super) enum Contention {
 pub(super) struct Wire {
     line: Line,
     flights: Vec<InFlight>,
-    contended: bool,
-    free_at_ns: u64,
+    /// Every talker's present or last run of characters.
+    runs: Vec<Run>,
+    runs_begun: u64,
+    /// Pairs of runs that have met, as the newer run's number and the older one's; the latest few are enough.
+    fights: VecDeque<(u64, u64)>,
+}
+
+/// Characters of one talker without a pause of more than a bit: a request, an answer.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    talker: Talker,
+    number: u64,
+    end_ns: u64,
 }
 
 impl Wire {
     pub fn new(line: Line) -> Self {
-        Self { line, flights: Vec::with_capacity(8), contended: false, free_at_ns: 0 }
+        Self {
+            line,
+            flights: Vec::with_capacity(8),
+            runs: Vec::new(),
+            runs_begun: 0,
+            fights: VecDeque::with_capacity(FIGHTS_KEPT),
+        }
     }
 
     /// Nothing is on its way.
@@ -62,9 +81,7 @@ impl Wire {
             heard: Heard { byte: character.byte, damaged: false },
             absorbed: false,
         };
-        if start_ns > self.free_at_ns + self.line.bit_ns() {
-            self.contended = false;
-        }
+        let run = self.run_of(talker, start_ns, end_ns);
         let mut fights_with = None;
         for other in &mut self.flights {
             let overlap = other.talker != talker && other.start_ns < end_ns && start_ns < other.end_ns;
@@ -81,15 +98,40 @@ impl Wire {
             }
         }
         self.flights.push(new);
-        self.free_at_ns = self.free_at_ns.max(end_ns);
         match fights_with {
-            None => Contention::None,
-            Some(_) if self.contended => Contention::Continued,
-            Some(with) => {
-                self.contended = true;
-                Contention::Begun { with }
-            }
+            Some(with) if self.first_meeting(run, with) => Contention::Begun { with },
+            _ => Contention::None,
         }
+    }
+
+    /// Number of the run that a new character of `talker` belongs to.
+    fn run_of(&mut self, talker: Talker, start_ns: u64, end_ns: u64) -> u64 {
+        let place = self.runs.iter().position(|run| run.talker == talker).unwrap_or_else(|| {
+            self.runs.push(Run { talker, number: 0, end_ns: 0 });
+            self.runs.len() - 1
+        });
+        let run = &mut self.runs[place];
+        if run.number == 0 || start_ns > run.end_ns + self.line.bit_ns() {
+            self.runs_begun += 1;
+            run.number = self.runs_begun;
+        }
+        run.end_ns = end_ns;
+        run.number
+    }
+
+    fn first_meeting(&mut self, run: u64, with: Talker) -> bool {
+        let Some(other) = self.runs.iter().find(|run| run.talker == with).map(|run| run.number) else {
+            return false;
+        };
+        let pair = (run.max(other), run.min(other));
+        if self.fights.contains(&pair) {
+            return false;
+        }
+        if self.fights.len() == FIGHTS_KEPT {
+            self.fights.pop_front();
+        }
+        self.fights.push_back(pair);
+        true
     }
 
     /// The driver let go before the stop bit of the character that `talker` began last: its receivers flag it.
@@ -162,6 +204,21 @@ mod tests {
         // After a silence a new fight is a new collision.
         wire.begin(Talker::Board(0), at(500_000, 0));
         assert!(matches!(wire.begin(Talker::Host, at(500_001, 0)), Contention::Begun { .. }));
+    }
+
+    /// A host that does not wait for answers talks without end; every answer it talks into counts.
+    #[test]
+    fn each_answer_that_a_babbling_host_spoils_is_a_collision() {
+        let mut wire = wire();
+        let mut begun = 0;
+        for i in 0..60 {
+            let host = wire.begin(Talker::Host, at(i * 10_000, 0));
+            // Answers of ten characters, ten characters apart.
+            let board = (i / 10 % 2 == 1).then(|| wire.begin(Talker::Board(0), at(i * 10_000 + 2_000, 0)));
+            begun += [Some(host), board].iter().flatten().filter(|c| **c != Contention::None).count();
+            while wire.take_ended(i * 10_000 + 10_000).is_some() {}
+        }
+        assert_eq!(begun, 3);
     }
 
     #[test]

@@ -1,0 +1,156 @@
+use super::Failure;
+use crate::board::Turnaround;
+use crate::fault::FaultSpec;
+use crate::plant::{Effect, Nuisances, PlantParameters};
+use crate::pty::{FrontEnd, PtyOptions, SimError, SimReport};
+use crate::rig::{RigOptions, Timing};
+use clap::{Args, ValueEnum};
+use pneudrive_protocol::Baud;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+/// Run boards behind a pseudo-terminal.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// Boards on the bus, 1 to 256, with addresses from 0
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    devices: usize,
+    /// Make a symbolic link to the port here; removed at the end
+    #[arg(long, value_name = "PATH")]
+    link: Option<PathBuf>,
+    /// How long bytes take on the wire
+    #[arg(long, value_enum, default_value = "wire")]
+    timing: TimingArg,
+    /// Line rate of the virtual wire, bit/s, 1200 to 7812500 (what a client sets on the port is ignored)
+    #[arg(long, value_name = "RATE", default_value_t = Baud::ORIGINAL.get(), value_parser = parse_baud)]
+    baud: u32,
+    /// From a request's last stop bit to the answer's first start bit, us, 0 to 1000000
+    #[arg(long, value_name = "US", default_value_t = 15.0, value_parser = parse_turnaround)]
+    turnaround_us: f64,
+    /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed turnaround
+    #[arg(long, conflicts_with = "turnaround_us")]
+    original_loop: bool,
+    /// Switch an effect on in the plant, as in supply_sag=40 or valve_hysteresis=0.06@b0c2; repeatable
+    #[arg(long = "effect", value_name = "EFFECT")]
+    effects: Vec<Effect>,
+    /// Inject a fault on the bus, as in bit_flip=1e-4,on=answers or unplug@3,board=1; repeatable
+    #[arg(long = "fault", value_name = "FAULT")]
+    faults: Vec<FaultSpec>,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Free the joints
+    #[arg(long)]
+    joints: bool,
+    /// Laboratory nuisances: 1 % supply wander, 5 % spread between channels
+    #[arg(long)]
+    nuisances: bool,
+    /// End after this much time, s, above 0
+    #[arg(long, value_name = "S", value_parser = parse_duration)]
+    duration: Option<Duration>,
+    /// Date requests back by this instead of the measured round trip of the pty, us
+    #[arg(long, value_name = "US")]
+    pty_latency_us: Option<u64>,
+    /// Wait the last so many us before an answer is due in a loop instead of asleep
+    #[arg(long, value_name = "US", default_value_t = 20, value_parser = clap::value_parser!(u64).range(0..=1_000))]
+    spin_us: u64,
+    /// Hand over at most so many bytes together; 1 hands over each at its own stop bit
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=4_096))]
+    fifo: u16,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum TimingArg {
+    /// As long as the line rate says
+    Wire,
+    /// No time: answers come at once
+    Instant,
+}
+
+impl RunArgs {
+    fn rig(&self) -> Result<RigOptions, Failure> {
+        let mut plant = PlantParameters::default();
+        plant.joint.free = self.joints;
+        if self.nuisances {
+            plant.nuisances = Nuisances::laboratory();
+        }
+        let turnaround = if self.original_loop {
+            Turnaround::ORIGINAL
+        } else {
+            Turnaround::Fixed { delay_ns: (self.turnaround_us * 1e3).round() as u64 }
+        };
+        Ok(RigOptions {
+            boards: self.devices,
+            baud: Baud::new(self.baud).map_err(|error| Failure { status: 2, message: error.to_string() })?,
+            timing: match self.timing {
+                TimingArg::Wire => Timing::Wire,
+                TimingArg::Instant => Timing::Instant,
+            },
+            turnaround,
+            plant,
+            effects: self.effects.clone(),
+            faults: self.faults.clone(),
+            seed: self.seed,
+            ..RigOptions::default()
+        })
+    }
+
+    pub fn execute(&self) -> Result<(), Failure> {
+        let stop = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+            signal_hook::flag::register(signal, Arc::clone(&stop))
+                .map_err(|error| Failure::running(format!("cannot handle signal {signal}: {error}")))?;
+        }
+        let pty = PtyOptions {
+            link: self.link.clone(),
+            pty_latency_us: self.pty_latency_us,
+            spin_us: self.spin_us,
+            fifo: usize::from(self.fifo),
+        };
+        let mut front_end = FrontEnd::new(&self.rig()?, &pty).map_err(Failure::from)?;
+        say(&front_end.path().display().to_string());
+        let result = front_end.run(&stop, self.duration);
+        say(&json(&front_end.report()));
+        result.map_err(Failure::from)
+    }
+}
+
+/// Whoever started it may have stopped listening; that ends nothing.
+fn say(line: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}
+
+fn json(report: &SimReport) -> String {
+    // Numbers and names only: nothing that JSON could not hold.
+    serde_json::to_string(report).unwrap_or_default()
+}
+
+impl From<SimError> for Failure {
+    fn from(error: SimError) -> Self {
+        let status = match error {
+            SimError::Rig(_) | SimError::Link { .. } => 2,
+            SimError::Pty { .. } | SimError::Thread { .. } => 1,
+        };
+        Self { status, message: error.to_string() }
+    }
+}
+
+fn parse_baud(text: &str) -> Result<u32, String> {
+    let value: u32 = text.parse().map_err(|_| format!("'{text}' is no whole number of bit/s"))?;
+    Baud::new(value).map(Baud::get).map_err(|error| error.to_string())
+}
+
+fn parse_turnaround(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|us| (0.0..=1e6).contains(us));
+    value.ok_or_else(|| format!("'{text}' is no number of us from 0 to 1000000"))
+}
+
+fn parse_duration(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|seconds| *seconds > 0.0);
+    let duration = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| format!("'{text}' is no number of seconds above 0"))
+}
