@@ -12,6 +12,10 @@ const PROC0_INTF0: u32 = 0x110;
 const PROC0_INTF3: u32 = 0x11c;
 const PROC0_INTS0: u32 = 0x120;
 const PROC0_INTS3: u32 = 0x12c;
+const PROC1_INTE0: u32 = 0x130;
+const PROC1_INTS3: u32 = 0x15c;
+const DORMANT_WAKE_INTE0: u32 = 0x160;
+const DORMANT_WAKE_INTE3: u32 = 0x16c;
 
 /// Pins of bank 0.
 pub(crate) const PINS: usize = 30;
@@ -51,13 +55,22 @@ pub(crate) struct IoBank {
     edges: [u32; 4],
     enable: [u32; 4],
     force: [u32; 4],
+    /// DORMANT_WAKE_INTE0 to 3: stored, since the chip is never dormant here.
+    dormant_wake: [u32; 4],
     /// Levels as the interrupts see them.
     levels: u32,
 }
 
 impl Default for IoBank {
     fn default() -> Self {
-        IoBank { control: [0x1f; PINS], edges: [0; 4], enable: [0; 4], force: [0; 4], levels: 0 }
+        IoBank {
+            control: [0x1f; PINS],
+            edges: [0; 4],
+            enable: [0; 4],
+            force: [0; 4],
+            dormant_wake: [0; 4],
+            levels: 0,
+        }
     }
 }
 
@@ -148,6 +161,8 @@ impl IoBank {
             PROC0_INTE0..=PROC0_INTE3 => self.enable[register],
             PROC0_INTF0..=PROC0_INTF3 => self.force[register],
             PROC0_INTS0..=PROC0_INTS3 => self.status(register),
+            PROC1_INTE0..=PROC1_INTS3 => 0,
+            DORMANT_WAKE_INTE0..=DORMANT_WAKE_INTE3 => self.dormant_wake[register],
             _ => return None,
         })
     }
@@ -167,6 +182,12 @@ impl IoBank {
             PROC0_INTE0..=PROC0_INTE3 => self.enable[register] = write.onto(self.enable[register]),
             PROC0_INTF0..=PROC0_INTF3 => self.force[register] = write.onto(self.force[register]),
             0..PINS_END | PROC0_INTS0..=PROC0_INTS3 => {}
+            DORMANT_WAKE_INTE0..=DORMANT_WAKE_INTE3 => {
+                self.dormant_wake[register] = write.onto(self.dormant_wake[register]);
+            }
+            // Nobody would see an interrupt to core 1.
+            PROC1_INTE0..=PROC1_INTS3 if write.onto(0) == 0 => {}
+            PROC1_INTE0..=PROC1_INTS3 => return Written::ValueNotModelled,
             _ => return Written::NotModelled,
         }
         Written::Done
@@ -197,6 +218,16 @@ mod tests {
         assert!(io.interrupt(), "a level cannot be acknowledged");
         io.set_levels(0);
         assert!(!io.interrupt());
+    }
+
+    #[test]
+    fn wake_enables_are_stored_and_interrupts_to_core_1_refused() {
+        let mut io = IoBank::default();
+        assert_eq!(io.write(DORMANT_WAKE_INTE0 + 4, RegisterWrite::plain(0xf0)), Written::Done);
+        assert_eq!(io.read(DORMANT_WAKE_INTE0 + 4, 0, 0), Some(0xf0));
+        let clear = RegisterWrite { raw: 0xf, alias: Alias::Clear };
+        assert_eq!(io.write(PROC1_INTE0, clear), Written::Done);
+        assert_eq!(io.write(PROC1_INTE0, RegisterWrite::plain(1)), Written::ValueNotModelled);
     }
 
     #[test]

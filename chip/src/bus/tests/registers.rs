@@ -53,6 +53,25 @@ fn atomic_writes_to_a_uart_read_first_and_so_take_from_its_fifo() {
 }
 
 #[test]
+fn taking_the_last_byte_out_of_a_fifo_lowers_its_interrupt_line() {
+    let uart0_irq = 1 << 20;
+    let mut bus = super::clocked_bus();
+    super::select_function(&mut bus, 1, super::FUNCTION_UART);
+    // Without FIFOs one byte is enough for the interrupt.
+    for (offset, value) in [(0x24, 7), (0x28, 52), (0x2c, 0x60), (0x30, 0x201), (0x38, 0x10)] {
+        write(&mut bus, UART0 + offset, value);
+    }
+    bus.uarts[0].put_on_wire(bus.now, 0x42, LineErrors::NONE);
+    bus.outside_changed();
+    bus.advance();
+    assert_eq!(bus.interrupt_lines(), uart0_irq);
+    assert_eq!(bus.take_interrupt_edges(), uart0_irq);
+    assert_eq!(read(&mut bus, UART0), 0x42);
+    assert_eq!(bus.interrupt_lines(), 0);
+    assert_eq!(bus.take_interrupt_edges(), 0);
+}
+
+#[test]
 fn interrupts_are_acknowledged_by_plain_writes_and_through_the_clear_alias() {
     for alias in [0, CLEAR] {
         let mut bus = bus();
