@@ -5,13 +5,13 @@
 mod support;
 
 use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
-use pneudrive_host::line::{OpenError, SerialOptions, SerialPort};
+use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{BoardState, Outcome, Poller, PollerOptions, SetPoints};
 use pneudrive_protocol::Counts;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use support::counts;
 use support::pty::PtyBoards;
+use support::{answer, counts};
 
 /// Waits for something that another thread does. The limit is for a hanging test, not for a slow machine.
 fn until(what: &str, mut done: impl FnMut() -> bool) {
@@ -32,6 +32,22 @@ fn commands_and_pressures_cross_a_pty() {
         }
     }
     assert_eq!(bus.counters(1).answered, 5);
+}
+
+/// Bytes that are there are not reported missing for lack of a look, however late the host comes.
+#[test]
+fn a_deadline_in_the_past_still_looks() {
+    let boards = PtyBoards::start(1);
+    let mut port = SerialPort::open(boards.path(), SerialOptions::default()).unwrap();
+    let mut bytes = [0; 64];
+    assert_eq!(port.receive(&mut bytes, 0, 0), Ok(0));
+    port.send(&answer(0, 300)).unwrap();
+    let mut have = 0;
+    until("the answer", || {
+        have += port.receive(&mut bytes[have..], 10, 0).unwrap();
+        have == 10
+    });
+    assert_eq!(bytes[..10], answer(0, 300));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
 //! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC guards the values, and a
-//! sequence number tells whose answer an answer is. Boards of the original kind answer unchecked packets, which do not say
+//! sequence number tells whose answer an answer is (it repeats after 16 requests; no board answers the first of them after the last). Boards of the original kind answer unchecked packets, which do not say
 //! which request they belong to. With those, three rules keep a late answer from being taken for that to a later request:
 //!
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.

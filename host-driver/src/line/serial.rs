@@ -74,6 +74,18 @@ impl SerialPort {
         }
     }
 
+    /// Looks again and again for as long as the options allow; not at all where the deadline has passed or spinning is off.
+    fn spin(&self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        let mut have = 0;
+        if self.options.spin_ns > 0 {
+            let end = self.now_ns().saturating_add(self.options.spin_ns).min(deadline_ns);
+            while have < wanted && self.now_ns() < end {
+                have += self.look(&mut into[have..])?;
+            }
+        }
+        Ok(have)
+    }
+
     /// Sleeps until the port is ready for `what` or `deadline_ns` passes.
     fn wait(&self, what: PollFlags, deadline_ns: u64) -> Result<(), LineError> {
         let now = self.now_ns();
@@ -130,13 +142,11 @@ impl Line for SerialPort {
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let wanted = wanted.min(into.len());
-        let mut have = self.look(into)?;
-        let spin_end = self.now_ns().saturating_add(self.options.spin_ns).min(deadline_ns);
-        while have < wanted && self.options.spin_ns > 0 && self.now_ns() < spin_end {
-            std::hint::spin_loop();
-            have += self.look(&mut into[have..])?;
-        }
         let mut naps = Naps::new(self.options.baud.characters_ns(1));
+        let mut have = self.spin(into, wanted, deadline_ns)?;
+        if self.now_ns() >= deadline_ns {
+            return Ok(have + self.look(&mut into[have..])?);
+        }
         while have < wanted && self.now_ns() < deadline_ns {
             if wanted - have >= self.wakes_at {
                 self.wait(PollFlags::IN, deadline_ns)?;
