@@ -7,7 +7,7 @@
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.
 //! 2. After a failed exchange, what still comes is discarded until the line is idle.
 //! 3. A board that did not answer may still do so: it is left alone until its answer would be too late to be believed
-//!    ([`BusOptions::late_answer_limit_ns`]; four times the longest delay seen from this board, if that is more). Other
+//!    ([`BusOptions::late_answer_limit_ns`]; twice the longest delay seen from this board lately, if that is more). Other
 //!    boards can be asked meanwhile, because answers carry their board's address.
 
 mod dialect;

@@ -55,7 +55,7 @@ pub(super) struct Peer {
 
 impl Peer {
     /// A board that keeps answering later than any limit could not be used anyway.
-    const LATEST_NS: u64 = 1_000_000_000;
+    const LATEST_NS: u64 = 200_000_000;
     /// After so many prompt answers in a row a delay is history.
     const FORGIVEN_AFTER: u32 = 100;
 
@@ -115,13 +115,13 @@ impl Peer {
     /// A packet of this board came when it was not its turn.
     ///
     /// If it took more than half the time that such packets are waited for, the next one may take longer still: the
-    /// limit becomes four times the delay. The board stays quiet for the whole time, because it may owe more than one answer.
+    /// limit becomes twice the delay. The board stays quiet for the whole time, because it may owe more than one answer.
     pub(super) fn heard_late(&mut self, now_ns: u64) {
         self.counters.late += 1;
         let Some(since) = self.owes_since_ns else { return };
         let delay = now_ns.saturating_sub(since);
         if 2 * delay > self.quiet_until_ns.saturating_sub(since) {
-            self.late_limit_ns = self.late_limit_ns.max((4 * delay).min(Self::LATEST_NS));
+            self.late_limit_ns = self.late_limit_ns.max((2 * delay).min(Self::LATEST_NS));
             self.quiet_until_ns = self.quiet_until_ns.max(since + self.late_limit_ns);
         }
     }
@@ -173,9 +173,9 @@ mod tests {
         let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(11_000_000);
-        assert_eq!(peer.quiet_until_ns(), 44_000_000);
+        assert_eq!(peer.quiet_until_ns(), 22_000_000);
         peer.failed(&silent(), Some(50_000_000), TIMEOUT);
-        assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 44_000_000);
+        assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 22_000_000);
         (0..100).for_each(|_| peer.answered(Format::Unchecked));
         peer.failed(&silent(), Some(200_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
