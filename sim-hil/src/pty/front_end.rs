@@ -1,4 +1,4 @@
-use super::clock::PacedClock;
+use super::clock::{PacedClock, saturating_ns};
 use super::hand_over::HandOver;
 use super::port::{VirtualPort, Wake};
 use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
@@ -77,7 +77,7 @@ impl FrontEnd {
             dating,
             spin_ns: options.spin_us.min(1_000) * 1_000,
             hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
-            clock: PacedClock::start(),
+            clock: PacedClock::start_at(0),
             quiet_since_ns: 0,
             client_present: false,
             report: PaceReport::default(),
@@ -89,15 +89,16 @@ impl FrontEnd {
         self.port.path()
     }
 
-    /// Runs until `stop` is set, or for `duration` of virtual time.
+    /// Lets time run until `stop` is set, or for `duration` of virtual time. Between two calls time stands still.
     ///
     /// # Errors
     /// The pty failed.
     pub fn run(&mut self, stop: &AtomicBool, duration: Option<Duration>) -> Result<(), SimError> {
         // The default slack of 50 us is more than half a packet.
         let _ = nix::sys::prctl::set_timerslack(1);
-        self.clock = PacedClock::start();
-        let end_ns = duration.map_or(u64::MAX, super::clock::saturating_ns);
+        let start_ns = self.bus.now_ns();
+        self.clock = PacedClock::start_at(start_ns);
+        let end_ns = duration.map_or(u64::MAX, |length| start_ns.saturating_add(saturating_ns(length)));
         while !stop.load(Ordering::Relaxed) && self.bus.now_ns() < end_ns {
             self.catch_up();
             let clock = &self.clock;
@@ -111,7 +112,6 @@ impl FrontEnd {
     pub fn report(&self) -> SimReport {
         let mut pace = self.report.clone();
         pace.virtual_s = self.bus.now_ns() as f64 / 1e9;
-        pace.slipped_ms = self.clock.slipped_ns() as f64 / 1e6;
         pace.pty_round_trip_us = self.dating.round_trip_ns as f64 / 1e3;
         SimReport { bus: self.bus.counters().clone(), pace }
     }
@@ -122,6 +122,7 @@ impl FrontEnd {
         let behind_ns = now_ns.saturating_sub(self.bus.now_ns());
         if behind_ns > BEHIND_MAX_NS {
             self.clock.slip(behind_ns - BEHIND_MAX_NS);
+            self.report.slipped_ms += (behind_ns - BEHIND_MAX_NS) as f64 / 1e6;
         }
         let now_ns = self.clock.now_ns();
         self.bus.run_until(self.horizon_ns(now_ns));

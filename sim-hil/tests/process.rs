@@ -1,0 +1,108 @@
+//! The program `pneudrive-sim` as a user has it: first line, last line, exit status, messages.
+
+mod common;
+
+use common::packet;
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use std::fs::OpenOptions;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-sim"));
+    command.args(arguments);
+    command
+}
+
+fn output(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let Output { status, stdout, stderr } = command(arguments).output().unwrap();
+    (status.code(), String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
+}
+
+/// Starts it; gives the path that its first line has.
+fn start(arguments: &[&str]) -> (Child, BufReader<ChildStdout>, String) {
+    let mut child = command(arguments).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap());
+    let mut path = String::new();
+    lines.read_line(&mut path).unwrap();
+    (child, lines, path.trim_end().to_owned())
+}
+
+#[test]
+fn first_line_is_the_port_and_on_a_signal_the_last_is_json() {
+    for signal in [Signal::SIGTERM, Signal::SIGINT] {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("port");
+        let (mut child, mut lines, path) =
+            start(&["--devices", "2", "--timing", "instant", "--link", link.to_str().unwrap()]);
+        assert_eq!(std::fs::read_link(&link).unwrap().to_str().unwrap(), path);
+
+        // Board 1 answers as soon as it has measured.
+        let mut port = OpenOptions::new().read(true).write(true).open(&link).unwrap();
+        let mut answer = [0; 10];
+        let reader = {
+            let mut port = port.try_clone().unwrap();
+            std::thread::spawn(move || port.read_exact(&mut answer).map(|()| answer))
+        };
+        while !reader.is_finished() {
+            port.write_all(&packet(1, 102).encode()).unwrap();
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert_eq!(reader.join().unwrap().unwrap()[..2], [0xFF, 0xFE]);
+
+        kill(Pid::from_raw(child.id().try_into().unwrap()), signal).unwrap();
+        let mut rest = String::new();
+        lines.read_to_string(&mut rest).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(0));
+        let json: Value = serde_json::from_str(&rest).unwrap();
+        for name in ["requests", "answers"] {
+            assert!(json[name].as_u64().unwrap() >= 1, "{rest}");
+        }
+        for name in ["collisions", "early", "overlong"] {
+            assert_eq!(json[name], 0, "{rest}");
+        }
+        assert!(json["faults"].as_object().unwrap().is_empty());
+        assert!(std::fs::symlink_metadata(&link).is_err(), "the link is still there");
+    }
+}
+
+#[test]
+fn it_ends_by_itself_after_its_duration_and_counts_faults() {
+    let (status, stdout, _) = output(&["--duration", "0.2", "--fault", "stray=1000", "--seed", "3"]);
+    assert_eq!(status, Some(0));
+    let json: Value = serde_json::from_str(stdout.lines().nth(1).unwrap()).unwrap();
+    assert!(json["faults"]["stray"].as_u64().unwrap() > 100, "{stdout}");
+    assert!(json["pace"]["virtual_s"].as_f64().unwrap() >= 0.2);
+}
+
+#[test]
+fn unusable_arguments_are_status_2_and_say_what_would_be_right() {
+    let cases: [(&[&str], &str); 9] = [
+        (&["--devices", "0"], "0 boards: a bus has 1 to 256"),
+        (&["--devices", "257"], "257 boards"),
+        (&["--baud", "300"], "300 baud is outside 1200 to 7812500 baud"),
+        (&["--effect", "supply_sg=40"], "supply_sag"),
+        (&["--effect", "supply_sag=NaN"], "supply_sag"),
+        (&["--fault", "bitflip=1"], "the nearest is 'bit_flip'"),
+        (&["--fault", "unplug@1,board=4"], "there is no board 4 among 4"),
+        (&["--duration", "0"], "'0' is no number of seconds above 0"),
+        (&["--link", "/nonexistent/port", "--timing", "instant"], "cannot make the link /nonexistent/port"),
+    ];
+    for (arguments, message) in cases {
+        let (status, stdout, stderr) = output(arguments);
+        assert_eq!((status, stdout.as_str()), (Some(2), ""), "{arguments:?}: {stderr}");
+        assert!(stderr.contains(message), "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn the_lists_and_the_help_say_what_can_be_given() {
+    let (status, faults, _) = output(&["faults"]);
+    assert!(status == Some(0) && faults.contains("--fault bit_flip=1e-4,on=answers"));
+    let (status, effects, _) = output(&["effects"]);
+    assert!(status == Some(0) && effects.contains("supply_sag") && effects.contains("kPa"));
+    let (status, help, _) = output(&["--help"]);
+    assert!(status == Some(0) && help.contains("Examples:") && help.contains("Exit status"));
+}
