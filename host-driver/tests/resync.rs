@@ -103,6 +103,18 @@ fn a_stray_byte_costs_nothing() {
     }
 }
 
+/// A whole valid packet of the very board, between two exchanges: somebody's late answer to a host that has died.
+#[test]
+fn a_packet_that_nobody_asked_for_is_discarded() {
+    let mut bus = bus(prompt);
+    assert_eq!(poll(&mut bus, 1, 3), []);
+    let now = bus.line().now_ns();
+    bus.line_mut().inject(now, &answer(0, 999));
+    bus.line_mut().sleep_until(now + 1_000_000);
+    assert_eq!(poll(&mut bus, 1, 3), []);
+    assert_eq!((bus.unsolicited_bytes(), bus.counters(0).late), (10, 1));
+}
+
 /// A byte after the answer is somebody's noise; the next exchange is not disturbed by it.
 #[test]
 fn a_trailing_byte_costs_nothing() {
