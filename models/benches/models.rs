@@ -2,7 +2,8 @@
 //!
 //! One thread; counters give evaluations or Runge-Kutta steps per second.
 
-#[path = "../tests/support/mod.rs"]
+#[allow(dead_code)] // shared with the tests
+#[path = "../tests/engine/support.rs"]
 mod support;
 
 use divan::counter::ItemsCount;

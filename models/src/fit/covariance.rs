@@ -5,7 +5,7 @@
 //! heteroskedasticity- and autocorrelation-consistent one, `(J^T J)^-1 S (J^T J)^-1` with Bartlett's kernel for `S`
 //! (Newey and West 1987) and the bandwidth of Andrews (1991) for first-order autoregressions.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Minimum, Objective};
@@ -134,38 +134,43 @@ impl Inverse {
 
 /// The products of Jacobian and residual, instant by instant, in separate stretches.
 struct Scores {
-    stretches: Vec<Vec<DVector<f64>>>,
+    /// Row by row, `width` values each.
+    stretches: Vec<Vec<f64>>,
     width: usize,
 }
 
 impl Scores {
     fn collect(objective: &(impl Objective + ?Sized), coordinates: &[f64], moving: &[usize]) -> Self {
-        let mut stretches: Vec<Vec<DVector<f64>>> = vec![];
+        let mut stretches: Vec<Vec<f64>> = vec![];
         objective.scores(coordinates, &mut |stretch, score, _| {
             stretches.resize_with(stretches.len().max(stretch + 1), Vec::new);
-            stretches[stretch].push(DVector::from_fn(moving.len(), |a, _| score[moving[a]]));
+            stretches[stretch].extend(moving.iter().map(|&i| score[i]));
         });
         Self { stretches, width: moving.len() }
     }
 
     fn instants(&self) -> usize {
-        self.stretches.iter().map(Vec::len).sum()
+        self.stretches.iter().map(|stretch| stretch.len() / self.width.max(1)).sum()
     }
 
     /// Andrews' bandwidth for Bartlett's kernel, with each parameter's influence as one series.
     fn bandwidth(&self, inverse: &DMatrix<f64>) -> usize {
+        let mut square = vec![0.0; self.width];
+        let mut product = vec![0.0; self.width];
+        let mut influence = DVector::zeros(self.width);
+        for stretch in &self.stretches {
+            let mut previous = DVector::zeros(self.width);
+            for score in stretch.chunks_exact(self.width.max(1)) {
+                influence.gemv(1.0, inverse, &DVectorView::from_slice(score, self.width), 0.0);
+                for a in 0..self.width {
+                    square[a] += influence[a] * influence[a];
+                    product[a] += influence[a] * previous[a];
+                }
+                previous.copy_from(&influence);
+            }
+        }
         let (mut above, mut below) = (0.0, 0.0);
-        for a in 0..self.width {
-            let influence = inverse.row(a);
-            let (mut square, mut product) = (0.0, 0.0);
-            for stretch in &self.stretches {
-                let series: Vec<f64> = stretch.iter().map(|score| influence.transpose().dot(score)).collect();
-                square += series.iter().map(|x| x * x).sum::<f64>();
-                product += series.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>();
-            }
-            if square <= 0.0 {
-                continue;
-            }
+        for (square, product) in square.iter().zip(&product).filter(|(square, _)| **square > 0.0) {
             let rho = (product / square).clamp(-0.97, 0.97);
             // Every parameter weighs the same, whatever its unit.
             above += 4.0 * rho * rho / ((1.0 - rho).powi(6) * (1.0 + rho).powi(2));
@@ -176,24 +181,27 @@ impl Scores {
         }
         #[allow(clippy::cast_precision_loss)]
         let instants = self.instants() as f64;
+        let width = (1.1447 * (above / below * instants).cbrt()).ceil();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // positive and clamped
-        let width = (1.1447 * (above / below * instants).cbrt()).ceil().clamp(1.0, (instants / 8.0).max(1.0))
-            as usize;
+        let width = width.clamp(1.0, (instants / 8.0).max(1.0)) as usize;
         width
     }
 
     /// Long-run sum of the scores' products under Bartlett's kernel: the mean over all windows of `bandwidth` instants of the
     /// squared window sums, windows over the edge included. By running sums, so its cost does not grow with the bandwidth.
     fn long_run(&self, bandwidth: usize) -> DMatrix<f64> {
+        let width = self.width.max(1);
         let mut sum = DMatrix::zeros(self.width, self.width);
         for stretch in &self.stretches {
-            let mut window = DVector::zeros(self.width);
-            for end in 0..stretch.len() + bandwidth - 1 {
-                if let Some(score) = stretch.get(end) {
-                    window += score;
+            let mut window = DVector::<f64>::zeros(self.width);
+            let at = |instant: usize| stretch.get(instant * width..(instant + 1) * width);
+            for end in 0..stretch.len() / width + bandwidth - 1 {
+                for (window, score) in window.iter_mut().zip(at(end).unwrap_or_default()) {
+                    *window += score;
                 }
-                if end >= bandwidth {
-                    window -= &stretch[end - bandwidth];
+                let left = end.checked_sub(bandwidth).and_then(at);
+                for (window, score) in window.iter_mut().zip(left.unwrap_or_default()) {
+                    *window -= score;
                 }
                 sum.ger(1.0, &window, &window, 1.0);
             }

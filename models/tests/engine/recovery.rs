@@ -1,12 +1,12 @@
 //! Fits find the parameters the data were made with, and say how well.
 
-mod support;
-
 use pneudrive_model::fit::{
     Control, Ending, Fit, FitOptions, Problem, Reason, Space, fit_rates, fit_rollouts,
 };
 use pneudrive_model::model::{Model, Nonlinear, column};
 use pneudrive_model::rollout::{Chamber, Series};
+
+use crate::support;
 
 const SIGMA_PA: f64 = 360.0;
 

@@ -1,6 +1,5 @@
 //! Recordings made up for tests: excitation, joint motion, and measurement noise. The pressures come from the crate's own
-//! rollouts, which `tests/rollout_oracle.rs` checks against an independent integrator.
-#![allow(dead_code)] // each test uses a part
+//! rollouts, which the rollout oracle checks against an independent integrator.
 
 use std::f64::consts::TAU;
 

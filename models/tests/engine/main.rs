@@ -1,0 +1,10 @@
+//! The engine: numbers, models, rollouts and fits. One program, because every simulated system takes long to compile.
+
+mod batch;
+mod coverage;
+mod derivatives;
+mod fit_oracle;
+mod oracle;
+mod recovery;
+mod rollout_oracle;
+mod support;

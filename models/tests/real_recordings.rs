@@ -1,0 +1,53 @@
+//! The ventilator recordings (see docs/models.md). They are not in the repository: PNEUDRIVE_DATA names the folder that holds
+//! `respiraworks/`; without it these tests say loudly that they were skipped.
+
+#[path = "common/cli.rs"]
+mod cli;
+mod common;
+
+use cli::{json, run};
+use common::{Folder, real_data};
+use pneudrive_model::data::{Drive, LoadOptions, load};
+
+#[test]
+fn all_sixteen_are_read_without_a_blemish() {
+    let Some(data) = real_data("all_sixteen_are_read_without_a_blemish") else { return };
+    for valve in ["solenoid", "pinch_valve"] {
+        for k in 1..=8 {
+            let path = data.join(format!("respiraworks/{valve}/run{k}.csv"));
+            let loaded = load(&path, LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(loaded.recording.rows(), 2340, "{}", path.display());
+            assert!((loaded.quality.sampling.rate_hz - 100.0).abs() < 0.01);
+            assert!(matches!(loaded.recording.channels[0].drive, Some(Drive::Separate { .. })));
+            assert!(loaded.quality.findings.is_empty(), "{}: {:?}", path.display(), loaded.quality.findings);
+        }
+    }
+}
+
+#[test]
+fn a_ventilator_run_is_compared() {
+    let Some(data) = real_data("a_ventilator_run_is_compared") else { return };
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ventilator_solenoid.toml");
+    let path = data.join("respiraworks/solenoid/run1.csv");
+    let folder = Folder::new();
+    let arguments = [
+        "compare",
+        path.to_str().unwrap(),
+        "--rig",
+        rig,
+        "--fit-seconds",
+        "15",
+        "--starts",
+        "4",
+        "--out",
+        "r",
+    ];
+    let done = run(folder.root(), &arguments);
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let result = json(&folder.path("r/compare.json"));
+    for model in result["channels"][0]["models"].as_array().unwrap() {
+        // A pressure that swings by 1.1 kPa: a model that is no better than its mean would have R2 = 0.
+        let r2 = model["rollout"]["r2"].as_f64().unwrap_or(f64::NEG_INFINITY);
+        assert!(r2 > 0.8, "{}: R2 = {r2}", model["model"]);
+    }
+}
