@@ -11,11 +11,11 @@ pub struct BoardConfig {
     /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it. Default 1 Mbaud.
     pub baud: Baud,
 
-    /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 13.
+    /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 14.
     ///
-    /// A host whose line driver is enabled by the boards' 555 circuit holds the line for up to 112 us from its first start
-    /// bit ([`pulse`](pneudrive_protocol::pulse)), which is 12 us after its last stop bit: an answer that begins
-    /// earlier meets two drivers on one line. The answer must have begun after 20 us.
+    /// A host whose line driver is enabled by the boards' 555 circuit holds the line for up to 113.6 us from its first
+    /// start bit ([`pulse`](pneudrive_protocol::pulse), with both parts at their limits), which is 13.6 us after its
+    /// last stop bit: an answer that begins earlier meets two drivers on one line. The answer must have begun after 20 us.
     pub answer_delay: Micros,
 
     /// Whether the board's receiver may hear the board's own answer, which has the form of a request to it. Default true:
@@ -86,7 +86,7 @@ impl BoardConfig {
     /// The original's values, usable in constants.
     pub const ORIGINAL: Self = Self {
         baud: Baud::ORIGINAL,
-        answer_delay: Micros::new(13),
+        answer_delay: Micros::new(14),
         hears_itself: true,
         loop_period: Micros::new(1_000),
         kp: 10,
@@ -174,6 +174,7 @@ pub struct ConfigError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pneudrive_protocol::pulse::{Parts, pulse, resistor_for};
     use std::string::ToString;
 
     const GOOD: BoardConfig = BoardConfig::ORIGINAL;
@@ -182,6 +183,12 @@ mod tests {
     fn the_defaults_are_valid() {
         assert_eq!(BoardConfig::default().check(), Ok(()));
         assert_eq!((GOOD.sensor_low().get(), GOOD.sensor_high().get()), (51, 973));
+    }
+
+    #[test]
+    fn an_answer_waits_for_the_longest_pulse_of_a_host() {
+        let host = pulse(resistor_for(GOOD.baud, Parts::ORIGINAL).unwrap(), Parts::ORIGINAL);
+        assert!(GOOD.baud.packet_ns() + GOOD.answer_delay.get() * 1_000 >= host.longest_ns);
     }
 
     #[test]

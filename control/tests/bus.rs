@@ -112,8 +112,8 @@ fn back_to_back_polling_of_four_boards_loses_nothing() {
             };
             let request = packet(asked, [cycle, 255, 511, 1023]).encode();
             let answers = say(&mut benches, request, None);
-            // All boards' clocks are one: the answer begins after 13 us.
-            benches.iter_mut().for_each(|bench| bench.wait_us(13));
+            // All boards' clocks are one: the answer begins after 14 us.
+            benches.iter_mut().for_each(|bench| bench.wait_us(14));
             assert_eq!(answers, [packet(asked, [102; 4])]);
             assert_eq!(say(&mut benches, answers[0].encode(), Some(asked)), []);
         }

@@ -133,8 +133,8 @@ fn a_board_does_not_answer_its_own_echo() {
         bench.wait_us(delay_us);
         assert_eq!(bench.bytes(&answer.encode()), Vec::<Packet>::new(), "echo after {delay_us} us");
         // The host goes on at once.
-        if delay_us < 13 {
-            bench.wait_us(13 - delay_us);
+        if delay_us < 14 {
+            bench.wait_us(14 - delay_us);
         }
     }
     assert_eq!(bench.board.status().commands, [counts(300); 4]);

@@ -1,1 +1,6 @@
 //! End-to-end tests of PneuDrive.
+//!
+//! The tests are in `tests/`; here is what several of them share.
+
+pub mod chip_bench;
+pub mod firmware;

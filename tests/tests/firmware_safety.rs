@@ -1,0 +1,116 @@
+//! The firmware when things go wrong: no host, no sensor, no program.
+
+use pneudrive_chip::{Level, ResetReason, Ticks};
+use pneudrive_protocol::Counts;
+use system_tests::chip_bench::{ChipBench, DIR, LED, PWM, packet};
+use system_tests::firmware;
+
+const VENT: [f64; 4] = [-1.0; 4];
+const FILL: [f64; 4] = [1.0; 4];
+const MS: Ticks = Ticks::from_millis(1);
+
+/// Branches to itself.
+const HANG: u16 = 0xE7FE;
+/// Permanently undefined: a HardFault.
+const UNDEFINED: u16 = 0xDE00;
+
+/// Filling all four chambers, with a request just answered.
+fn filling() -> ChipBench {
+    let mut bench = ChipBench::running(0);
+    assert!(bench.exchange(packet(0, [500; 4])).is_some());
+    bench.run(MS * 5);
+    assert_eq!(bench.coils(), FILL);
+    bench
+}
+
+#[test]
+fn it_holds_for_two_seconds_when_the_host_dies_and_then_vents() {
+    let mut bench = filling();
+    // The request was answered 5 ms ago; 500 ms of patience and 2 s of hold.
+    bench.run(MS * 2_490);
+    assert_eq!(bench.coils(), FILL);
+    bench.run(MS * 10);
+    assert_eq!(bench.coils(), VENT);
+    bench.run(MS * 1_000);
+    assert_eq!(bench.coils(), VENT);
+    assert!(bench.exchange(packet(0, [500; 4])).is_some());
+    bench.run(MS * 2);
+    assert_eq!(bench.coils(), FILL, "a request revives it");
+}
+
+#[test]
+fn a_broken_sensor_vents_its_chamber_and_the_answer_says_so() {
+    let mut bench = filling();
+    bench.read([102, 0, 1023, 102]);
+    bench.run(MS * 12);
+    assert_eq!(bench.coils(), [1.0, -1.0, -1.0, 1.0]);
+    let values = bench.exchange(packet(0, [500; 4])).map(|answer| answer.packet().values);
+    assert_eq!(values, Some([102, 0, 1023, 102].map(Counts::saturating)));
+    bench.read([102; 4]);
+    for _ in 0..4 {
+        assert!(bench.exchange(packet(0, [500; 4])).is_some());
+        bench.run(MS * 245);
+    }
+    assert_eq!(bench.coils(), [1.0, -1.0, -1.0, 1.0], "not for a second");
+    bench.run(MS * 40);
+    assert_eq!(bench.coils(), FILL);
+}
+
+#[test]
+fn partial_drives_reach_the_pins() {
+    let mut bench = ChipBench::running(0);
+    bench.read([300; 4]);
+    bench.run(MS * 100);
+    // 20, -20, 8 and 0 counts of error: drives of 200, -200, 80 and 0 of 400.
+    assert!(bench.exchange(packet(0, [320, 280, 308, 300])).is_some());
+    bench.run(MS * 5);
+    let expected = [127.0 / 255.0, -127.0 / 255.0, 51.0 / 255.0, 0.0];
+    for (coil, expected) in bench.coils().into_iter().zip(expected) {
+        // The PWM has 3984 steps.
+        assert!((coil - expected).abs() < 1.0 / 3984.0, "{coil} instead of {expected}");
+    }
+}
+
+#[test]
+fn the_led_tells_running_from_waiting() {
+    let mut bench = filling();
+    bench.chip.watch_pins(1 << LED);
+    bench.run(MS * 400);
+    assert_eq!(bench.chip.take_pin_edges(), []);
+    assert_eq!(bench.chip.pin_level(LED), Level::High);
+    bench.run(MS * 3_000);
+    assert!(bench.chip.take_pin_edges().len() >= 4, "it blinks when the host is gone");
+}
+
+/// A program that hangs or faults in this function: the watchdog resets the chip again and again, and no valve pin is
+/// ever low.
+fn is_reset_and_vents(function: &str, instruction: u16) {
+    let mut bench = ChipBench::power_on_with(&firmware::with_broken(function, instruction), 0);
+    bench.chip.watch_pins(DIR.into_iter().chain(PWM).fold(0, |pins, pin| pins | 1 << pin));
+    bench.run(MS * 600);
+    let resets = bench.chip.resets().to_vec();
+    assert!(resets.len() >= 3, "{function}: {resets:?}");
+    for pair in resets.windows(2) {
+        assert_eq!(pair[1].reason, ResetReason::WatchdogTimer);
+        // 128 ms of boot and 50 ms of patience.
+        let lived = pair[1].at.saturating_sub(pair[0].at);
+        assert!(lived < MS * 200, "{function}: lived for {} us", lived.as_micros());
+    }
+    assert_eq!(bench.coils(), VENT);
+    assert_eq!(bench.chip.take_pin_edges(), []);
+}
+
+#[test]
+fn the_watchdog_resets_a_control_loop_that_hangs() {
+    is_reset_and_vents("ControlLoop4step", HANG);
+}
+
+#[test]
+fn the_watchdog_resets_a_bus_interrupt_that_hangs() {
+    is_reset_and_vents("DMA_IRQ_1", HANG);
+}
+
+#[test]
+fn a_hard_fault_vents_and_resets() {
+    is_reset_and_vents("ControlLoop4step", UNDEFINED);
+}
