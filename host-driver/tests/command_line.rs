@@ -131,6 +131,29 @@ fn a_full_disk_is_an_error_before_anything_moves() {
     assert!(commands.iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]), "only pings were sent");
 }
 
+/// The disk fills up while recording, in the middle of a block: the run ends, the boards are safe, and what is in the file is whole.
+#[test]
+fn a_disk_that_fills_up_ends_the_run_and_cuts_no_row() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    // A limit of 40 KiB on files stands for the full disk; 500 rows a second are about 35 KiB.
+    let script = "trap '' XFSZ; ulimit -f 40; exec \"$@\"";
+    let host = env!("CARGO_BIN_EXE_pneudrive-host");
+    let args = ["-c", script, "bash", host, "--port", &port, "--rate", "500", "--command", "100", "--record"];
+    let output = Command::new("bash").args(args).arg(&file).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    let rows_said =
+        stderr.split("writing failed after ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let text = fs::read_to_string(&file).unwrap();
+    assert!(text.ends_with('\n'), "the file ends in the middle of a row");
+    assert_eq!(rows(&file), rows_said.parse::<usize>().unwrap(), "{stderr}");
+    assert!(rows(&file) > 0);
+    assert_eq!(boards.stop().last(), Some(&(0, [Counts::ATMOSPHERE; 4])));
+}
+
 #[test]
 fn the_json_object_keeps_its_contract() {
     let boards = PtyBoards::start(2);

@@ -13,6 +13,8 @@ const BOARD_HEIGHT: u16 = CHANNELS as u16 + 2;
 const EVENT_LINES: u16 = 3;
 /// `0 100.0 kPa  cmd 100.0 `
 const LABEL_WIDTH: u16 = 24;
+/// Least full scale of the picture of the last pressures, kPa.
+const SMALLEST_SCALE_KPA: f64 = 50.0;
 
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let [head, boards, events, foot] = Layout::vertical([
@@ -123,10 +125,13 @@ fn draw_channel(
     frame.render_widget(Paragraph::new(bar_line(pressure, command, usize::from(bar.width))), bar);
     let history = model.history(index, channel);
     let values = history.iter().skip(history.len().saturating_sub(usize::from(past.width)));
+    let values: Vec<_> = values.copied().collect();
+    // Scaled to the highest value shown, but not so far that noise looks like motion.
+    let top = values.iter().flatten().fold(command.max(SMALLEST_SCALE_KPA), |top, &kpa| top.max(kpa));
     // The smallest bar is 1: an empty cell means that there was no reading.
-    let bars = values.map(|value| SparklineBar::from(value.map(|kpa| kpa.max(0.0) as u64 + 1)));
+    let bars = values.iter().map(|value| SparklineBar::from(value.map(|kpa| kpa.max(0.0) as u64 + 1)));
     let sparkline = Sparkline::default().data(bars.collect::<Vec<_>>()).style(Style::new().fg(Color::Cyan));
-    frame.render_widget(sparkline.max(SensorScale::ORIGINAL.full_scale_kpa() as u64), past);
+    frame.render_widget(sparkline.max(top as u64 + 1), past);
 }
 
 /// The pressure as a bar over the sensor's range, and a mark at the command.
