@@ -50,33 +50,60 @@ fn choked_filling_is_a_straight_line() {
     }
 }
 
-/// Filling an adiabatic chamber: `m = m_0 + m' t`, `T = p V / (m R)` with the pressure of the test above, so
-/// `T = T_0 (p / p_0) / (1 + (p / p_0 - 1) / gamma)`.
+/// Filling an adiabatic chamber: `m = m_0 + m' t`, `T = p V / (m R)` with `V dp = gamma R T_0 dm`, so
+/// `T = T_0 (p / p_0) / (1 + (p / p_0 - 1) / gamma)`, through a tube (which holds the air at ambient temperature) or not.
 #[test]
 fn adiabatic_filling_heats_the_gas() {
-    let mut plant = build(ideal(ADIABATIC), &[]);
-    plant.set_drive(C0, 1.0).unwrap();
-    plant.advance_to(ns(0.1));
-    let truth = plant.truth(C0).unwrap();
-    let ratio = truth.pressure_pa / AMBIENT;
-    let expected = T * ratio / (1.0 + (ratio - 1.0) / GAMMA);
-    assert!((truth.temperature_k - expected).abs() < 1e-4, "{} for {expected}", truth.temperature_k);
-    assert!(expected > T + 25.0);
+    for effects in [&[][..], &["line_restriction:restriction=0.3,volume_ml=15"]] {
+        let mut plant = build(ideal(ADIABATIC), effects);
+        plant.set_drive(C0, 1.0).unwrap();
+        plant.advance_to(ns(0.1));
+        let truth = plant.truth(C0).unwrap();
+        let ratio = truth.pressure_pa / AMBIENT;
+        let expected = T * ratio / (1.0 + (ratio - 1.0) / GAMMA);
+        assert!((truth.temperature_k - expected).abs() < 1e-3, "{} for {expected}", truth.temperature_k);
+        assert!(expected > T + 25.0);
+    }
 }
 
-/// Venting without heat is an isentropic expansion of what stays: `T = T_0 (p / p_0)^((gamma - 1) / gamma)`.
+/// Venting without heat is an isentropic expansion of what stays: `T = T_0 (p / p_0)^((gamma - 1) / gamma)`, through a tube or not.
 #[test]
 fn adiabatic_venting_is_isentropic() {
-    let mut p = ideal(ADIABATIC);
-    p.chamber.initial_kpa = 400.0;
-    let p0 = AMBIENT + 400e3;
+    for effects in [&[][..], &["line_restriction:restriction=0.3,volume_ml=15"]] {
+        let mut p = ideal(ADIABATIC);
+        p.chamber.initial_kpa = 400.0;
+        let p0 = AMBIENT + 400e3;
+        let mut plant = build(p, effects);
+        plant.set_drive(C0, -1.0).unwrap();
+        plant.advance_to(ns(0.6));
+        let truth = plant.truth(C0).unwrap();
+        let expected = T * (truth.pressure_pa / p0).powf((GAMMA - 1.0) / GAMMA);
+        assert!(truth.pressure_pa < 0.6 * p0);
+        assert!((truth.temperature_k - expected).abs() < 1e-3, "{} for {expected}", truth.temperature_k);
+    }
+}
+
+/// A shut chamber of hot gas cools exponentially with `m c_v / K`: the stated time constant, times its mass over the mass at 250 kPa
+/// absolute and ambient temperature.
+#[test]
+fn shut_gas_cools_with_the_time_constant_of_the_wall() {
+    let tau = 0.4;
+    let p = ideal(GasModel::EnergyBalance { wall_time_constant_s: tau });
+    let reference_kg = 250e3 * p.chamber.resting_volume_m3() / (R * T);
     let mut plant = build(p, &[]);
-    plant.set_drive(C0, -1.0).unwrap();
-    plant.advance_to(ns(0.6));
-    let truth = plant.truth(C0).unwrap();
-    let expected = T * (truth.pressure_pa / p0).powf((GAMMA - 1.0) / GAMMA);
-    assert!(truth.pressure_pa < 0.6 * p0);
-    assert!((truth.temperature_k - expected).abs() < 1e-3, "{} for {expected}", truth.temperature_k);
+    plant.set_drive(C0, 1.0).unwrap();
+    plant.advance_to(ns(0.2));
+    plant.set_drive(C0, 0.0).unwrap();
+    let hot = plant.truth(C0).unwrap();
+    plant.advance_to(ns(0.5));
+    let cooler = plant.truth(C0).unwrap();
+    assert!((cooler.mass_kg / hot.mass_kg - 1.0).abs() < 1e-6 && hot.temperature_k > T + 15.0);
+    let expected = (hot.temperature_k - T) * (-0.3 / (tau * hot.mass_kg / reference_kg)).exp();
+    assert!(
+        (cooler.temperature_k - T - expected).abs() < 1e-3,
+        "{} for {expected}",
+        cooler.temperature_k - T
+    );
 }
 
 /// A wall much faster than the flow keeps the gas at its temperature: the balance becomes the isothermal one, to first
@@ -278,6 +305,24 @@ fn halving_the_step_changes_little() {
     let (at_100, at_50) = (worst(&coarse, &fine), worst(&usual, &fine));
     assert!(at_50 < 5.0, "50 us against 25 us: {at_50} Pa");
     assert!(at_100 > at_50, "{at_100} {at_50}");
+}
+
+/// Where nothing kinks (choked filling, a lagging spool past its corner) the error falls with the fourth power of the step.
+#[test]
+fn the_error_falls_with_the_fourth_power() {
+    let run = |step_ns: u64| {
+        let mut p = PlantParameters { channels: 1, step_ns, ..PlantParameters::default() };
+        p.chamber.initial_kpa = 50.0;
+        p.valve.spool_time_constant_s = 0.002;
+        p.valve.corner = 0.3;
+        let mut plant = build(p, &[]);
+        plant.set_drive(C0, 0.6).unwrap();
+        plant.advance_to(ns(0.02));
+        plant.truth(C0).unwrap().pressure_pa
+    };
+    let fine = run(10_000);
+    let (coarse, half) = ((run(200_000) - fine).abs(), (run(100_000) - fine).abs());
+    assert!(coarse / half > 12.0 && coarse / half < 20.0, "{coarse} {half}");
 }
 
 /// The joint rests at compliance times difference, and rings at its damped frequency.

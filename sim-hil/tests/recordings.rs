@@ -148,6 +148,25 @@ fn a_row_holds_no_effect_of_its_own_command() {
     }
 }
 
+/// On a ramp of 754 kPa/s the answered pressure is as old as the settings say.
+#[test]
+fn answers_are_as_old_as_the_settings_say() {
+    for age in [0.0, 0.25, 0.8] {
+        let settings = short(|s| {
+            s.control_loop = Loop::Board { age };
+            s.excitation = Excitation::Steps;
+            s.exact = true;
+        });
+        let mut recorder = Recorder::new(&settings).unwrap();
+        let row = recorder.nth(3).unwrap();
+        let id = pneudrive_sim::plant::ChannelId { board: 0, channel: 0 };
+        let now =
+            1e-3 * (recorder.plant().truth(id).unwrap().port_pa - recorder.plant().ambient_pressure_pa());
+        let behind = now - row.pressure_kpa[0];
+        assert!((behind - 0.754 * age).abs() < 0.01, "age {age}: {behind} kPa");
+    }
+}
+
 /// Between the drives of two rows the plant sees nothing else: with the drives recorded, the plant alone gives the same pressures.
 #[test]
 fn recorded_drives_replay() {
