@@ -8,12 +8,15 @@
 //! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`fit`]: finding their parameters, and how well the data determine them;
 //! * [`experiment`]: the three models on one recording: fitted, judged, compared;
+//! * [`effects`]: the catalogue of physical effects, and channels simulated with them;
+//! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
 //! * [`store`]: parameter files;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Nothing here reads a clock or prints; the binary `pneudrive-model` (`main.rs` and `cli/`) does.
 
 pub mod data;
+pub mod diagnosis;
 pub mod effects;
 pub mod experiment;
 pub mod fit;

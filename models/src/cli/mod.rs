@@ -1,6 +1,7 @@
 //! The command line: one file per command, and what they share.
 
 mod compare;
+mod diagnose;
 mod effects;
 mod error;
 mod fit;
@@ -35,6 +36,7 @@ enum Command {
     Fit(fit::Args),
     Simulate(simulate::Args),
     Compare(compare::Args),
+    Diagnose(diagnose::Args),
     Effects(effects::Args),
     Import(import::Args),
 }
@@ -46,6 +48,7 @@ impl Cli {
             Command::Fit(args) => args.run(),
             Command::Simulate(args) => args.run(),
             Command::Compare(args) => args.run(),
+            Command::Diagnose(args) => args.run(),
             Command::Effects(args) => args.run(),
             Command::Import(args) => args.run(),
         }

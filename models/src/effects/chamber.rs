@@ -19,8 +19,8 @@ pub struct Conditions<S> {
     pub areas: Areas<S>,
     /// Supply pressure, Pa.
     pub supply: S,
-    /// Area of the fill port per unit of drive, mm^2.
-    pub open_area: S,
+    /// Areas of the ports per unit of drive, mm^2.
+    pub open: Areas<S>,
     /// Geometric volume, m^3.
     pub volume_m3: f64,
     /// Weighted relative rate of the geometric volume, 1/s.
@@ -71,6 +71,12 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         self.port = pressure;
     }
 
+    /// Adds to the pressures, Pa.
+    pub fn shift(&mut self, change: S) {
+        self.pressure = self.pressure + change;
+        self.port = self.port + change;
+    }
+
     /// Pressure in the chamber, Pa.
     pub fn pressure(&self) -> S {
         self.pressure
@@ -82,17 +88,16 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
     }
 
     /// Advances by `h` seconds. Returns the flow drawn from the supply at its start, mm^2 Pa.
-    #[inline]
     pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> f64 {
         if let Some((area, fraction)) = self.structure.line {
-            return self.advance_line(h, c, area * c.open_area, fraction);
+            return self.advance_line(h, c, area * c.open.fill, fraction);
         }
         if let Some(tau) = self.structure.heat_time_constant_s {
             return self.advance_heat(h, c, tau);
         }
         let per_area = self.conductance / c.volume_m3;
         let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by, _) = self.flow_pressure(self.pressure, S::constant(self.ambient_pa));
+        let (outflow, out_by) = self.vent(c, self.pressure);
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
@@ -108,7 +113,7 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let t0 = self.ambient_k;
         let per_area = self.conductance / c.volume_m3;
         let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by, _) = self.flow_pressure(self.pressure, S::constant(self.ambient_pa));
+        let (outflow, out_by) = self.vent(c, self.pressure);
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let (p, t) = (self.pressure, self.temperature);
         let warmth = t.times(1.0 / t0);
@@ -138,24 +143,29 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
     fn advance_line(&mut self, h: f64, c: &Conditions<S>, area: S, fraction: S) -> f64 {
         const G: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
         let per_area = self.conductance / c.volume_m3;
-        let (fill, vent, tube) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area), area.times(per_area));
+        let (fill, vent, tube) =
+            (c.areas.fill.times(per_area), c.areas.vent.times(per_area), area.times(per_area));
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let rates = |port: S, chamber: S| {
             let (inflow, _, in_by) = self.flow_pressure(c.supply, port);
-            let (outflow, out_by, _) = self.flow_pressure(port, S::constant(self.ambient_pa));
+            let (outflow, out_by) = self.vent(c, port);
             let (through, by_port, by_chamber) = self.flow_pressure(port, chamber);
             let room = c.stretch.factor + (chamber * c.stretch.by_pressure).times(GAMMA);
             let at_port = (fill * inflow - vent * outflow - tube * through) / fraction;
             let in_chamber = (tube * through - swelling * chamber) / room;
             let (tube, fraction, room) = (tube.real(), fraction.real(), room.real());
             let jacobian = [
-                [(fill.real() * in_by - vent.real() * out_by - tube * by_port) / fraction, -tube * by_chamber / fraction],
+                [
+                    (fill.real() * in_by - vent.real() * out_by - tube * by_port) / fraction,
+                    -tube * by_chamber / fraction,
+                ],
                 [tube * by_port / room, (tube * by_chamber - swelling.real()) / room],
             ];
             ([at_port, in_chamber], jacobian, fill.real() / per_area * inflow.real())
         };
         let (f1, j, draw) = rates(self.port, self.pressure);
-        let (a, b, cc, d) = (1.0 - G * h * j[0][0], -G * h * j[0][1], -G * h * j[1][0], 1.0 - G * h * j[1][1]);
+        let (a, b, cc, d) =
+            (1.0 - G * h * j[0][0], -G * h * j[0][1], -G * h * j[1][0], 1.0 - G * h * j[1][1]);
         let inverse = 1.0 / (a * d - b * cc);
         let solve = |r: [S; 2]| {
             [(r[0].times(d) - r[1].times(b)).times(inverse), (r[1].times(a) - r[0].times(cc)).times(inverse)]
@@ -166,6 +176,49 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         self.port = self.port + k1[0].times(1.5 * h) + k2[0].times(0.5 * h);
         self.pressure = self.pressure + k1[1].times(1.5 * h) + k2[1].times(0.5 * h);
         draw
+    }
+
+    /// Flow pressure of the vent port and its slope by the port's pressure, with the pressure before a restriction if there is one.
+    fn vent(&self, c: &Conditions<S>, port: S) -> (S, f64) {
+        let ambient = S::constant(self.ambient_pa);
+        let Some(ratio) = self.structure.outlet else {
+            let (outflow, by_port, _) = self.flow_pressure(port, ambient);
+            return (outflow, by_port);
+        };
+        let outlet = ratio * c.open.vent;
+        // Where the two flows are equal, between ambient and port: a safeguarded Newton search on the values ...
+        let (mut low, mut high) = (self.ambient_pa, port.real().max(self.ambient_pa));
+        let mut between = 0.5 * (low + high);
+        let balance = |between: f64| {
+            let (a, b) = (c.areas.vent.real(), outlet.real());
+            let (inflow, _, in_by) = self.flow_pressure(S::constant(port.real()), S::constant(between));
+            let (out, out_by, _) = self.flow_pressure(S::constant(between), ambient);
+            (a * inflow.real() - b * out.real(), a * in_by - b * out_by)
+        };
+        for _ in 0..40 {
+            let (excess, slope) = balance(between);
+            if excess > 0.0 {
+                low = between;
+            } else {
+                high = between;
+            }
+            let newton = between - excess / slope;
+            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let moved = (next - between).abs();
+            between = next;
+            if moved < 1e-3 {
+                break;
+            }
+        }
+        // ... and one step of it with derivatives, which is the implicit function theorem.
+        let at = S::constant(between);
+        let (inflow, by_port, in_by) = self.flow_pressure(port, at);
+        let (out, out_by, _) = self.flow_pressure(at, ambient);
+        let slope = c.areas.vent.real() * in_by - outlet.real() * out_by;
+        let between = at - (c.areas.vent * inflow - outlet * out).times(1.0 / slope);
+        let (outflow, _, _) = self.flow_pressure(port, between);
+        let follows = -c.areas.vent.real() * by_port / slope;
+        (outflow, by_port + in_by * follows)
     }
 
     /// Flow pressure and its partial derivatives by the two pressures.
@@ -195,7 +248,8 @@ fn general_flow_pressure<S: Scalar<Real = f64>>(from: S, to: S, ratio: S, expone
         (one - z.square()).powf(exponent)
     };
     let straight = psi(S::constant(laminar)) * (one - r).times(1.0 / (1.0 - laminar));
-    let value = S::select(r.real() > laminar, straight, psi(r.min(S::constant(laminar)))) * high.times(psi_max());
+    let value =
+        S::select(r.real() > laminar, straight, psi(r.min(S::constant(laminar)))) * high.times(psi_max());
     S::select(backwards, -value, value)
 }
 

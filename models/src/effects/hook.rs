@@ -75,6 +75,8 @@ pub struct Structure<S> {
     pub flow_function: Option<(S, S)>,
     /// Time constant of the gas temperature at ambient pressure, s.
     pub heat_time_constant_s: Option<S>,
+    /// Restriction behind the vent port: its area over the vent port's gain.
+    pub outlet: Option<S>,
     /// Tube between valve and chamber: area of its orifice over the fill port's gain, and its volume over the chamber's.
     pub line: Option<(S, S)>,
 }

@@ -50,6 +50,8 @@ pub struct ChannelInputs {
     pub sampled_before_pa: Vec<f64>,
     /// Mass flow that all channels but this one draw from the supply, over the interval, in mm^2 Pa (area by flow pressure).
     pub others_draw: Vec<f64>,
+    /// Noise of the measurement, Pa RMS.
+    pub noise_pa: f64,
     /// Ambient pressure, Pa.
     pub ambient_pa: f64,
 }

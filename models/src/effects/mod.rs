@@ -18,4 +18,4 @@ pub use hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput};
 pub use plant::{BoardLoop, Kind, Plant};
-pub use simulate::{Row, simulate};
+pub use simulate::{Disturbance, Row, Undisturbed, simulate};

@@ -21,6 +21,25 @@ pub struct Row<S> {
     pub draw: f64,
 }
 
+/// Lets a caller add to a simulation what no effect describes: disturbances with known derivatives.
+pub trait Disturbance<S> {
+    /// The supply pressure over the interval that starts at `row`, Pa.
+    fn supply(&self, _row: usize, supply: S) -> S {
+        supply
+    }
+
+    /// The pressure in the chamber at the start of that interval, Pa.
+    fn pressure(&self, _row: usize, pressure: S) -> S {
+        pressure
+    }
+}
+
+/// No disturbance.
+#[derive(Debug, Clone, Copy)]
+pub struct Undisturbed;
+
+impl<S> Disturbance<S> for Undisturbed {}
+
 /// Runs the channel through all rows and hands each row's outcome to `each`.
 ///
 /// `base` are the base model's parameters in the order of [`Plant::parameters`].
@@ -29,9 +48,11 @@ pub fn simulate<S: Scalar<Real = f64>>(
     base: &[S],
     effects: &mut [AnyEffect<S>],
     inputs: &ChannelInputs,
+    disturbance: &impl Disturbance<S>,
     mut each: impl FnMut(Row<S>),
 ) {
-    let mut structure = Structure { flow_function: None, heat_time_constant_s: None, line: None };
+    let mut structure =
+        Structure { flow_function: None, heat_time_constant_s: None, outlet: None, line: None };
     for effect in effects.iter() {
         effect.structure(&mut structure);
     }
@@ -42,6 +63,7 @@ pub fn simulate<S: Scalar<Real = f64>>(
         chamber: Chamber::new(plant, structure),
         reading: S::zero(),
         filtered: S::zero(),
+        supply: S::zero(),
     };
     let mut next_start = 0;
     for row in 0..inputs.rows() {
@@ -52,6 +74,8 @@ pub fn simulate<S: Scalar<Real = f64>>(
             }
             run.start(row);
         }
+        run.disturb(disturbance.pressure(row, run.chamber.pressure()));
+        run.supply = disturbance.supply(row, S::constant(inputs.supply_pa[row]));
         let mut reading = run.report();
         for effect in effects.iter_mut() {
             reading = effect.sample(inputs, row, reading);
@@ -70,6 +94,8 @@ struct Run<'a, S: Scalar> {
     reading: S,
     /// The board's filtered sample, gauge, Pa.
     filtered: S,
+    /// Supply pressure over this interval before effects, Pa.
+    supply: S,
 }
 
 impl<S: Scalar<Real = f64>> Run<'_, S> {
@@ -78,6 +104,13 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         self.chamber.start(S::constant(measured));
         self.reading = S::constant(measured - self.inputs.ambient_pa);
         self.filtered = self.reading;
+    }
+
+    /// Moves the pressure, and what the sensor delivers with it.
+    fn disturb(&mut self, pressure: S) {
+        let change = pressure - self.chamber.pressure();
+        self.chamber.shift(change);
+        self.reading = self.reading + change;
     }
 
     /// What the board reports: the filtered pressure where it filters.
@@ -189,12 +222,14 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             effect.valve(step, &mut law);
         }
         let mut areas = Areas {
-            fill: law.leak_in + smooth_corner(law.gain_in * (fill - law.threshold_in) - law.leak_in, law.corner),
-            vent: law.leak_out + smooth_corner(law.gain_out * (vent - law.threshold_out) - law.leak_out, law.corner),
+            fill: law.leak_in
+                + smooth_corner(law.gain_in * (fill - law.threshold_in) - law.leak_in, law.corner),
+            vent: law.leak_out
+                + smooth_corner(law.gain_out * (vent - law.threshold_out) - law.leak_out, law.corner),
         };
         let pressure = self.chamber.pressure();
         let mut stretch = Stretch { factor: S::constant(1.0), rate: S::zero(), by_pressure: S::zero() };
-        let mut supply = S::constant(inputs.supply_pa[step.row]);
+        let mut supply = self.supply;
         for effect in effects.iter_mut() {
             effect.areas(step, &mut areas);
             supply = effect.supply(step, supply, &areas, pressure);
@@ -206,7 +241,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             areas,
             supply,
             volume_m3: volume,
-            open_area: law.gain_in,
+            open: Areas { fill: law.gain_in, vent: law.gain_out },
             expansion: weight.times(inputs.volume_rate_m3_s[step.row] / volume),
             stretch,
         };

@@ -1,4 +1,4 @@
-//! `chamber_coupling`: neighbouring chamber changes the volume.
+//! `chamber_coupling`: opposite chamber changes the volume.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach};
 use crate::numeric::Scalar;
@@ -6,17 +6,19 @@ use crate::numeric::Scalar;
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
     id: "chamber_coupling",
-    title: "Neighbouring chamber changes the volume",
-    physics: "The chamber on the other side of the joint pushes: its pressure shortens this chamber when the bending is not measured.",
-    equation: "V = V_0 (1 - coupling p_opposite), p_opposite measured",
-    source: "statics of an antagonistic pair",
+    title: "Opposite chamber changes the volume",
+    physics: "Two chambers bend a joint against each other. When the bending is not measured, the pressure difference of the pair lengthens one chamber and shortens the other, with the swing of the joint.",
+    equation: "V = V_0 (1 + coupling x),  x follows p - p_opposite with the joint's frequency and damping",
+    source: "antagonistic pair with inertia, bending stiffness and friction",
     question: Question::Structure,
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("coupling", "1/(100 kPa)", (-0.5, 0.0, 0.5), "relative loss of volume per 100 kPa in the chamber opposite"),
+        EffectParameter::linear("coupling", "1/(100 kPa)", (-0.3, 0.0, 0.6), "relative growth of the volume per 100 kPa over the chamber opposite"),
+        EffectParameter::logarithmic("frequency", "Hz", (0.2, 1.5, 15.0), "natural frequency of the joint"),
+        EffectParameter::linear("damping", "1", (0.1, 0.7, 3.0), "damping ratio of the joint"),
     ],
-    probes: &[&[0.02], &[0.08]],
+    probes: &[&[0.03, 1.5, 0.6], &[0.03, 6.0, 1.0]],
     rivals: &["sensor_crosstalk", "supply_sag", "wall_compliance"],
     separated_by: "one chamber held with closed ports while the one opposite moves",
     smallest: 0.003,
@@ -27,24 +29,40 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct ChamberCoupling<S> {
     coupling: S,
+    frequency: S,
+    damping: S,
+    state: Option<(S, S)>,
 }
 
 impl<S: Scalar<Real = f64>> ChamberCoupling<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { coupling: values[0] }
+        Self { coupling: values[0], frequency: values[1], damping: values[2], state: None }
     }
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for ChamberCoupling<S> {
-    fn stretch(&mut self, step: &Step<'_>, _: S, stretch: &mut Stretch<S>) {
-        let opposite = &step.inputs.opposite_pa;
-        let (Some(&now), Some(&next)) = (opposite.get(step.row), opposite.get(step.row + 1).or(opposite.last())) else {
+    fn reset(&mut self) {
+        self.state = None;
+    }
+
+    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
+        let Some(&opposite) = step.inputs.opposite_pa.get(step.row) else {
             return;
         };
-        let slope = (next - now) / step.inputs.interval_s[step.row];
-        let at = now + slope * (step.time_s - step.inputs.time_s[step.row]);
-        stretch.factor = stretch.factor - self.coupling.times(at * 1e-5);
-        stretch.rate = stretch.rate - self.coupling.times(slope * 1e-5);
+        let next = step.inputs.opposite_pa.get(step.row + 1).copied().unwrap_or(opposite);
+        let share = (step.time_s - step.inputs.time_s[step.row]) / step.inputs.interval_s[step.row];
+        let opposite = opposite + share * (next - opposite) + step.inputs.ambient_pa;
+        let wanted = pressure.plus(-opposite).times(1e-5);
+        let (x, v) = self.state.unwrap_or((wanted, S::zero()));
+        // Semi-implicit: stable for any step, and the joint is slow against it.
+        let omega = self.frequency.times(std::f64::consts::TAU);
+        let h = step.length_s;
+        let stiffness = omega.square().times(h);
+        let friction = (omega * self.damping).times(2.0 * h);
+        let v = (v + stiffness * (wanted - x)) / (friction + stiffness.times(h)).plus(1.0);
+        self.state = Some((x + v.times(h), v));
+        stretch.factor = stretch.factor + self.coupling * (x + v.times(0.5 * h));
+        stretch.rate = stretch.rate + self.coupling * v;
     }
 }

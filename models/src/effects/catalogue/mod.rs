@@ -36,52 +36,42 @@ macro_rules! catalogue {
         }
 
         impl<S: Scalar<Real = f64>> Hook<S> for AnyEffect<S> {
-            #[inline]
             fn reset(&mut self) {
                 match self { $(Self::$name(e) => e.reset()),* }
             }
 
-            #[inline]
             fn structure(&self, structure: &mut Structure<S>) {
                 match self { $(Self::$name(e) => e.structure(structure)),* }
             }
 
-            #[inline]
             fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
                 match self { $(Self::$name(e) => e.drive(step, valve, drive)),* }
             }
 
-            #[inline]
             fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
                 match self { $(Self::$name(e) => e.valve(step, law)),* }
             }
 
-            #[inline]
             fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {
                 match self { $(Self::$name(e) => e.regulator(step, law)),* }
             }
 
-            #[inline]
             fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
                 match self { $(Self::$name(e) => e.areas(step, areas)),* }
             }
 
-            #[inline]
             fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
                 match self { $(Self::$name(e) => e.supply(step, supply, areas, pressure)),* }
             }
 
-            #[inline]
             fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
                 match self { $(Self::$name(e) => e.stretch(step, pressure, stretch)),* }
             }
 
-            #[inline]
             fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
                 match self { $(Self::$name(e) => e.sense(step, gauge)),* }
             }
 
-            #[inline]
             fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
                 match self { $(Self::$name(e) => e.sample(inputs, row, reading)),* }
             }

@@ -7,16 +7,17 @@ use crate::numeric::Scalar;
 pub const INFO: EffectInfo = EffectInfo {
     id: "sensor_drift",
     title: "Sensor zero drifts",
-    physics: "The zero of the sensor moves over the recording, with temperature for example.",
-    equation: "y = p + rate t",
-    source: "linear drift of the zero",
+    physics: "The zero of the sensor moves over the recording, as when it warms up.",
+    equation: "y = p + change (1 - exp(-t / time_constant))",
+    source: "warm-up drift of the zero",
     question: Question::Structure,
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("rate", "kPa/min", (-120.0, 0.0, 120.0), "drift of the zero"),
+        EffectParameter::linear("change", "kPa", (-200.0, 0.0, 200.0), "change of the zero in the end"),
+        EffectParameter::logarithmic("time_constant", "s", (2.0, 200.0, 3000.0), "time constant of the change"),
     ],
-    probes: &[&[2.0]],
+    probes: &[&[4.0, 30.0], &[8.0, 300.0]],
     rivals: &["valve_wear", "wall_creep", "supply_ripple"],
     separated_by: "returning to ambient pressure again and again",
     smallest: 0.3,
@@ -26,18 +27,20 @@ pub const INFO: EffectInfo = EffectInfo {
 /// The effect at work.
 #[derive(Debug, Clone)]
 pub struct SensorDrift<S> {
-    rate: S,
+    change: S,
+    time_constant: S,
 }
 
 impl<S: Scalar<Real = f64>> SensorDrift<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { rate: values[0] }
+        Self { change: values[0], time_constant: values[1] }
     }
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for SensorDrift<S> {
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
-        gauge + self.rate.times(1e3 / 60.0 * (step.time_s + 0.5 * step.length_s))
+        let grown = (-(-self.time_constant.recip().times(step.time_s + 0.5 * step.length_s)).exp()).plus(1.0);
+        gauge + (self.change * grown).times(1e3)
     }
 }

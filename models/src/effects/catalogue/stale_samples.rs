@@ -8,13 +8,13 @@ pub const INFO: EffectInfo = EffectInfo {
     id: "stale_samples",
     title: "Old samples repeated",
     physics: "Some rows carry the previous measurement again instead of a fresh one.",
-    equation: "where a reading equals the one before exactly: y = (1 - share) p + share y before",
+    equation: "where a reading repeats the one before exactly though the pressure has moved: y = (1 - share) p + share y_before",
     source: "sample-and-hold of a missed measurement",
     question: Question::Structure,
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("share", "1", (0.0, 0.0, 1.0), "part of the repeated readings that are stale"),
+        EffectParameter::linear("share", "1", (0.0, 0.0, 1.0), "part of the impossible repeats that are stale"),
     ],
     probes: &[&[0.5], &[1.0]],
     rivals: &["sensor_lag", "transport_delay"],
@@ -27,28 +27,34 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct StaleSamples<S> {
     share: S,
-    before: Option<S>,
+    held: Option<S>,
 }
 
 impl<S: Scalar<Real = f64>> StaleSamples<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { share: values[0], before: None }
+        Self { share: values[0], held: None }
     }
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for StaleSamples<S> {
     fn reset(&mut self) {
-        self.before = None;
+        self.held = None;
     }
 
     fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+        // A coarse converter repeats itself by chance while the pressure hardly moves.
+        const CHANCE: f64 = 4.0;
         let repeated = row > 0 && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq();
-        let reading = match (repeated, self.before) {
-            (true, Some(before)) => reading + self.share * (before - reading),
-            _ => reading,
-        };
-        self.before = Some(reading);
-        reading
+        match self.held {
+            Some(held) if repeated => {
+                let back = held - reading;
+                if back.real().abs() > CHANCE * inputs.noise_pa { reading + self.share * back } else { reading }
+            }
+            _ => {
+                self.held = Some(reading);
+                reading
+            }
+        }
     }
 }

@@ -1,0 +1,215 @@
+//! Effects that passed the gate, refitted in earnest.
+
+use rayon::prelude::*;
+
+use super::blocks::Role;
+use super::channel::{ChannelData, Extended};
+use super::fit::{BlockObjective, refit};
+use super::gate::Trial;
+use super::random::{generator, quantile, runs};
+use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
+use crate::effects::Reach;
+use crate::effects::catalogue::CATALOGUE;
+
+/// Evaluations a first look may spend on each start.
+const FIRST: usize = 5;
+/// Evaluations a refit in earnest may spend.
+const EVALUATIONS: usize = 20;
+/// A second start is looked at when what it promises is not worse by more than this factor.
+const SECOND: f64 = 1.5;
+/// Resamples of blocks.
+const RESAMPLES: usize = 999;
+/// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
+const CHANNEL_ERRORS: f64 = 2.0;
+
+/// One effect refitted on every channel.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Number of the effect.
+    pub effect: usize,
+    /// Models with it, channel by channel; the stage's where it does not act.
+    pub models: Vec<Extended>,
+    /// Where it acts.
+    pub acts: Vec<bool>,
+    /// Whitened losses, channel by channel, block by block.
+    pub losses: Vec<Vec<f64>>,
+}
+
+/// Refits one effect on every channel.
+#[must_use]
+pub fn refit_effect(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    trials: &[Vec<Trial>],
+    effect: usize,
+    before: Option<&Candidate>,
+) -> Candidate {
+    let fitted: Vec<(Extended, Vec<f64>, bool)> = channels
+        .par_iter()
+        .zip(stages)
+        .zip(trials)
+        .enumerate()
+        .map(|(k, ((data, stage), trials))| {
+            let kept = stage.losses(data);
+            if let Some(look) = before {
+                // In earnest, from where the first look ended.
+                if !look.models[k].effects.contains(&effect) {
+                    return (stage.model.clone(), kept, false);
+                }
+                let model = fit_from(data, stage, &look.models[k], effect, EVALUATIONS);
+                let losses = losses_of(data, stage, &model);
+                let acts = acts(data, &kept, &losses);
+                return (model, losses, acts);
+            }
+            let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
+            starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+            let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
+            let mut best: Option<(f64, Extended, Vec<f64>)> = None;
+            for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {
+                let model = fit_from(data, stage, &start.start, effect, FIRST);
+                let losses = losses_of(data, stage, &model);
+                let fit = total(data, &losses, &[Role::Fit]);
+                if fit.is_finite() && best.as_ref().is_none_or(|(c, _, _)| fit < *c) {
+                    best = Some((fit, model, losses));
+                }
+            }
+            match best {
+                Some((_, model, losses)) => {
+                    let acts = acts(data, &kept, &losses);
+                    (model, losses, acts)
+                }
+                None => (stage.model.clone(), kept, false),
+            }
+        })
+        .collect();
+    let shared = CATALOGUE[effect].reach == Reach::Rig;
+    let any = fitted.iter().any(|(_, _, acts)| *acts);
+    let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
+    for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
+        let acts = acts || (shared && any && model.effects.contains(&effect));
+        candidate.models.push(if acts { model } else { stages[k].model.clone() });
+        candidate.losses.push(if acts { losses } else { stages[k].losses(&channels[k]) });
+        candidate.acts.push(acts);
+    }
+    candidate
+}
+
+fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Vec<f64> {
+    block_losses(data, &whitened_residuals(data, &stage.whitening, &data.readings(model)))
+}
+
+/// Positions of what is free in a model with one more effect.
+#[must_use]
+pub fn free_with(data: &ChannelData, stage: &ChannelStage, model: &Extended, effect: usize) -> Vec<usize> {
+    let Some(inserted) = model.range(&data.plant, effect) else {
+        return stage.free.clone();
+    };
+    let shifted = stage.free.iter().map(|&k| if k < inserted.start { k } else { k + inserted.len() });
+    let mut free: Vec<usize> = shifted.chain(inserted.clone()).collect();
+    free.sort_unstable();
+    free
+}
+
+fn fit_from(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    start: &Extended,
+    effect: usize,
+    evaluations: usize,
+) -> Extended {
+    let free = free_with(data, stage, start, effect);
+    let stepped = matches!(CATALOGUE[effect].id, "valve_stiction" | "dead_band");
+    if !stepped {
+        return refit(data, &stage.whitening, start, &free, evaluations).0;
+    }
+    // A threshold has no derivative: look around it, the rest following, and narrow down.
+    let Some(range) = start.range(&data.plant, effect) else {
+        return start.clone();
+    };
+    let position = range.start;
+    let rest: Vec<usize> = free.iter().copied().filter(|k| *k != position).collect();
+    let cost = |model: &Extended| {
+        let objective = BlockObjective {
+            data,
+            whitening: &stage.whitening,
+            model: model.clone(),
+            free: Vec::new(),
+            roles: &[Role::Fit],
+        };
+        total(data, &block_losses(data, &objective.whitened(model)), &[Role::Fit])
+    };
+    let mut best = refit(data, &stage.whitening, start, &rest, 8).0;
+    let mut least = cost(&best);
+    let mut factor: f64 = 1.35;
+    for _ in 0..7 {
+        let centre = best.values[position];
+        let mut moved = false;
+        for value in [centre / factor, centre * factor] {
+            let mut model = best.clone();
+            model.values[position] =
+                value.clamp(CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
+            let model = refit(data, &stage.whitening, &model, &rest, 4).0;
+            let c = cost(&model);
+            if c < least {
+                (best, least, moved) = (model, c, true);
+            }
+        }
+        if !moved {
+            factor = factor.sqrt();
+        }
+    }
+    refit(data, &stage.whitening, &best, &rest, 10).0
+}
+
+/// Sum over the blocks of some roles.
+#[must_use]
+pub fn total(data: &ChannelData, losses: &[f64], roles: &[Role]) -> f64 {
+    data.blocks.iter().zip(losses).filter(|(b, _)| roles.contains(&b.role)).map(|(_, l)| l).sum()
+}
+
+/// Does the effect improve this channel beyond what differences between blocks explain?
+fn acts(data: &ChannelData, before: &[f64], after: &[f64]) -> bool {
+    let gains: Vec<f64> = data
+        .blocks
+        .iter()
+        .zip(before.iter().zip(after))
+        .filter(|(b, _)| OPEN.contains(&b.role))
+        .map(|(_, (before, after))| before - after)
+        .collect();
+    let n = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / n;
+    let variance = gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n * (n - 1.0)).max(1.0);
+    mean > CHANNEL_ERRORS * variance.sqrt()
+}
+
+/// Losses of all channels together, block by block, for the blocks of some roles.
+#[must_use]
+pub fn together(channels: &[ChannelData], losses: &[Vec<f64>], roles: &[Role]) -> Vec<f64> {
+    let count = channels.iter().map(|d| d.blocks.len()).max().unwrap_or(0);
+    let mut sums = vec![0.0; count];
+    let mut counts = vec![false; count];
+    for (data, losses) in channels.iter().zip(losses) {
+        for (k, (block, loss)) in data.blocks.iter().zip(losses).enumerate() {
+            if roles.contains(&block.role) {
+                sums[k] += loss;
+                counts[k] = true;
+            }
+        }
+    }
+    sums.into_iter().zip(counts).filter(|(_, c)| *c).map(|(s, _)| s).collect()
+}
+
+/// Quantiles (2.5 %, 5 %, 50 %, 95 %, 97.5 %) of a statistic of paired block sums under a moving-block bootstrap.
+#[must_use]
+pub fn bootstrap(a: &[f64], b: &[f64], run: usize, statistic: impl Fn(f64, f64) -> f64) -> [f64; 5] {
+    let mut rng = generator(2);
+    let mut values: Vec<f64> = (0..RESAMPLES)
+        .map(|_| {
+            let drawn = runs(&mut rng, a.len(), run);
+            let sum = |x: &[f64]| drawn.iter().map(|&k| x[k]).sum::<f64>();
+            statistic(sum(a), sum(b))
+        })
+        .collect();
+    values.sort_by(f64::total_cmp);
+    [0.025, 0.05, 0.5, 0.95, 0.975].map(|q| quantile(&values, q))
+}

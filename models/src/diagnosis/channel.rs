@@ -1,0 +1,310 @@
+//! One channel under diagnosis: its inputs, its blocks, and simulations compared with its measurements.
+
+use crate::data::ChannelId;
+use crate::effects::catalogue::{AnyEffect, CATALOGUE};
+use crate::effects::{ChannelInputs, Disturbance, Plant, Undisturbed, simulate};
+use crate::model::{Parameter, Scale};
+use crate::numeric::{Dual, Scalar};
+
+use super::blocks::Block;
+use super::dependence::HATS;
+
+/// Numbers of derivatives the simulation is compiled for: each costs seconds of compilation.
+const NARROW: usize = 8;
+/// See [`NARROW`].
+const WIDE: usize = 16;
+
+/// Rows of a channel that are compared at most; of longer recordings every n-th is.
+const MOST_COMPARED: usize = 60_000;
+
+/// A channel's data, ready to be compared.
+#[derive(Debug, Clone)]
+pub struct ChannelData {
+    /// Which one.
+    pub id: ChannelId,
+    /// Base model.
+    pub plant: Plant,
+    /// Measured inputs.
+    pub inputs: ChannelInputs,
+    /// Blocks in time.
+    pub blocks: Vec<Block>,
+    /// Compared rows.
+    pub rows: Vec<u32>,
+    /// Range of `rows` that each block covers.
+    pub spans: Vec<std::ops::Range<usize>>,
+    /// Measured pressure at the compared rows, kPa gauge.
+    pub measured_kpa: Vec<f64>,
+    /// Noise of the measurement, kPa RMS, quantisation included.
+    pub noise_kpa: f64,
+}
+
+/// Effects at work and their parameters' values: a model of one channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extended {
+    /// Numbers of the effects in the catalogue, ascending.
+    pub effects: Vec<usize>,
+    /// Values: the base model's parameters, then those of each effect.
+    pub values: Vec<f64>,
+}
+
+impl Extended {
+    /// The model with one more effect.
+    #[must_use]
+    pub fn with(&self, plant: &Plant, effect: usize, parameters: &[f64]) -> Self {
+        let position = self.effects.partition_point(|&e| e < effect);
+        let base = plant.parameters().len();
+        let before: usize = self.effects[..position].iter().map(|&e| CATALOGUE[e].parameters.len()).sum();
+        let mut next = self.clone();
+        next.effects.insert(position, effect);
+        next.values.splice(base + before..base + before, parameters.iter().copied());
+        next
+    }
+
+    /// The model without one of its effects.
+    #[must_use]
+    pub fn without(&self, plant: &Plant, effect: usize) -> Self {
+        let mut next = self.clone();
+        if let Some(range) = self.range(plant, effect) {
+            next.values.drain(range);
+            next.effects.retain(|&e| e != effect);
+        }
+        next
+    }
+
+    /// Where the values of one effect are.
+    #[must_use]
+    pub fn range(&self, plant: &Plant, effect: usize) -> Option<std::ops::Range<usize>> {
+        let mut at = plant.parameters().len();
+        for &e in &self.effects {
+            let next = at + CATALOGUE[e].parameters.len();
+            if e == effect {
+                return Some(at..next);
+            }
+            at = next;
+        }
+        None
+    }
+
+    /// All parameters, in the order of the values.
+    #[must_use]
+    pub fn parameters(&self, plant: &Plant) -> Vec<Parameter> {
+        let mut list = plant.parameters();
+        for &e in &self.effects {
+            list.extend(CATALOGUE[e].parameters.iter().map(|p| Parameter {
+                name: format!("{}.{}", CATALOGUE[e].id, p.name),
+                unit: p.unit,
+                lower: p.lower,
+                upper: p.upper,
+                nominal: p.null,
+                scale: p.scale,
+                meaning: p.meaning,
+            }));
+        }
+        list
+    }
+}
+
+/// Puts the effects to work.
+fn install<S: Scalar<Real = f64>>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
+    let mut at = plant.parameters().len();
+    effects
+        .iter()
+        .filter_map(|&e| {
+            let next = at + CATALOGUE[e].parameters.len();
+            let installed = AnyEffect::install(e, &values[at..next]);
+            at = next;
+            installed
+        })
+        .collect()
+}
+
+/// Chooses the compared rows.
+#[must_use]
+pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Vec<u32>, Vec<std::ops::Range<usize>>) {
+    let stride = inputs.rows().div_ceil(MOST_COMPARED).max(1);
+    let (mut rows, mut spans) = (Vec::new(), Vec::new());
+    for block in blocks {
+        let from = rows.len();
+        let usable = (block.compared..block.end).step_by(stride).filter(|&row| inputs.usable[row]);
+        rows.extend(usable.filter_map(|row| u32::try_from(row).ok()));
+        spans.push(from..rows.len());
+    }
+    (rows, spans)
+}
+
+impl ChannelData {
+    /// Simulated readings at the compared rows, kPa gauge.
+    #[must_use]
+    pub fn readings(&self, model: &Extended) -> Vec<f64> {
+        self.run(&model.effects, &model.values, &Undisturbed)
+    }
+
+    /// Residuals (measured minus simulated) at the compared rows, kPa.
+    #[must_use]
+    pub fn residuals(&self, model: &Extended) -> Vec<f64> {
+        self.readings(model).iter().zip(&self.measured_kpa).map(|(y, m)| m - y).collect()
+    }
+
+    /// Readings of every row with drive and flow drawn: reading (kPa gauge), drive (-1 to 1), flow (mm^2 Pa).
+    #[must_use]
+    pub fn trace(&self, model: &Extended) -> Vec<[f64; 3]> {
+        let mut effects = install(&self.plant, &model.effects, &model.values);
+        let mut trace = Vec::with_capacity(self.inputs.rows());
+        simulate(&self.plant, &model.values, &mut effects, &self.inputs, &Undisturbed, |row| {
+            trace.push([row.reading * 1e-3, row.drive, row.draw]);
+        });
+        trace
+    }
+
+    /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
+    /// derivative is by the logarithm.
+    #[must_use]
+    pub fn sensitivities(&self, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        let parameters = model.parameters(&self.plant);
+        let mut readings = Vec::with_capacity(self.rows.len());
+        let mut matrix = vec![0.0; self.rows.len() * free.len()];
+        for (k, part) in free.chunks(WIDE).enumerate() {
+            let into = Part { first: k * WIDE, of: free.len(), part };
+            if part.len() <= NARROW {
+                self.differentiate::<NARROW>(model, &parameters, &into, &mut readings, &mut matrix);
+            } else {
+                self.differentiate::<WIDE>(model, &parameters, &into, &mut readings, &mut matrix);
+            }
+        }
+        if free.is_empty() {
+            readings = self.readings(model);
+        }
+        (readings, matrix)
+    }
+
+    fn differentiate<const W: usize>(
+        &self,
+        model: &Extended,
+        parameters: &[Parameter],
+        into: &Part<'_>,
+        readings: &mut Vec<f64>,
+        matrix: &mut [f64],
+    ) {
+        let mut values: Vec<Dual<f64, W>> =
+            model.values.iter().map(|v| Dual { value: *v, gradient: [0.0; W] }).collect();
+        for (k, &position) in into.part.iter().enumerate() {
+            values[position].gradient[k] = match parameters[position].scale {
+                Scale::Linear => 1.0,
+                Scale::Logarithmic => model.values[position],
+            };
+        }
+        let run = self.run(&model.effects, &values, &Undisturbed);
+        readings.clear();
+        for (row, reading) in run.iter().enumerate() {
+            readings.push(reading.value);
+            let at = row * into.of + into.first;
+            matrix[at..at + into.part.len()].copy_from_slice(&reading.gradient[..into.part.len()]);
+        }
+    }
+
+    /// Readings' derivatives by three disturbances that are free in every block: its start pressure (per kPa), the supply's
+    /// level and the supply's slope (per part of its gauge pressure).
+    #[must_use]
+    pub fn disturbances(&self, model: &Extended) -> Vec<[f64; 3]> {
+        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
+        let shape = BlockDisturbance::new(&self.inputs, &self.blocks);
+        let run = self.run(&model.effects, &values, &shape);
+        run.iter().map(|reading| [reading.gradient[0], reading.gradient[1], reading.gradient[2]]).collect()
+    }
+
+    /// Readings' derivatives by the heights of functions that are added to the pressure's rate (kPa/s), given by their values
+    /// at every row.
+    #[must_use]
+    pub fn rate_derivatives(&self, model: &Extended, functions: &[[f64; HATS]]) -> Vec<[f64; HATS]> {
+        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
+        let shape = RateDisturbance { interval_s: &self.inputs.interval_s, functions };
+        let run = self.run(&model.effects, &values, &shape);
+        run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
+    }
+
+    fn run<S: Scalar<Real = f64>>(
+        &self,
+        effects: &[usize],
+        values: &[S],
+        shape: &impl Disturbance<S>,
+    ) -> Vec<S> {
+        let mut effects = install(&self.plant, effects, values);
+        let mut readings = Vec::with_capacity(self.rows.len());
+        let mut next = 0;
+        simulate(&self.plant, values, &mut effects, &self.inputs, shape, |row| {
+            if self.rows.get(next).is_some_and(|&r| r as usize == row.row) {
+                readings.push(row.reading.times(1e-3));
+                next += 1;
+            }
+        });
+        readings
+    }
+}
+
+/// A part of the columns of a matrix of derivatives.
+struct Part<'a> {
+    first: usize,
+    of: usize,
+    part: &'a [usize],
+}
+
+/// Derivatives of start pressure, supply level and supply slope, block by block.
+struct BlockDisturbance {
+    /// Rows at which a block starts.
+    starts: Vec<bool>,
+    /// Gauge supply pressure (Pa) times 1 and times -1 to 1 over the block.
+    supply: Vec<[f64; 2]>,
+}
+
+impl BlockDisturbance {
+    fn new(inputs: &ChannelInputs, blocks: &[Block]) -> Self {
+        let rows = inputs.rows();
+        let (mut starts, mut supply) = (vec![false; rows], vec![[0.0; 2]; rows]);
+        for block in blocks {
+            starts[block.start] = true;
+            let middle = 0.5 * (inputs.time_s[block.start] + inputs.time_s[block.end - 1]);
+            let half = (inputs.time_s[block.end - 1] - middle).max(1e-9);
+            for row in block.start..block.end {
+                let gauge = inputs.supply_pa[row] - inputs.ambient_pa;
+                supply[row] = [gauge, gauge * (inputs.time_s[row] - middle) / half];
+            }
+        }
+        Self { starts, supply }
+    }
+}
+
+impl<const W: usize> Disturbance<Dual<f64, W>> for BlockDisturbance {
+    fn supply(&self, row: usize, supply: Dual<f64, W>) -> Dual<f64, W> {
+        let [level, slope] = self.supply[row];
+        let mut disturbed = supply;
+        (disturbed.gradient[1], disturbed.gradient[2]) = (level, slope);
+        disturbed
+    }
+
+    fn pressure(&self, row: usize, pressure: Dual<f64, W>) -> Dual<f64, W> {
+        let mut disturbed = pressure;
+        if self.starts[row] {
+            disturbed.gradient = [0.0; W];
+            disturbed.gradient[0] = 1e3;
+        }
+        disturbed
+    }
+}
+
+/// Derivatives of terms added to the pressure's rate, whose values are given at every row.
+struct RateDisturbance<'a> {
+    interval_s: &'a [f64],
+    functions: &'a [[f64; HATS]],
+}
+
+impl Disturbance<Dual<f64, NARROW>> for RateDisturbance<'_> {
+    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+        let mut disturbed = pressure;
+        if let Some(before) = row.checked_sub(1) {
+            for (slope, value) in disturbed.gradient.iter_mut().zip(&self.functions[before]) {
+                *slope += 1e3 * value * self.interval_s[before];
+            }
+        }
+        disturbed
+    }
+}

@@ -1,0 +1,265 @@
+//! What a residual depends on, and a smooth correction of it.
+//!
+//! A missing term `f(x)` in the rate of pressure is looked for as a sum of hat functions of a variable `x` (drive, pressure, time,
+//! ...). The readings' derivatives by the hats' heights follow from the simulation; the heights are fitted on the fit blocks
+//! and the correction they predict is scored, with random signs, on blocks not fitted.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::blocks::Role;
+use super::channel::ChannelData;
+use super::random::{generator, quantile, signs};
+use super::stage::ChannelStage;
+
+/// Hat functions per variable.
+pub const HATS: usize = 6;
+const DRAWS: usize = 999;
+
+/// A variable the residual may depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Variable {
+    /// Value of the drive.
+    Drive,
+    /// Direction in which the drive moves.
+    DriveDirection,
+    /// Measured pressure.
+    Pressure,
+    /// Rate of the simulated pressure: the direction of flow.
+    FlowDirection,
+    /// Rate of the chamber's volume.
+    VolumeRate,
+    /// Time since the start.
+    Time,
+    /// Flow that the other channels draw.
+    OthersDraw,
+    /// Rate of the pressure in the chamber opposite.
+    Opposite,
+}
+
+impl Variable {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Drive,
+        Self::DriveDirection,
+        Self::Pressure,
+        Self::FlowDirection,
+        Self::VolumeRate,
+        Self::Time,
+        Self::OthersDraw,
+        Self::Opposite,
+    ];
+
+    /// Completes "the residual depends on".
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Drive => "the drive",
+            Self::DriveDirection => "the direction in which the drive moves",
+            Self::Pressure => "the pressure",
+            Self::FlowDirection => "how fast the chamber fills or vents",
+            Self::VolumeRate => "how fast the volume changes",
+            Self::Time => "the time since the start",
+            Self::OthersDraw => "what the other channels draw from the supply",
+            Self::Opposite => "the pressure in the chamber opposite",
+        }
+    }
+}
+
+/// A dependence on one channel.
+#[derive(Debug, Clone)]
+pub struct Dependence {
+    /// The variable.
+    pub variable: Variable,
+    /// Channel, by position.
+    pub channel: usize,
+    /// Block-robust statistic.
+    pub statistic: f64,
+    /// Share of random-sign draws in which any variable of any channel reaches it.
+    pub p_value: f64,
+    /// Part of the squared whitened residual that it accounts for on blocks not fitted.
+    pub share: f64,
+    /// Positions of the hats, in the variable's own unit.
+    pub knots: Vec<f64>,
+    /// Heights of the hats, kPa/s.
+    pub heights: Vec<f64>,
+    /// What it adds to the readings at the compared rows, kPa.
+    pub correction: Vec<f64>,
+    scores: Vec<f64>,
+}
+
+/// The variable at every row; `None` where the recording does not have it or it never changes.
+#[must_use]
+pub fn series(data: &ChannelData, trace: &[[f64; 3]], variable: Variable) -> Option<Vec<f64>> {
+    let inputs = &data.inputs;
+    let rows = inputs.rows();
+    let drive = |k: usize| trace[k][1];
+    let reading = |k: usize| trace[k.min(rows - 1)][0];
+    // Direction over about 50 ms.
+    let window = ((0.05 * rows as f64 / inputs.duration_s.max(1e-9)).round().max(1.0)) as usize;
+    let values: Vec<f64> = match variable {
+        Variable::Drive => (0..rows).map(drive).collect(),
+        Variable::DriveDirection => {
+            (0..rows).map(|k| (drive(k) - drive(k.saturating_sub(window))).clamp(-0.3, 0.3)).collect()
+        }
+        Variable::Pressure => (0..rows).map(reading).collect(),
+        Variable::FlowDirection => {
+            (0..rows).map(|k| (reading(k + 1) - reading(k)) / inputs.interval_s[k]).collect()
+        }
+        Variable::VolumeRate => (0..rows).map(|k| inputs.volume_rate_m3_s[k] / inputs.volume_m3[k]).collect(),
+        Variable::Time => inputs.time_s.clone(),
+        Variable::OthersDraw => inputs.others_draw.clone(),
+        Variable::Opposite if inputs.opposite_pa.is_empty() => return None,
+        Variable::Opposite => (0..rows)
+            .map(|k| {
+                let next = inputs.opposite_pa[(k + 1).min(rows - 1)];
+                (next - inputs.opposite_pa[k]) / inputs.interval_s[k] * 1e-3
+            })
+            .collect(),
+    };
+    let first = values.first().copied()?;
+    values.iter().any(|v| (v - first).abs() > 1e-9 * (1.0 + first.abs())).then_some(values)
+}
+
+/// Weights of the hats at a value: the two neighbours share it.
+fn hats(knots: &[f64], value: f64) -> [f64; HATS] {
+    let mut weights = [0.0; HATS];
+    let x = value.clamp(knots[0], knots[HATS - 1]);
+    let k = knots[1..HATS - 1].partition_point(|knot| *knot <= x);
+    let width = (knots[k + 1] - knots[k]).max(1e-12);
+    let share = ((x - knots[k]) / width).clamp(0.0, 1.0);
+    weights[k] = 1.0 - share;
+    weights[k + 1] = share;
+    weights
+}
+
+fn knots(values: &[f64]) -> Vec<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (quantile(&sorted, 0.01), quantile(&sorted, 0.99));
+    // Half by frequency, half by range: neither empty hats nor all of them where the data crowd.
+    (0..HATS)
+        .map(|k| {
+            let share = k as f64 / (HATS - 1) as f64;
+            0.5 * quantile(&sorted, 0.01 + 0.98 * share) + 0.5 * (low + share * (high - low))
+        })
+        .collect()
+}
+
+/// Tests all variables of all channels; strongest first.
+#[must_use]
+pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dependence> {
+    let mut found: Vec<Dependence> = channels
+        .par_iter()
+        .zip(stages)
+        .enumerate()
+        .flat_map(|(channel, (data, stage))| {
+            let trace = data.trace(&stage.model);
+            let tested: Vec<Dependence> = Variable::ALL
+                .par_iter()
+                .filter_map(|&variable| {
+                    let values = series(data, &trace, variable)?;
+                    dependence(data, stage, channel, variable, &values)
+                })
+                .collect();
+            tested
+        })
+        .collect();
+    let length = found.iter().map(|d| d.scores.len()).max().unwrap_or(0);
+    let mut rng = generator(3);
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let s = signs(&mut rng, length);
+            found.iter().map(|d| d.scores.iter().zip(&s).map(|(z, s)| z * s).sum::<f64>()).fold(0.0, f64::max)
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    for d in &mut found {
+        let reached = draws.iter().filter(|v| **v >= d.statistic).count();
+        d.p_value = (reached + 1) as f64 / (DRAWS + 1) as f64;
+    }
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+fn dependence(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    channel: usize,
+    variable: Variable,
+    values: &[f64],
+) -> Option<Dependence> {
+    let knots = knots(values);
+    if !(knots[HATS - 1] > knots[0]) {
+        return None;
+    }
+    let weights: Vec<[f64; HATS]> = values.iter().map(|v| hats(&knots, *v)).collect();
+    let raw = data.rate_derivatives(&stage.model, &weights);
+    let mut white: Vec<f64> = raw.iter().flatten().map(|v| v / data.noise_kpa).collect();
+    stage.whitening.apply_columns(&mut white, HATS);
+    // What the model's own parameters could do instead is not a dependence.
+    let mut columns: Vec<Vec<f64>> =
+        (0..HATS).map(|h| white.iter().skip(h).step_by(HATS).copied().collect()).collect();
+    for column in &mut columns {
+        let along = stage.project(data, column);
+        stage.remove(column, &along);
+    }
+    let fit: Vec<usize> = rows_of(data, &[Role::Fit]);
+    let mut gram = DMatrix::<f64>::zeros(HATS, HATS);
+    let mut right = DVector::<f64>::zeros(HATS);
+    for &row in &fit {
+        for a in 0..HATS {
+            right[a] += columns[a][row] * stage.residuals[row];
+            for b in 0..HATS {
+                gram[(a, b)] += columns[a][row] * columns[b][row];
+            }
+        }
+    }
+    let ridge = 1e-3 * gram.trace() / HATS as f64 + 1e-9;
+    for k in 0..HATS {
+        gram[(k, k)] += ridge;
+    }
+    let heights = gram.cholesky()?.solve(&right);
+    let predicted = |row: usize| (0..HATS).map(|h| columns[h][row] * heights[h]).sum::<f64>();
+    let mut scores = Vec::new();
+    let (mut before, mut after) = (0.0, 0.0);
+    for (block, span) in data.blocks.iter().zip(&data.spans) {
+        if block.role == Role::Fit {
+            continue;
+        }
+        let half = span.start + span.len() / 2;
+        for range in [span.start..half, half..span.end] {
+            let mut score = 0.0;
+            for row in range {
+                let (r, d) = (stage.residuals[row], predicted(row));
+                score += r * d;
+                before += r * r;
+                after += (r - d) * (r - d);
+            }
+            scores.push(score);
+        }
+    }
+    let length = scores.iter().map(|z| z * z).sum::<f64>().sqrt();
+    if length > 0.0 {
+        scores.iter_mut().for_each(|z| *z /= length);
+    }
+    let correction = raw.iter().map(|d| (0..HATS).map(|h| d[h] * heights[h]).sum()).collect();
+    Some(Dependence {
+        variable,
+        channel,
+        statistic: scores.iter().sum(),
+        p_value: 1.0,
+        share: (1.0 - after / before).max(0.0),
+        knots,
+        heights: heights.as_slice().to_vec(),
+        correction,
+        scores,
+    })
+}
+
+/// Compared rows in the blocks of some roles.
+#[must_use]
+pub fn rows_of(data: &ChannelData, roles: &[Role]) -> Vec<usize> {
+    let chosen = data.blocks.iter().zip(&data.spans).filter(|(b, _)| roles.contains(&b.role));
+    chosen.flat_map(|(_, span)| span.clone()).collect()
+}

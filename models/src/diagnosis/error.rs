@@ -1,0 +1,102 @@
+//! Why a recording cannot be diagnosed.
+
+use thiserror::Error;
+
+/// A recording from which nothing can be named.
+#[derive(Debug, Error)]
+pub enum DiagnosisError {
+    /// No channel can be simulated.
+    #[error("{file}: no channel can be diagnosed: {reasons}")]
+    NoUsableChannel {
+        /// The recording.
+        file: String,
+        /// What is missing, channel by channel.
+        reasons: String,
+    },
+    /// Too short to fit, select and test.
+    #[error(
+        "{file}: {seconds:.1} s of usable data give {blocks} blocks of {block_s:.1} s; at least {wanted} are needed to fit, to choose and to test on different data: record at least 20 s"
+    )]
+    TooShort {
+        /// The recording.
+        file: String,
+        /// Its length.
+        seconds: f64,
+        /// Blocks it gives.
+        blocks: usize,
+        /// Length of a block.
+        block_s: f64,
+        /// Blocks needed.
+        wanted: usize,
+    },
+    /// The input does not move.
+    #[error(
+        "{file}: {what} of {channels} never changes: nothing can be learnt about what it drives; move it over its range while recording"
+    )]
+    NoExcitation {
+        /// The recording.
+        file: String,
+        /// Drive or command.
+        what: &'static str,
+        /// Which channels.
+        channels: String,
+    },
+    /// Command and pressure differ by the factor between two units.
+    #[error(
+        "{file}: {channel} moves {ratio:.3} times as far as its command: {explanation}; convert it (`pneudrive-model import` knows the units)"
+    )]
+    Units {
+        /// The recording.
+        file: String,
+        /// The channel.
+        channel: String,
+        /// Movement of the pressure over that of the command.
+        ratio: f64,
+        /// What it looks like.
+        explanation: String,
+    },
+    /// A pressure follows another channel's command.
+    #[error(
+        "{file}: the pressure of {channel} follows the command of {other} (correlation {theirs:.2}, with its own {own:.2}): two channels are swapped, in the columns or in the tubing"
+    )]
+    Swapped {
+        /// The recording.
+        file: String,
+        /// The channel.
+        channel: String,
+        /// Whose command it follows.
+        other: String,
+        /// Correlation with its own command.
+        own: f64,
+        /// Correlation with the other's.
+        theirs: f64,
+    },
+    /// The fit of the base model fails.
+    #[error("{file}: the {model} model cannot be fitted to {channel}: {hint}")]
+    NoFit {
+        /// The recording.
+        file: String,
+        /// The base model.
+        model: &'static str,
+        /// The channel.
+        channel: String,
+        /// What it may be.
+        hint: String,
+    },
+    /// The reference does not fit the recording.
+    #[error("{file}: {problem}")]
+    Reference {
+        /// The reference file.
+        file: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {file}: {source}")]
+    Write {
+        /// The file.
+        file: String,
+        /// Why.
+        source: std::io::Error,
+    },
+}

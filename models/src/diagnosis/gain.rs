@@ -1,0 +1,90 @@
+//! Errors of rollouts on the test blocks, and what a change of the model gains there.
+
+use super::blocks::Role;
+use super::channel::{ChannelData, Extended};
+use super::json::Gain;
+use super::random::{generator, quantile, runs};
+use super::whiten::Whitening;
+
+/// Pieces a test block is cut into for resampling.
+const PIECES: usize = 5;
+const RESAMPLES: usize = 1999;
+
+/// Squared errors of one model over the test blocks.
+#[derive(Debug, Clone)]
+pub struct TestErrors {
+    /// Sum of squares and number of rows, channel by channel and piece by piece, kPa^2.
+    pieces: Vec<Vec<(f64, f64)>>,
+}
+
+/// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows.
+#[must_use]
+pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
+    let mut r = data.residuals(model);
+    Whitening::start_only(data, &data.disturbances(model)).apply(&mut r);
+    r
+}
+
+impl TestErrors {
+    /// Of the residuals of every channel.
+    #[must_use]
+    pub fn new(channels: &[ChannelData], residuals: &[Vec<f64>]) -> Self {
+        let pieces = channels.iter().zip(residuals).map(|(data, r)| {
+            let tests = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Test);
+            tests
+                .flat_map(|(_, span)| {
+                    (0..PIECES).map(move |k| {
+                        let at = |k: usize| span.start + k * span.len() / PIECES;
+                        let part = &r[at(k)..at(k + 1)];
+                        (part.iter().map(|v| v * v).sum::<f64>(), part.len() as f64)
+                    })
+                })
+                .collect()
+        });
+        Self { pieces: pieces.collect() }
+    }
+
+    /// RMS error of one channel, kPa.
+    #[must_use]
+    pub fn channel(&self, channel: usize) -> f64 {
+        let (sum, count) = self.pieces[channel].iter().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// RMS error of all channels, kPa.
+    #[must_use]
+    pub fn all(&self) -> f64 {
+        let (sum, count) = self.pieces.iter().flatten().fold((0.0, 0.0), |a, p| (a.0 + p.0, a.1 + p.1));
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// Reduction from `self` to `after` with its 95 % interval (moving-block bootstrap, Kuensch 1989, over runs as long as a block).
+    #[must_use]
+    pub fn gain(&self, after: &Self) -> Gain {
+        let together = |e: &Self| {
+            let count = e.pieces.iter().map(Vec::len).max().unwrap_or(0);
+            let sum = |k: usize| e.pieces.iter().filter_map(|c| c.get(k)).map(|p| p.0).sum::<f64>();
+            (0..count).map(sum).collect::<Vec<f64>>()
+        };
+        let (a, b) = (together(self), together(after));
+        let reduction = |a: f64, b: f64| 1.0 - (b / a).sqrt();
+        let mut rng = generator(4);
+        let mut values: Vec<f64> = (0..RESAMPLES)
+            .filter(|_| !a.is_empty())
+            .map(|_| {
+                let drawn = runs(&mut rng, a.len(), PIECES);
+                let sum = |x: &[f64]| drawn.iter().map(|&k| x[k]).sum::<f64>();
+                reduction(sum(&a), sum(&b))
+            })
+            .collect();
+        values.sort_by(f64::total_cmp);
+        let interval =
+            if values.is_empty() { [0.0, 0.0] } else { [quantile(&values, 0.025), quantile(&values, 0.975)] };
+        Gain {
+            test_rmse_before_kpa: self.all(),
+            test_rmse_after_kpa: after.all(),
+            reduction: reduction(a.iter().sum(), b.iter().sum()),
+            ci95: interval,
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! The gate: is there anything of an effect in the residual at all?
+//!
+//! Every effect is simulated at a few sizes. What it changes in the readings, after the model's own parameters have compensated for
+//! as much of it as they can, is a direction `d`; the score of half a block is `z = r . d`. Under the null hypothesis the signs of
+//! the scores are random however the residual is correlated within a block, so `|sum z| / sqrt(sum z^2)` is compared with its largest
+//! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
+//! clusters, Westfall and Young 1993 for the maximum).
+
+use rayon::prelude::*;
+
+use super::blocks::Role;
+use super::channel::{ChannelData, Extended};
+use super::random::{generator, signs};
+use super::ripple::ripple_probes;
+use super::stage::{ChannelStage, OPEN, whitened_residuals};
+use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{Domain, DriveInput, Kind, Question};
+use crate::model::Scale;
+
+/// Draws of random signs.
+const DRAWS: usize = 999;
+/// Parts of a block with a score of their own.
+const PARTS: usize = 2;
+
+/// One size of one effect, tried on one channel.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Number of the effect in the catalogue.
+    pub effect: usize,
+    /// Number of the probe.
+    pub probe: usize,
+    /// The model with the effect at this size and its other parameters compensating: where a fit starts.
+    pub start: Extended,
+    /// Scores, in the order of the blocks; zero where a block does not count.
+    pub scores: Vec<f64>,
+    /// Sum of squared whitened residuals of `start` on the open blocks.
+    pub loss: f64,
+    /// Does only one sign of the score speak for the effect?
+    pub one_sided: bool,
+}
+
+/// What the gate says about one effect.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gate {
+    /// Number of the effect.
+    pub effect: usize,
+    /// Largest statistic over probes, of all channels together or of any one.
+    pub statistic: f64,
+    /// Share of random-sign draws in which anything in the catalogue reaches it.
+    pub p_value: f64,
+}
+
+/// Can this effect be asked about on this channel?
+#[must_use]
+pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool {
+    let info = CATALOGUE[effect];
+    let domain = match data.plant.kind {
+        Kind::Linear => info.domain != Domain::Valve,
+        Kind::Nonlinear(_) => info.domain != Domain::Regulator,
+    };
+    let known = match info.id {
+        "chamber_coupling" => !data.inputs.opposite_pa.is_empty(),
+        "sensor_crosstalk" => !data.inputs.sampled_before_pa.is_empty(),
+        // Two valves have a gain each in the base model.
+        "valve_asymmetry" => !matches!(data.inputs.drive, DriveInput::Separate { .. }),
+        _ => true,
+    };
+    domain && known && info.question == question
+}
+
+/// Tries every effect in question on every channel.
+#[must_use]
+pub fn trials(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    question: Question,
+    tick: &(dyn Fn() + Sync),
+) -> Vec<Vec<Trial>> {
+    channels
+        .par_iter()
+        .zip(stages)
+        .map(|(data, stage)| {
+            let wanted: Vec<usize> = (0..CATALOGUE.len())
+                .filter(|&e| applicable(data, e, question) && !stage.model.effects.contains(&e))
+                .collect();
+            wanted
+                .par_iter()
+                .flat_map(|&effect| {
+                    let tried = try_effect(data, stage, effect);
+                    tick();
+                    tried
+                })
+                .collect()
+        })
+        .collect()
+}
+
+fn try_effect(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Trial> {
+    let info = CATALOGUE[effect];
+    let searched = info.probes.is_empty();
+    let probes: Vec<Vec<f64>> =
+        if searched { ripple_probes(data, stage) } else { info.probes.iter().map(|p| p.to_vec()).collect() };
+    let first = info.parameters[0];
+    let one_sided = first.null <= first.lower || first.null >= first.upper;
+    probes
+        .iter()
+        .enumerate()
+        .filter_map(|(probe, values)| try_probe(data, stage, effect, values).map(|t| (probe, t)))
+        .map(|(probe, (start, direction, loss))| Trial {
+            effect,
+            probe,
+            start,
+            // A probe that was found by searching the fit blocks is judged on the others.
+            scores: scores(
+                data,
+                &stage.residuals,
+                &direction,
+                if searched { &[Role::Select] } else { &OPEN },
+            ),
+            loss,
+            one_sided: one_sided || searched,
+        })
+        .collect()
+}
+
+/// The model with an effect at one size, what it changes in the whitened readings, and its loss on the open blocks.
+fn try_probe(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    effect: usize,
+    values: &[f64],
+) -> Option<(Extended, Vec<f64>, f64)> {
+    let mut model = stage.model.with(&data.plant, effect, values);
+    let parameters = stage.model.parameters(&data.plant);
+    let inserted = model.range(&data.plant, effect)?;
+    let position = |k: usize| if k < inserted.start { k } else { k + inserted.len() };
+    let change = |model: &Extended| {
+        let mut d: Vec<f64> = data
+            .readings(model)
+            .iter()
+            .zip(&stage.readings)
+            .map(|(y, y0)| (y - y0) / data.noise_kpa)
+            .collect();
+        stage.whitening.apply(&mut d);
+        d
+    };
+    // The model's own parameters give way, first to keep the readings where they were.
+    let give_way = |model: &mut Extended, coefficients: &[f64]| {
+        for (&k, c) in stage.free.iter().zip(coefficients) {
+            let p = &parameters[k];
+            let value = &mut model.values[position(k)];
+            *value = match p.scale {
+                Scale::Linear => *value + c,
+                Scale::Logarithmic => *value * c.clamp(-2.0, 2.0).exp(),
+            }
+            .clamp(p.lower, p.upper);
+        }
+    };
+    let d = change(&model);
+    let back: Vec<f64> = stage.project(data, &d).iter().map(|c| -c).collect();
+    give_way(&mut model, &back);
+    let mut d = change(&model);
+    if !d.iter().all(|v| v.is_finite()) {
+        return None;
+    }
+    let rest = stage.project(data, &d);
+    stage.remove(&mut d, &rest);
+    // Then, for the start of a fit, to come as close to the measurement as they can.
+    let r = whitened_residuals(data, &stage.whitening, &data.readings(&model));
+    let forward = stage.project(data, &r);
+    let mut closest = r;
+    stage.remove(&mut closest, &forward);
+    let loss = data
+        .blocks
+        .iter()
+        .zip(&data.spans)
+        .filter(|(b, _)| OPEN.contains(&b.role))
+        .map(|(_, span)| closest[span.clone()].iter().map(|v| v * v).sum::<f64>())
+        .sum();
+    give_way(&mut model, &forward);
+    Some((model, d, loss))
+}
+
+fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
+    let mut scores = Vec::with_capacity(data.spans.len() * PARTS);
+    for (block, span) in data.blocks.iter().zip(&data.spans) {
+        let length = span.len();
+        for part in 0..PARTS {
+            let range = span.start + part * length / PARTS..span.start + (part + 1) * length / PARTS;
+            let counts = roles.contains(&block.role);
+            let score: f64 = range.map(|row| residuals[row] * direction[row]).sum();
+            scores.push(if counts { score } else { 0.0 });
+        }
+    }
+    scores
+}
+
+/// Statistics of all effects and what of them chance explains.
+#[must_use]
+pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
+    // One test for every trial of every channel, and one for the same trial on all channels together.
+    let mut tests: Vec<(usize, bool, Vec<f64>)> = Vec::new();
+    for channel in trials {
+        tests.extend(channel.iter().map(|t| (t.effect, t.one_sided, normalised(&t.scores))));
+    }
+    if trials.len() > 1 {
+        let keys: std::collections::BTreeSet<(usize, usize)> =
+            trials.iter().flatten().map(|t| (t.effect, t.probe)).collect();
+        for (effect, probe) in keys {
+            let same: Vec<&Trial> =
+                trials.iter().flatten().filter(|t| (t.effect, t.probe) == (effect, probe)).collect();
+            let length = same.iter().map(|t| t.scores.len()).max().unwrap_or(0);
+            let mut sum = vec![0.0; length];
+            for trial in &same {
+                for (s, z) in sum.iter_mut().zip(&trial.scores) {
+                    *s += z;
+                }
+            }
+            let one_sided = same.iter().all(|t| t.one_sided);
+            tests.push((effect, one_sided, normalised(&sum)));
+        }
+    }
+    let statistic = |one_sided: bool, z: &[f64], signs: Option<&[f64]>| {
+        let sum: f64 = match signs {
+            Some(signs) => z.iter().zip(signs).map(|(z, s)| z * s).sum(),
+            None => z.iter().sum(),
+        };
+        if one_sided { sum } else { sum.abs() }
+    };
+    let length = tests.iter().map(|(_, _, z)| z.len()).max().unwrap_or(0);
+    let draws: Vec<f64> = {
+        let mut rng = generator(1);
+        let drawn: Vec<Vec<f64>> = (0..DRAWS).map(|_| signs(&mut rng, length)).collect();
+        drawn
+            .par_iter()
+            .map(|s| tests.iter().map(|(_, one, z)| statistic(*one, z, Some(s))).fold(0.0, f64::max))
+            .collect()
+    };
+    let mut gates: Vec<Gate> = Vec::new();
+    for (effect, one_sided, z) in &tests {
+        let value = statistic(*one_sided, z, None);
+        match gates.iter_mut().find(|g| g.effect == *effect) {
+            Some(gate) => gate.statistic = gate.statistic.max(value),
+            None => gates.push(Gate { effect: *effect, statistic: value, p_value: 1.0 }),
+        }
+    }
+    for gate in &mut gates {
+        let reached = draws.iter().filter(|d| **d >= gate.statistic).count();
+        gate.p_value = (reached + 1) as f64 / (DRAWS + 1) as f64;
+    }
+    gates.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.statistic.total_cmp(&a.statistic)));
+    gates
+}
+
+fn normalised(z: &[f64]) -> Vec<f64> {
+    let length = z.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if length > 0.0 { z.iter().map(|v| v / length).collect() } else { z.to_vec() }
+}

@@ -1,0 +1,187 @@
+//! `report.json`: the result for programs. The format is `pneudrive-diagnosis/1`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Name of the format.
+pub const SCHEMA: &str = "pneudrive-diagnosis/1";
+
+/// The whole file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// The recording.
+    pub data: Data,
+    /// What was found, in a word.
+    pub verdict: Verdict,
+    /// What was found, in a sentence.
+    pub sentence: String,
+    /// The base model alone.
+    pub baseline: Baseline,
+    /// What the base model's residual depends on.
+    pub symptoms: Vec<Symptom>,
+    /// What was named, in the order of the gain.
+    pub causes: Vec<Cause>,
+    /// What no name fits.
+    pub unexplained: Unexplained,
+    /// How to tell rivals apart.
+    pub next_experiment: Option<NextExperiment>,
+    /// File of the extended model, beside this one.
+    pub extended_model: Option<String>,
+    /// What was noticed about the data.
+    pub notes: Vec<String>,
+    /// Checks of the simulation itself.
+    pub checks: Checks,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing is missing that this recording could show.
+    Adequate,
+    /// Named causes, and nothing left.
+    Explained,
+    /// Named causes, and something left.
+    PartlyExplained,
+    /// Something is wrong and no name fits.
+    Unexplained,
+}
+
+/// The recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Data {
+    /// File name.
+    pub file: String,
+    /// Rows used.
+    pub rows: usize,
+    /// Rows a second, Hz.
+    pub rate_hz: f64,
+    /// Length, s.
+    pub seconds: f64,
+}
+
+/// The base model alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Baseline {
+    /// Its name.
+    pub model: String,
+    /// RMS error of rollouts over the test blocks, all channels, kPa.
+    pub test_rmse_kpa: f64,
+    /// Noise of the measurement, kPa RMS.
+    pub noise_floor_kpa: f64,
+    /// By channel.
+    pub channels: BTreeMap<String, BaselineChannel>,
+}
+
+/// The base model of one channel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BaselineChannel {
+    /// Fitted parameters.
+    pub parameters: BTreeMap<String, f64>,
+    /// RMS error over its test blocks, kPa.
+    pub test_rmse_kpa: f64,
+}
+
+/// Something the residual depends on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Symptom {
+    /// Channel, or `all`.
+    pub channel: String,
+    /// In words.
+    pub what: String,
+    /// Name of the statistic.
+    pub statistic: String,
+    /// Its value.
+    pub value: f64,
+    /// Share of random-sign draws that reach it.
+    pub p_value: f64,
+    /// Part of the squared residual on blocks not fitted that the dependence accounts for.
+    pub share: f64,
+}
+
+/// A named cause.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// Its id.
+    pub effect: String,
+    /// Where it acts.
+    pub channels: Vec<String>,
+    /// Effects that explain the recording as well.
+    pub equivalent: Vec<String>,
+    /// Its parameters, over the channels where it acts.
+    pub parameters: BTreeMap<String, Estimate>,
+    /// The same, channel by channel.
+    pub by_channel: BTreeMap<String, BTreeMap<String, Estimate>>,
+    /// p-value of the gate, corrected for the whole catalogue.
+    pub p_value: f64,
+    /// What modelling it gains.
+    pub gain: Gain,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Best value.
+    pub value: f64,
+    /// 95 % interval; `None` where the recording does not determine it.
+    pub ci95: Option<[f64; 2]>,
+    /// Unit.
+    pub unit: String,
+    /// `identified` or `not identifiable here`.
+    pub state: String,
+}
+
+/// Gain on the test blocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Gain {
+    /// RMS error without the cause, kPa.
+    pub test_rmse_before_kpa: f64,
+    /// RMS error with it, kPa.
+    pub test_rmse_after_kpa: f64,
+    /// One minus their ratio.
+    pub reduction: f64,
+    /// 95 % interval of the reduction (moving-block bootstrap).
+    pub ci95: [f64; 2],
+}
+
+/// What no name fits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Unexplained {
+    /// Part of the base model's squared test residual above the noise that is left.
+    pub share: f64,
+    /// RMS error of the extended model over the test blocks, kPa.
+    pub test_rmse_kpa: f64,
+    /// What the remaining residual depends on.
+    pub depends_on: Vec<Symptom>,
+    /// What a smooth correction of the strongest dependence gains, where there is one.
+    pub correction: Option<Gain>,
+}
+
+/// An experiment that tells rivals apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// The rivals.
+    pub rivals: Vec<String>,
+    /// Name of the excitation.
+    pub excitation: String,
+    /// Command file beside the report.
+    pub trajectory: String,
+    /// Expected difference of the rivals' predictions, RMS kPa, after refitting.
+    pub separation_kpa: f64,
+    /// What to do.
+    pub instruction: String,
+}
+
+/// Checks of the simulation itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Checks {
+    /// RMS change of the final simulation when the integration step is halved, kPa.
+    pub halved_step_rms_kpa: f64,
+    /// Blocks to fit, to choose and to test.
+    pub blocks: [usize; 3],
+    /// Length of a block, s.
+    pub block_s: f64,
+}

@@ -1,0 +1,341 @@
+//! A whole diagnosis: from a recording to what the reports hold.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::blocks::{Role, block_length_s};
+use super::channel::{ChannelData, Extended};
+use super::check::check;
+use super::dependence::{Dependence, dependences};
+use super::error::DiagnosisError;
+use super::extended::{ExtendedFile, extended_file};
+use super::gain::{TestErrors, rollout_residuals};
+use super::interval::{coordinates, interval, pool};
+use super::json::{
+    Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Symptom, Unexplained, Verdict,
+};
+use super::prepare::{LONGEST_STEP_S, prepare};
+use super::search::{Outcome, Progress, search};
+use super::stage::ChannelStage;
+use super::verdict;
+use crate::data::Recording;
+use crate::effects::EffectParameter;
+use crate::effects::catalogue::CATALOGUE;
+use crate::model::Scale;
+use crate::rig::Rig;
+
+/// File name of the extended model.
+pub const EXTENDED_FILE: &str = "extended.toml";
+/// A dependence that accounts for less than this part of the squared residual is not worth mention.
+const DEPENDENCE_SHARE: f64 = 0.03;
+/// Level of the dependence tests.
+const DEPENDENCE_LEVEL: f64 = 0.05;
+/// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
+const FLAT: f64 = 0.8;
+
+/// Everything a report is made of.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// The result for programs.
+    pub report: Report,
+    /// The extended model.
+    pub extended: ExtendedFile,
+    /// The channels.
+    pub channels: Vec<ChannelData>,
+    /// Base models.
+    pub base: Vec<Extended>,
+    /// Final stages.
+    pub stages: Vec<ChannelStage>,
+    /// Stages of the base models.
+    pub base_stages: Vec<ChannelStage>,
+    /// Dependences of the base models' residuals, strongest first.
+    pub symptoms: Vec<Dependence>,
+    /// Dependences of what is left.
+    pub left: Vec<Dependence>,
+    /// The search.
+    pub outcome: Outcome,
+    /// Was a reference given?
+    pub change: bool,
+}
+
+/// Diagnoses a recording.
+///
+/// # Errors
+/// [`DiagnosisError`] when the data cannot carry a diagnosis, or the reference does not fit.
+pub fn diagnose(
+    recording: &Recording,
+    rig: &Rig,
+    reference: Option<(&str, &ExtendedFile)>,
+    progress: &Progress<'_>,
+) -> Result<Diagnosis, DiagnosisError> {
+    let mut channels = prepare(recording, rig)?;
+    let file = recording.source.file.clone();
+    let notes = check(&file, &channels)?;
+    let calibrated = reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
+    let change = calibrated.is_some();
+    let outcome = search(&mut channels, calibrated, progress);
+    for (data, model) in channels.iter().zip(&outcome.base) {
+        if !data.residuals(model).iter().all(|r| r.is_finite()) {
+            return Err(DiagnosisError::NoFit {
+                file,
+                model: data.plant.name(),
+                channel: data.id.to_string(),
+                hint:
+                    "the simulation runs away; check the supply pressure, the units and the sign of the drive"
+                        .to_owned(),
+            });
+        }
+    }
+    progress("measuring the gain", 0);
+    Ok(assemble(recording, rig, channels, outcome, notes, change))
+}
+
+fn assemble(
+    recording: &Recording,
+    rig: &Rig,
+    channels: Vec<ChannelData>,
+    outcome: Outcome,
+    mut notes: Vec<String>,
+    change: bool,
+) -> Diagnosis {
+    let errors_of = |models: &[Extended]| {
+        let residuals: Vec<Vec<f64>> =
+            channels.par_iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
+        TestErrors::new(&channels, &residuals)
+    };
+    let finals: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+    let base_errors = errors_of(&outcome.base);
+    let mut steps: Vec<TestErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
+    steps.push(errors_of(&finals));
+    let base_stages: Vec<ChannelStage> = channels
+        .par_iter()
+        .zip(&outcome.base)
+        .map(|(data, model)| {
+            let free = if change { Vec::new() } else { super::base::free_base(data) };
+            ChannelStage::new(data, model.clone(), free)
+        })
+        .collect();
+    let symptoms = dependences(&channels, &base_stages);
+    let left =
+        if outcome.causes.is_empty() { symptoms.clone() } else { dependences(&channels, &outcome.stages) };
+    let mut causes: Vec<Cause> = outcome
+        .causes
+        .iter()
+        .enumerate()
+        .map(|(k, found)| cause(&channels, &outcome, found, steps[k].gain(&steps[k + 1])))
+        .collect();
+    causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
+    let depends_on = significant(&channels, &left);
+    let share = share_left(&channels, &base_stages, &outcome.stages);
+    let halved = halved_step(&channels, &finals);
+    let gained = base_errors.all() - steps.last().map_or(0.0, TestErrors::all);
+    if !causes.is_empty() && halved > 0.2 * gained {
+        notes.push(format!(
+            "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
+        ));
+    }
+    let verdict = match (causes.is_empty(), depends_on.is_empty()) {
+        (true, true) => Verdict::Adequate,
+        (true, false) => Verdict::Unexplained,
+        (false, true) => Verdict::Explained,
+        (false, false) => Verdict::PartlyExplained,
+    };
+    let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
+    let baseline = Baseline {
+        model: channels.first().map_or("nonlinear", |d| d.plant.name()).to_owned(),
+        test_rmse_kpa: base_errors.all(),
+        noise_floor_kpa: noise,
+        channels: channels
+            .iter()
+            .enumerate()
+            .map(|(k, data)| {
+                let named = data.plant.parameters().into_iter().zip(&outcome.base[k].values);
+                let channel = BaselineChannel {
+                    parameters: named.map(|(p, v)| (p.name, *v)).collect(),
+                    test_rmse_kpa: base_errors.channel(k),
+                };
+                (data.id.to_string(), channel)
+            })
+            .collect(),
+    };
+    let count = |role| channels.first().map_or(0, |d| d.blocks.iter().filter(|b| b.role == role).count());
+    let mut report = Report {
+        schema: SCHEMA.to_owned(),
+        data: Data {
+            file: recording.source.file.clone(),
+            rows: recording.rows(),
+            rate_hz: recording.rate_hz(),
+            seconds: recording.duration_s(),
+        },
+        verdict,
+        sentence: String::new(),
+        baseline,
+        symptoms: significant(&channels, &symptoms),
+        causes,
+        unexplained: Unexplained {
+            share,
+            test_rmse_kpa: steps.last().map_or(0.0, TestErrors::all),
+            correction: correction(&channels, &finals, &left, !depends_on.is_empty()),
+            depends_on,
+        },
+        next_experiment: None,
+        extended_model: Some(EXTENDED_FILE.to_owned()),
+        notes,
+        checks: Checks {
+            halved_step_rms_kpa: halved,
+            blocks: [count(Role::Fit), count(Role::Select), count(Role::Test)],
+            block_s: block_length_s(recording.duration_s()),
+        },
+    };
+    report.sentence = verdict::sentence(&report, change);
+    let extended = extended_file(&channels, &finals, rig);
+    Diagnosis {
+        report,
+        extended,
+        base: outcome.base.clone(),
+        stages: outcome.stages.clone(),
+        base_stages,
+        symptoms,
+        left,
+        channels,
+        outcome,
+        change,
+    }
+}
+
+fn cause(
+    channels: &[ChannelData],
+    outcome: &Outcome,
+    found: &super::search::Found,
+    gain: super::json::Gain,
+) -> Cause {
+    let info = CATALOGUE[found.effect];
+    let acting: Vec<(usize, &ChannelData)> =
+        channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
+    let by_channel: Vec<(String, Vec<super::interval::Coordinate>)> = acting
+        .iter()
+        .map(|(k, data)| (data.id.to_string(), coordinates(data, &outcome.stages[*k], found.effect)))
+        .collect();
+    let named = |estimates: Vec<super::interval::Coordinate>| -> BTreeMap<String, Estimate> {
+        info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
+    };
+    let pooled: Vec<super::interval::Coordinate> = (0..info.parameters.len())
+        .filter_map(|k| {
+            let all: Vec<super::interval::Coordinate> =
+                by_channel.iter().filter_map(|(_, c)| c.get(k).copied()).collect();
+            pool(&all)
+        })
+        .collect();
+    Cause {
+        effect: info.id.to_owned(),
+        channels: acting.iter().map(|(_, d)| d.id.to_string()).collect(),
+        equivalent: found.equivalent.iter().map(|&e| CATALOGUE[e].id.to_owned()).collect(),
+        parameters: named(pooled),
+        by_channel: by_channel.into_iter().map(|(id, c)| (id, named(c))).collect(),
+        p_value: found.p_value,
+        gain,
+    }
+}
+
+fn estimate(p: &EffectParameter, c: &super::interval::Coordinate) -> Estimate {
+    let value = match p.scale {
+        Scale::Linear => c.value,
+        Scale::Logarithmic => c.value.exp(),
+    };
+    let ends = interval(c, p.scale);
+    let flat = ends.is_none_or(|[low, high]| match p.scale {
+        Scale::Linear => high - low > FLAT * (p.upper - p.lower),
+        Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
+    });
+    let clip = |v: f64| v.clamp(p.lower, p.upper);
+    Estimate {
+        value,
+        ci95: if flat { None } else { ends.map(|e| e.map(clip)) },
+        unit: p.unit.to_owned(),
+        state: if flat { "not identifiable here" } else { "identified" }.to_owned(),
+    }
+}
+
+/// What passes the test and is worth mention, each variable once.
+fn significant(channels: &[ChannelData], found: &[Dependence]) -> Vec<Symptom> {
+    let mut named = Vec::new();
+    let mut list: Vec<Symptom> = Vec::new();
+    for d in found {
+        if d.p_value > DEPENDENCE_LEVEL || d.share < DEPENDENCE_SHARE || named.contains(&d.variable.words()) {
+            continue;
+        }
+        named.push(d.variable.words());
+        list.push(Symptom {
+            channel: channels[d.channel].id.to_string(),
+            what: format!("the residual depends on {}", d.variable.words()),
+            statistic: "sum of half-block scores over their root sum of squares".to_owned(),
+            value: d.statistic,
+            p_value: d.p_value,
+            share: d.share,
+        });
+    }
+    list
+}
+
+/// Part of the base models' squared whitened test residual above the noise that the final models leave.
+fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelStage]) -> f64 {
+    let mean = |stages: &[ChannelStage]| {
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for (data, stage) in channels.iter().zip(stages) {
+            for row in super::dependence::rows_of(data, &[Role::Test]) {
+                sum += stage.residuals[row].powi(2);
+                count += 1.0;
+            }
+        }
+        sum / count.max(1.0)
+    };
+    let above = mean(base) - 1.0;
+    if above <= 0.05 { 0.0 } else { ((mean(last) - 1.0) / above).clamp(0.0, 1.0) }
+}
+
+/// RMS change of the final simulation when the integration step is halved, kPa.
+fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for (data, model) in channels.iter().zip(models) {
+        let mut finer = data.clone();
+        finer.plant.longest_step_s = 0.5 * LONGEST_STEP_S;
+        if let Some(board) = &mut finer.plant.board {
+            // The board's loop keeps its rate; its steps cannot be halved.
+            board.rate_hz *= 1.0;
+        }
+        for (a, b) in data.readings(model).iter().zip(finer.readings(model)) {
+            sum += (a - b).powi(2);
+            count += 1.0;
+        }
+    }
+    (sum / count.max(1.0)).sqrt()
+}
+
+/// What a smooth correction of the strongest remaining dependence of each channel gains on the test blocks.
+fn correction(
+    channels: &[ChannelData],
+    models: &[Extended],
+    left: &[Dependence],
+    wanted: bool,
+) -> Option<super::json::Gain> {
+    if !wanted {
+        return None;
+    }
+    let plain: Vec<Vec<f64>> = channels.iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
+    let corrected: Vec<Vec<f64>> = channels
+        .iter()
+        .enumerate()
+        .map(|(k, data)| {
+            let best = left.iter().find(|d| d.channel == k && d.p_value <= DEPENDENCE_LEVEL);
+            let Some(best) = best else {
+                return plain[k].clone();
+            };
+            let mut r: Vec<f64> =
+                data.residuals(&models[k]).iter().zip(&best.correction).map(|(r, c)| r - c).collect();
+            super::whiten::Whitening::start_only(data, &data.disturbances(&models[k])).apply(&mut r);
+            r
+        })
+        .collect();
+    Some(TestErrors::new(channels, &plain).gain(&TestErrors::new(channels, &corrected)))
+}

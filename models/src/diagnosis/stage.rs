@@ -1,0 +1,126 @@
+//! Where the search stands: the model of every channel, its whitened residuals and sensitivities.
+
+use nalgebra::{Cholesky, DVector, Dyn};
+use rayon::prelude::*;
+
+use super::blocks::Role;
+use super::channel::{ChannelData, Extended};
+use super::fit::normal_equations;
+use super::whiten::Whitening;
+
+/// Blocks that may be looked at before the end.
+pub const OPEN: [Role; 2] = [Role::Fit, Role::Select];
+
+/// One channel's model and what follows from it.
+#[derive(Debug, Clone)]
+pub struct ChannelStage {
+    /// The model.
+    pub model: Extended,
+    /// Positions of its free parameters.
+    pub free: Vec<usize>,
+    /// Weights.
+    pub whitening: Whitening,
+    /// Simulated readings, kPa.
+    pub readings: Vec<f64>,
+    /// Whitened residuals, measured minus simulated, in standard deviations of the noise.
+    pub residuals: Vec<f64>,
+    /// Whitened sensitivities of the readings, row by row, in the same unit.
+    pub sensitivities: Vec<f64>,
+    /// Factor of the sensitivities' normal matrix over the open blocks.
+    factor: Option<Cholesky<f64, Dyn>>,
+}
+
+impl ChannelStage {
+    /// Evaluates a model.
+    #[must_use]
+    pub fn new(data: &ChannelData, model: Extended, free: Vec<usize>) -> Self {
+        let whitening = Whitening::new(data, &data.disturbances(&model));
+        Self::weighted(data, model, free, whitening)
+    }
+
+    /// Evaluates a model with given weights.
+    #[must_use]
+    pub fn weighted(data: &ChannelData, model: Extended, free: Vec<usize>, whitening: Whitening) -> Self {
+        let (readings, mut sensitivities) = data.sensitivities(&model, &free);
+        whitening.apply_columns(&mut sensitivities, free.len());
+        let scale = 1.0 / data.noise_kpa;
+        sensitivities.iter_mut().for_each(|v| *v *= scale);
+        let residuals = whitened_residuals(data, &whitening, &readings);
+        let mut normal = normal_equations(data, &OPEN, &residuals, &sensitivities, free.len());
+        for k in 0..free.len() {
+            normal.matrix[(k, k)] = normal.matrix[(k, k)] * (1.0 + 1e-9) + 1e-12;
+        }
+        let factor = Cholesky::new(normal.matrix);
+        Self { model, free, whitening, readings, residuals, sensitivities, factor }
+    }
+
+    /// Coefficients of the sensitivities that take most out of a whitened series on the open blocks.
+    #[must_use]
+    pub fn project(&self, data: &ChannelData, series: &[f64]) -> Vec<f64> {
+        let n = self.free.len();
+        let mut gradient = DVector::<f64>::zeros(n);
+        for (block, span) in data.blocks.iter().zip(&data.spans) {
+            if OPEN.contains(&block.role) {
+                for row in span.clone() {
+                    for (g, s) in gradient.iter_mut().zip(&self.sensitivities[row * n..(row + 1) * n]) {
+                        *g += s * series[row];
+                    }
+                }
+            }
+        }
+        match &self.factor {
+            Some(factor) => factor.solve(&gradient).as_slice().to_vec(),
+            None => DVector::<f64>::zeros(self.free.len()).as_slice().to_vec(),
+        }
+    }
+
+    /// The series without its part along the sensitivities.
+    pub fn remove(&self, series: &mut [f64], coefficients: &[f64]) {
+        let n = self.free.len();
+        for (row, value) in series.iter_mut().enumerate() {
+            let along: f64 =
+                self.sensitivities[row * n..(row + 1) * n].iter().zip(coefficients).map(|(s, c)| s * c).sum();
+            *value -= along;
+        }
+    }
+
+    /// Sum of squared residuals of every block.
+    #[must_use]
+    pub fn losses(&self, data: &ChannelData) -> Vec<f64> {
+        block_losses(data, &self.residuals)
+    }
+}
+
+/// Whitened residuals of some readings, in standard deviations of the noise.
+#[must_use]
+pub fn whitened_residuals(data: &ChannelData, whitening: &Whitening, readings: &[f64]) -> Vec<f64> {
+    let mut r: Vec<f64> =
+        data.measured_kpa.iter().zip(readings).map(|(m, y)| (m - y) / data.noise_kpa).collect();
+    whitening.apply(&mut r);
+    r
+}
+
+/// Sum of squares in every block.
+#[must_use]
+pub fn block_losses(data: &ChannelData, residuals: &[f64]) -> Vec<f64> {
+    data.spans.iter().map(|span| residuals[span.clone()].iter().map(|v| v * v).sum()).collect()
+}
+
+/// Hands every channel the flow that the others draw from the supply, by their models.
+pub fn share_draws(channels: &mut [ChannelData], models: &[Extended]) {
+    let draws: Vec<Vec<f64>> = channels
+        .par_iter()
+        .zip(models)
+        .map(|(data, model)| data.trace(model).iter().map(|row| row[2].max(0.0)).collect())
+        .collect();
+    let rows = draws.first().map_or(0, Vec::len);
+    let mut total = vec![0.0; rows];
+    for draw in &draws {
+        for (t, d) in total.iter_mut().zip(draw) {
+            *t += d;
+        }
+    }
+    for (data, own) in channels.iter_mut().zip(&draws) {
+        data.inputs.others_draw = total.iter().zip(own).map(|(t, o)| t - o).collect();
+    }
+}

@@ -1,0 +1,59 @@
+//! The verdict in words, each with its numbers.
+
+use super::json::{Cause, Report, Verdict};
+use crate::effects::catalogue::{CATALOGUE, index_of};
+
+/// Title of an effect.
+#[must_use]
+pub fn title(id: &str) -> &str {
+    index_of(id).map_or(id, |k| CATALOGUE[k].title)
+}
+
+/// A cause and what it cannot be told from.
+#[must_use]
+pub fn name(cause: &Cause) -> String {
+    let mut text = format!("\"{}\"", title(&cause.effect));
+    if !cause.equivalent.is_empty() {
+        let rivals: Vec<String> = cause.equivalent.iter().map(|id| format!("\"{}\"", title(id))).collect();
+        text = format!("either {text} or {} (this recording cannot tell them apart)", rivals.join(" or "));
+    }
+    text
+}
+
+/// The verdict in a sentence or two.
+#[must_use]
+pub fn sentence(report: &Report, change: bool) -> String {
+    let before = report.baseline.test_rmse_kpa;
+    let after = report.unexplained.test_rmse_kpa;
+    let noise = report.baseline.noise_floor_kpa;
+    let names: Vec<String> = report.causes.iter().map(name).collect();
+    let names = names.join(" and ");
+    let reduction = 100.0 * (1.0 - after / before);
+    let found = if change { "Changed since the calibration" } else { "Missing from the model" };
+    let gain = format!(
+        "With it the simulation error on data that was not used for fitting falls from {before:.2} to {after:.2} kPa ({reduction:.0} % less; sensor noise is {noise:.2} kPa)."
+    );
+    let left: Vec<String> = report
+        .unexplained
+        .depends_on
+        .iter()
+        .map(|s| s.what.replace("the residual depends on ", ""))
+        .collect();
+    match report.verdict {
+        Verdict::Adequate if change => format!(
+            "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
+        ),
+        Verdict::Adequate => format!(
+            "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
+        ),
+        Verdict::Explained => format!("{found}: {names}. {gain} What remains shows no pattern."),
+        Verdict::PartlyExplained => format!(
+            "{found}: {names}. {gain} That is not all: what remains still depends on {}.",
+            left.join(", ")
+        ),
+        Verdict::Unexplained => format!(
+            "The model misses something that is not in the catalogue: its error ({before:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
+            left.join(", ")
+        ),
+    }
+}
