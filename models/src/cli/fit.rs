@@ -207,6 +207,7 @@ fn print(outputs: &BTreeMap<ChannelId, ChannelOutput>) {
                 let mark = match (p.at_bound, fit.undetermined.iter().any(|u| u.name == p.name)) {
                     (Some(_), _) => "at its bound",
                     (None, true) => "not determined",
+                    (None, false) if p.fixed => "fixed: the volume does not change",
                     (None, false) => "",
                 };
                 vec![p.name.clone(), significant(p.value, 5), p.unit.to_owned(), interval, mark.to_owned()]

@@ -95,7 +95,7 @@ pub(crate) fn read(file: &str, text: &mut dyn Read, plan: &mut ReadPlan<'_>) -> 
         }
         table.time_s.push(time);
         table.line.push(row_number(line));
-        if table.time_s.len() % PROGRESS_ROWS == 0 {
+        if table.time_s.len().is_multiple_of(PROGRESS_ROWS) {
             (plan.progress)(table.time_s.len());
         }
     }

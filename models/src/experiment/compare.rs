@@ -319,27 +319,36 @@ fn evaluation_time(prepared: &Prepared, values: &[f64], clock: &dyn Fn() -> f64)
     (clock() - began) / (f64::from(rounds) * per_round as f64)
 }
 
+/// What counts of one channel towards the whole.
+struct Judged {
+    rollout: Score,
+    one_step_r2: f64,
+    evaluation_s: f64,
+}
+
 fn overall(model: ModelKind, channels: &[ChannelComparison], fit_s: f64) -> Option<Overall> {
-    let results: Vec<(Score, Option<Score>, f64)> = channels
+    let results: Vec<Judged> = channels
         .iter()
         .flat_map(|c| c.models.iter().filter(|m| m.model == model))
-        .filter_map(|m| Some((m.rollout?, m.one_step, m.evaluation_s?)))
+        .filter_map(|m| {
+            let one_step_r2 = m.one_step.map_or(f64::NAN, |s| s.r2);
+            Some(Judged { rollout: m.rollout?, one_step_r2, evaluation_s: m.evaluation_s? })
+        })
         .collect();
     if results.is_empty() {
         return None;
     }
     // A handful of channels.
     let count = results.len() as f64;
-    let mean =
-        |value: &dyn Fn(&(Score, Option<Score>, f64)) -> f64| results.iter().map(value).sum::<f64>() / count;
+    let mean = |value: &dyn Fn(&Judged) -> f64| results.iter().map(value).sum::<f64>() / count;
     Some(Overall {
         model,
         channels: results.len(),
-        rollout_rmse_kpa: mean(&|r| r.0.rmse_kpa.powi(2)).sqrt(),
-        rollout_r2: mean(&|r| r.0.r2),
-        rollout_iae_kpa_s: mean(&|r| r.0.iae_kpa_s) * count,
-        one_step_r2: mean(&|r| r.1.map_or(f64::NAN, |s| s.r2)),
-        evaluation_s: mean(&|r| r.2),
+        rollout_rmse_kpa: mean(&|r| r.rollout.rmse_kpa.powi(2)).sqrt(),
+        rollout_r2: mean(&|r| r.rollout.r2),
+        rollout_iae_kpa_s: mean(&|r| r.rollout.iae_kpa_s) * count,
+        one_step_r2: mean(&|r| r.one_step_r2),
+        evaluation_s: mean(&|r| r.evaluation_s),
         fit_s,
     })
 }

@@ -79,7 +79,7 @@ fn lead(comparison: &Comparison) -> String {
     let mut parts: Vec<String> = Vec::new();
     for (place, model) in comparison.ranking.iter().enumerate() {
         let Some(o) = comparison.overall.iter().find(|o| o.model == *model) else { continue };
-        let kpa = significant(o.rollout_rmse_kpa, 3);
+        let kpa = number(o.rollout_rmse_kpa, 3);
         parts.push(if place == 0 {
             format!(
                 "Fitted on the first {:.1} s and left alone for the following {:.1} s, the {} model stays within {kpa} kPa (root mean square)",
@@ -302,7 +302,11 @@ fn parameters(comparison: &Comparison) -> Markup {
                     significant(p.value, 4),
                     p.unit.to_owned(),
                     interval,
-                    remark(fit, &p.name, p.at_bound),
+                    if p.fixed {
+                        "fixed: the volume does not change here".to_owned()
+                    } else {
+                        remark(fit, &p.name, p.at_bound)
+                    },
                 ]);
             }
             remarks.push(format!(

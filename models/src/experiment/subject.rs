@@ -1,7 +1,9 @@
 //! One model set up for one channel, behind one interface whatever the model.
 
 use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, fit_rollouts};
-use crate::model::{Drive, FlowForm, FlowFunction, Gas, Linear, Model, Nonlinear, Parameter, Parametric};
+use crate::model::{
+    Drive, FlowForm, FlowFunction, Gas, Linear, Model, Nonlinear, Parameter, Parametric, column,
+};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
     Board, Chamber, Controller, Rows, Sensor, Series, Start, Steps, System, rollout, simulate,
@@ -201,13 +203,33 @@ impl<Q: Model> Subject for Board<Q> {
     }
 }
 
+/// Parameters that only a changing volume can tell, and the values that leave them out: the rate of a volume that does not
+/// change weighs nothing, and its dependence on the volume is part of the other factors.
+const TOLD_BY_VOLUME: [(&str, f64); 4] = [("volume_weight", 1.0), ("c4", 0.0), ("c5", 0.0), ("c6", 0.0)];
+
 fn problems<'a, Y>(
     system: &'a Y,
     series: &[&'a Series<1>],
     parameters: Vec<Parameter>,
 ) -> Vec<Problem<'a, Y, 1>> {
     let space = Space::new(parameters);
-    series.iter().map(|series| Problem { system, series, space: space.clone() }).collect()
+    let of = |series: &'a Series<1>| {
+        let mut space = space.clone();
+        if !volume_changes(series) {
+            for (name, value) in TOLD_BY_VOLUME {
+                // A model without this parameter has nothing to fix.
+                let _ = space.fix(name, value);
+            }
+        }
+        Problem { system, series, space }
+    };
+    series.iter().map(|series| of(series)).collect()
+}
+
+/// Whether the volume changes at all within the segments.
+fn volume_changes(series: &Series<1>) -> bool {
+    let mut rows = series.segments().iter().flat_map(Clone::clone);
+    rows.any(|row| series.row(row)[column::VOLUME_RATE_M3_S].abs() > 0.0)
 }
 
 fn pressures(outputs: Vec<[f64; 1]>) -> Vec<f64> {

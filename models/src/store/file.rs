@@ -102,7 +102,7 @@ impl ChannelParameters {
             profile95: p
                 .profile95
                 .map(|[low, high]| [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]),
-            determined: p.at_bound.is_none() && fit.undetermined.iter().all(|u| u.name != p.name),
+            determined: !p.fixed && p.at_bound.is_none() && fit.undetermined.iter().all(|u| u.name != p.name),
         });
         Self {
             setup,

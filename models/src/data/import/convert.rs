@@ -6,7 +6,7 @@ use std::path::Path;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::unit::{Linear, UnitContext};
-use super::{ImportError, Mapping};
+use super::{ImportError, Mapping, OutOfRange};
 use crate::data::column::ColumnKind;
 use crate::data::csv::parse_number;
 use crate::data::{DataError, Source, source, write};
@@ -207,7 +207,7 @@ impl Reader<'_> {
         })?;
         let converted = job.conversion.apply(value);
         match job.kind.and_then(ColumnKind::valid_range) {
-            Some(range) if !range.admits(converted) => Err(ImportError::OutOfRange {
+            Some(range) if !range.admits(converted) => Err(ImportError::OutOfRange(Box::new(OutOfRange {
                 file: self.file.to_owned(),
                 line,
                 column: job.mapping.source.clone(),
@@ -217,7 +217,7 @@ impl Reader<'_> {
                 low: range.low,
                 high: range.high,
                 advice: range.advice,
-            }),
+            }))),
             _ => Ok(converted),
         }
     }

@@ -75,27 +75,32 @@ pub enum ImportError {
         found: String,
     },
     /// A value that its target cannot have.
-    #[error(
-        "{file}, row {line}, column \"{column}\": {value} becomes {converted} in {target}, outside {low} to {high}; {advice}"
-    )]
-    OutOfRange {
-        /// The file as given.
-        file: String,
-        /// Row.
-        line: u64,
-        /// Source column.
-        column: String,
-        /// The value in the file.
-        value: f64,
-        /// The value after conversion.
-        converted: f64,
-        /// Target column.
-        target: String,
-        /// Lowest allowed.
-        low: f64,
-        /// Highest allowed.
-        high: f64,
-        /// What to do.
-        advice: &'static str,
-    },
+    #[error(transparent)]
+    OutOfRange(Box<OutOfRange>),
+}
+
+/// A value that its target cannot have.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{file}, row {line}, column \"{column}\": {value} becomes {converted} in {target}, outside {low} to {high}; {advice}"
+)]
+pub struct OutOfRange {
+    /// The file as given.
+    pub file: String,
+    /// Row.
+    pub line: u64,
+    /// Source column.
+    pub column: String,
+    /// The value in the file.
+    pub value: f64,
+    /// The value after conversion.
+    pub converted: f64,
+    /// Target column.
+    pub target: String,
+    /// Lowest allowed.
+    pub low: f64,
+    /// Highest allowed.
+    pub high: f64,
+    /// What to do.
+    pub advice: &'static str,
 }

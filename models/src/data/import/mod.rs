@@ -6,6 +6,6 @@ mod mapping;
 mod unit;
 
 pub use convert::{Foreign, Imported, TimeSource, convert};
-pub use error::ImportError;
+pub use error::{ImportError, OutOfRange};
 pub use mapping::Mapping;
 pub use unit::{Unit, UnitContext};
