@@ -1,10 +1,14 @@
 //! Every violation is counted, delivered as garbage where a wire would, and a panic in strict mode.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{CHARACTER, Host, MS, ScriptedBoard, US, drain, packet, rig, scripted_bus};
-use pneudrive_protocol::Packet;
+use pneudrive_protocol::{Baud, Packet};
+use pneudrive_sim::board::Turnaround;
 use pneudrive_sim::bus::{Bus, BusCounters};
+use pneudrive_sim::rig::RigOptions;
 
 /// Ends of a request that the host sends at 1 ms.
 const REQUEST: u64 = MS;
@@ -162,4 +166,27 @@ fn native_boards_keep_every_rule_for_thousands_of_exchanges() {
     }
     let counters = bus.counters();
     assert_eq!((counters.requests, counters.answers, counters.violations()), (4_000, 4_000, 0));
+}
+
+/// A host that asks again with the answer's last stop bit, whatever the boards' turnaround.
+#[test]
+fn requests_right_behind_the_answer_are_answered_at_any_turnaround_and_baud_rate() {
+    for delay_us in [1, 2, 5, 15, 20, 100, 1_000] {
+        for rate in [9_600, 115_200, 1_000_000, 3_000_000] {
+            let options = RigOptions {
+                boards: 2,
+                baud: Baud::new(rate).unwrap(),
+                turnaround: Turnaround::Fixed { delay_ns: delay_us * US },
+                strict: true,
+                ..RigOptions::default()
+            };
+            let mut bus = options.build().unwrap();
+            bus.run_until(2 * MS);
+            let host = Host { timeout_ns: 100 * MS };
+            for n in 0..40 {
+                let answer = host.exchange(&mut bus, packet(n / 2 % 2, 300));
+                assert!(answer.is_some(), "exchange {n}, {delay_us} us, {rate} baud");
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! Sixteen chambers regulated over the bus, in virtual time.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Host, MS, packet, rig};

@@ -1,5 +1,7 @@
 //! Every fault arrives where it should, is counted, and leaves alone what it should.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{

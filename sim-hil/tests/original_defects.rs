@@ -1,5 +1,7 @@
 //! What the original boards got wrong on the bus, and ours do not. In virtual time, on a strict bus.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::{Host, MS, US, counts, drain, packet, rig};

@@ -1,5 +1,7 @@
 //! The program `pneudrive-sim` as a user has it: first line, last line, exit status, messages.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::packet;

@@ -1,6 +1,8 @@
 //! A real client on the pty, in this process. Time runs only while the front end runs, so nothing depends on how fast
 //! the machine is.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::packet;

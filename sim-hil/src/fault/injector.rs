@@ -74,9 +74,9 @@ impl FaultInjector {
             rng.set_stream(stream);
             let spec = spec.clone();
             match spec.kind.rate_unit() {
-                RateUnit::PerCharacter => injector.adapter.push(AdapterFault::new(spec, rng)),
-                RateUnit::PerRequest => injector.echo.push(AdapterFault::new(spec, rng)),
-                RateUnit::PerSecond => injector.episodes.push(EpisodeFault::new(spec, rng, line, boards)),
+                RateUnit::Character => injector.adapter.push(AdapterFault::new(spec, rng)),
+                RateUnit::Request => injector.echo.push(AdapterFault::new(spec, rng)),
+                RateUnit::Second => injector.episodes.push(EpisodeFault::new(spec, rng, line, boards)),
             }
         }
         Ok(injector)

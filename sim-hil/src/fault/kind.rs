@@ -27,11 +27,11 @@ pub enum FaultKind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RateUnit {
     /// Probability for each character, 0 to 1.
-    PerCharacter,
+    Character,
     /// Probability for each uninterrupted run of host bytes, 0 to 1.
-    PerRequest,
+    Request,
     /// Mean number of times a second.
-    PerSecond,
+    Second,
 }
 
 impl FaultKind {
@@ -68,9 +68,9 @@ impl FaultKind {
     /// What its rate counts.
     pub const fn rate_unit(self) -> RateUnit {
         match self {
-            Self::BitFlip | Self::Drop | Self::Duplicate | Self::Delay => RateUnit::PerCharacter,
-            Self::Echo => RateUnit::PerRequest,
-            Self::Stray | Self::Noise | Self::Unplug | Self::Babble | Self::PowerCycle => RateUnit::PerSecond,
+            Self::BitFlip | Self::Drop | Self::Duplicate | Self::Delay => RateUnit::Character,
+            Self::Echo => RateUnit::Request,
+            Self::Stray | Self::Noise | Self::Unplug | Self::Babble | Self::PowerCycle => RateUnit::Second,
         }
     }
 
@@ -89,7 +89,7 @@ impl FaultKind {
 
     /// Whether `on=requests` or `on=answers` makes sense.
     pub const fn has_path(self) -> bool {
-        matches!(self.rate_unit(), RateUnit::PerCharacter)
+        matches!(self.rate_unit(), RateUnit::Character)
     }
 
     /// Whether `board=` makes sense.
@@ -134,9 +134,9 @@ impl RateUnit {
     /// As it stands in the list.
     pub const fn name(self) -> &'static str {
         match self {
-            Self::PerCharacter => "probability for each character",
-            Self::PerRequest => "probability for each request",
-            Self::PerSecond => "times a second",
+            Self::Character => "probability for each character",
+            Self::Request => "probability for each request",
+            Self::Second => "times a second",
         }
     }
 }

@@ -123,9 +123,9 @@ fn kind_by_name(name: &str) -> Result<FaultKind, FaultError> {
 
 fn rate(kind: FaultKind, value: &str) -> Result<f64, FaultError> {
     let (max, expected) = match kind.rate_unit() {
-        RateUnit::PerCharacter => (1.0, "a probability for each character, 0 to 1"),
-        RateUnit::PerRequest => (1.0, "a probability for each request, 0 to 1"),
-        RateUnit::PerSecond => (FaultSpec::PER_SECOND_MAX, "a number of times a second, 0 to 1e5"),
+        RateUnit::Character => (1.0, "a probability for each character, 0 to 1"),
+        RateUnit::Request => (1.0, "a probability for each request, 0 to 1"),
+        RateUnit::Second => (FaultSpec::PER_SECOND_MAX, "a number of times a second, 0 to 1e5"),
     };
     let rate = value.parse::<f64>().ok().filter(|rate| (0.0..=max).contains(rate));
     rate.ok_or_else(|| FaultError::Rate { kind, value: value.to_owned(), expected })

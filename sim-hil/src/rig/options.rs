@@ -27,7 +27,8 @@ pub struct RigOptions {
     pub timing: Timing,
     /// When answers begin, with [`Timing::Wire`].
     pub turnaround: Turnaround,
-    /// The boards' control loops. `baud` is set to the line's.
+    /// The boards' control loops. `baud` is set to the line's, `hears_itself` to false; `answer_delay` is `turnaround`'s
+    /// business here.
     pub control: BoardConfig,
     /// The plant; `channels` is set to four a board.
     pub plant: PlantParameters,
@@ -102,7 +103,8 @@ impl RigOptions {
             Timing::Wire => (self.baud, self.turnaround),
             Timing::Instant => (fastest_baud(), Turnaround::Fixed { delay_ns: 0 }),
         };
-        let control = BoardConfig { baud, ..self.control };
+        // On this bus no board hears itself, so none has to close its ears while it answers.
+        let control = BoardConfig { baud, hears_itself: false, ..self.control };
         // Crystals start when they start: the boards' loops are spread over the period.
         let period_ns = control.loop_period.get() * 1_000;
         let phase_ns = u64::from(n) * period_ns * 3 / 11 % period_ns;

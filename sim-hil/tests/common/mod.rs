@@ -1,5 +1,6 @@
 //! What the tests share: a host in virtual time, boards that do as told, and air that holds still.
 #![allow(dead_code, reason = "every test file uses its own part")]
+#![allow(clippy::unwrap_used)]
 
 use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, PACKET_LEN, Packet};
 use pneudrive_sim::bus::{Air, Bus, BusNode, Character, Heard, Line};
@@ -20,11 +21,14 @@ pub fn packet(board: u8, value: u16) -> Packet {
     Packet { address: Address::of_board(board), values: [counts(value); CHANNELS] }
 }
 
+/// Drives of a board and when they were set, ns.
+pub type Drives = Arc<Mutex<Vec<(u8, u64, [f64; 4])>>>;
+
 /// Sensors that always read the same code, and the drives that were set last.
 #[derive(Debug, Clone, Default)]
 pub struct StillAir {
     pub code: u16,
-    pub drives: Arc<Mutex<Vec<(u8, u64, [f64; 4])>>>,
+    pub drives: Drives,
 }
 
 impl Air for StillAir {
