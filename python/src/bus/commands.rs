@@ -1,7 +1,7 @@
 //! Commands from Python: four pressures that can be reached, or an error that says which one cannot.
 
 use crate::errors::CommandError;
-use numpy::{PyArrayLike1, AllowTypeChange};
+use numpy::{AllowTypeChange, PyArrayLike1};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use pyo3::prelude::*;
 
@@ -41,7 +41,8 @@ pub fn board(number: i64, devices: u16) -> PyResult<u8> {
 }
 
 fn describe(value: &Bound<'_, PyAny>) -> String {
-    let shape = value.getattr("shape").and_then(|shape| shape.str()).map(|shape| format!(" of shape {shape}"));
+    let shape =
+        value.getattr("shape").and_then(|shape| shape.str()).map(|shape| format!(" of shape {shape}"));
     let class = value.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
     format!("{class}{}", shape.unwrap_or_default())
 }

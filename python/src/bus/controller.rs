@@ -100,13 +100,22 @@ impl PressureController {
         timeout: Option<f64>,
         timing: &str,
     ) -> PyResult<Self> {
-        let devices = u16::try_from(num_devices).ok().filter(|devices| (1..=255).contains(devices)).ok_or_else(|| {
-            CommandError::new_err(format!("num_devices is {num_devices}; it must be 1 to 255 (4 with the usual address switch)"))
-        })?;
+        let devices = u16::try_from(num_devices)
+            .ok()
+            .filter(|devices| (1..=255).contains(devices))
+            .ok_or_else(|| {
+                CommandError::new_err(format!(
+                    "num_devices is {num_devices}; it must be 1 to 255 (4 with the usual address switch)"
+                ))
+            })?;
         let timing = match timing {
             "wire" => Timing::Wire,
             "instant" => Timing::Instant,
-            other => return Err(CommandError::new_err(format!("timing is {other:?}; it must be \"wire\" or \"instant\""))),
+            other => {
+                return Err(CommandError::new_err(format!(
+                    "timing is {other:?}; it must be \"wire\" or \"instant\""
+                )));
+            }
         };
         let options = bus_options(baud, timeout)?;
         py.detach(|| {
@@ -179,7 +188,12 @@ impl PressureController {
     /// NoAnswerError, GarbledAnswerError
     ///     The exchange failed; ``get_pressure_data`` then has nothing to give.
     #[pyo3(signature = (device: "int", pressures: "numpy.typing.ArrayLike"))]
-    fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_pressure_commands(
+        &self,
+        py: Python<'_>,
+        device: i64,
+        pressures: &Bound<'_, PyAny>,
+    ) -> PyResult<()> {
         let board = commands::board(device, self.devices)?;
         let counts = commands::counts(board, pressures)?;
         self.exchange(py, board, counts).map(|_| ())
@@ -208,7 +222,9 @@ impl PressureController {
         match reading {
             Some(kpa) => Ok(PyArray1::from_slice(py, &kpa)),
             None => Err(StaleDataError::new_err((
-                format!("board {board}: no current pressures, because its last exchange failed or there was none yet"),
+                format!(
+                    "board {board}: no current pressures, because its last exchange failed or there was none yet"
+                ),
                 board,
             ))),
         }
@@ -233,7 +249,11 @@ impl PressureController {
     /// NoAnswerError, GarbledAnswerError
     ///     The first exchange that failed; the boards after it were still commanded.
     #[pyo3(signature = (pressures: "numpy.typing.ArrayLike") -> "numpy.typing.NDArray[numpy.float64]")]
-    fn exchange_all<'py>(&self, py: Python<'py>, pressures: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn exchange_all<'py>(
+        &self,
+        py: Python<'py>,
+        pressures: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = pressures.try_iter()?.collect::<PyResult<Vec<_>>>()?;
         if rows.len() != usize::from(self.devices) {
             return Err(CommandError::new_err(format!(

@@ -30,7 +30,9 @@ impl PollerSettings {
             }
             Some(rate) => {
                 let max = Self::RATE_MAX_HZ;
-                return Err(CommandError::new_err(format!("rate_hz is {rate}; it must be above 0 and at most {max}")));
+                return Err(CommandError::new_err(format!(
+                    "rate_hz is {rate}; it must be above 0 and at most {max}"
+                )));
             }
         };
         if !(0.0..=Self::HISTORY_MAX_S).contains(&history_s) {
@@ -55,7 +57,10 @@ pub struct Poller {
 
 enum Run {
     Polling(host::Poller),
-    Ended { statistics: Statistics, failure: Option<String> },
+    Ended {
+        statistics: Statistics,
+        failure: Option<String>,
+    },
     /// An observer panicked, or stopping is under way.
     Lost,
 }
@@ -107,7 +112,9 @@ impl Poller {
             let why = failure.as_deref().unwrap_or("it was stopped");
             return Err(PortError::new_err(format!("this poller has ended: {why}")));
         }
-        self.set_points.set(usize::from(board), counts).map_err(|error| CommandError::new_err(error.to_string()))
+        self.set_points
+            .set(usize::from(board), counts)
+            .map_err(|error| CommandError::new_err(error.to_string()))
     }
 
     /// The newest pressures of one board.

@@ -25,7 +25,8 @@ impl Port {
         if port.as_os_str() != Self::SIM {
             return Ok(Self { path: port, options, _boards: None });
         }
-        let rig = RigOptions { boards: usize::from(devices), baud: options.baud, timing, ..RigOptions::default() };
+        let rig =
+            RigOptions { boards: usize::from(devices), baud: options.baud, timing, ..RigOptions::default() };
         let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
             .map_err(|error| PneuDriveError::new_err(format!("virtual boards: {error}")))?;
         Ok(Self { path: boards.path().to_owned(), options, _boards: Some(boards) })
@@ -51,7 +52,9 @@ pub fn bus_options(baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
     };
     if let Some(timeout_s) = timeout_s {
         if !(timeout_s > 0.0 && timeout_s <= 60.0) {
-            return Err(PortError::new_err(format!("timeout is {timeout_s} s; it must be above 0 and at most 60 s")));
+            return Err(PortError::new_err(format!(
+                "timeout is {timeout_s} s; it must be above 0 and at most 60 s"
+            )));
         }
         options.answer_allowance_ns = (timeout_s * 1e9) as u64;
     }
