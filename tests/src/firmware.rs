@@ -26,10 +26,10 @@ pub fn elf() -> &'static [u8] {
     })
 }
 
-/// Where [`elf`] is, for programs that are given its path.
+/// Where [`elf()`] is, for programs that are given its path.
 ///
 /// # Panics
-/// As [`elf`].
+/// As [`elf()`].
 pub fn elf_path() -> PathBuf {
     elf();
     artefact()
