@@ -1,11 +1,15 @@
 //! Boards on the bus, and the air behind them.
 //!
-//! [`NativeBoard`] runs the control crate itself; [`PlantAir`] puts the truth plant behind its sensors and valves.
+//! [`NativeBoard`] runs the control crate itself; [`ChipBoard`] runs the firmware's ELF on an emulated RP2040;
+//! [`PlantAir`] puts the truth plant behind the sensors and valves of either.
 
 mod air;
+mod chip;
 mod native;
+mod pin_map;
 mod turnaround;
 
 pub use air::PlantAir;
+pub use chip::ChipBoard;
 pub use native::{NativeBoard, NativeBoardConfig};
 pub use turnaround::Turnaround;

@@ -3,7 +3,7 @@ use crate::board::Turnaround;
 use crate::fault::FaultSpec;
 use crate::plant::{Effect, Nuisances, PlantParameters};
 use crate::pty::{FrontEnd, PtyOptions, SimError, SimReport};
-use crate::rig::{RigOptions, Timing};
+use crate::rig::{Firmware, RigOptions, Timing};
 use clap::{Args, ValueEnum};
 use pneudrive_protocol::Baud;
 use std::io::Write;
@@ -33,6 +33,9 @@ pub(super) struct RunArgs {
     /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed turnaround
     #[arg(long, conflicts_with = "turnaround_us")]
     original_loop: bool,
+    /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at 1 Mbaud
+    #[arg(long, value_name = "ELF", conflicts_with_all = ["turnaround_us", "original_loop"])]
+    firmware: Option<PathBuf>,
     /// Switch an effect on in the plant, as in supply_sag=40 or valve_hysteresis=0.06@b0c2; repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     effects: Vec<Effect>,
@@ -90,12 +93,20 @@ impl RunArgs {
                 TimingArg::Instant => Timing::Instant,
             },
             turnaround,
+            firmware: self.firmware()?,
             plant,
             effects: self.effects.clone(),
             faults: self.faults.clone(),
             seed: self.seed,
             ..RigOptions::default()
         })
+    }
+
+    fn firmware(&self) -> Result<Option<Firmware>, Failure> {
+        let Some(path) = &self.firmware else { return Ok(None) };
+        let message = |error| format!("cannot read the firmware {}: {error}", path.display());
+        let elf = std::fs::read(path).map_err(|error| Failure { status: 2, message: message(error) })?;
+        Ok(Some(Firmware::new(elf)))
     }
 
     pub fn execute(&self) -> Result<(), Failure> {

@@ -13,6 +13,18 @@ pub enum RigError {
         /// The number that was refused.
         boards: usize,
     },
+    /// The firmware's line rate is its own.
+    #[error("firmware runs its bus at 1,000,000 baud in wire time: no other baud rate and no instant timing")]
+    FirmwareTiming,
+    /// The address switch has two contacts.
+    #[error("{boards} boards with firmware: the address switch has {max} positions", max = crate::board::ChipBoard::POSITIONS)]
+    FirmwareBoards {
+        /// The number that was refused.
+        boards: usize,
+    },
+    /// The file is no firmware.
+    #[error("firmware: {0}")]
+    Firmware(#[from] pneudrive_chip::ElfError),
     /// No resistor gives the 555's pulse at this line rate.
     #[error(transparent)]
     Pulse(#[from] PulseError),

@@ -1,4 +1,4 @@
-//! A whole rig in virtual time: native boards on one bus, the truth plant behind them, faults in between.
+//! A whole rig in virtual time: boards on one bus, the truth plant behind them, faults in between.
 //!
 //! ```
 //! use pneudrive_protocol::{Address, Counts, Packet};
@@ -19,4 +19,4 @@ mod error;
 mod options;
 
 pub use error::RigError;
-pub use options::{RigOptions, Timing};
+pub use options::{Firmware, RigOptions, Timing};

@@ -1,10 +1,12 @@
 use super::RigError;
-use crate::board::{NativeBoard, NativeBoardConfig, PlantAir, Turnaround};
+use crate::board::{ChipBoard, NativeBoard, NativeBoardConfig, PlantAir, Turnaround};
 use crate::bus::{Bus, BusNode, Line};
 use crate::fault::{FaultInjector, FaultSpec};
 use crate::plant::{Effect, Plant, PlantParameters};
 use pneudrive_control::BoardConfig;
 use pneudrive_protocol::{Address, Baud};
+use std::fmt;
+use std::sync::Arc;
 
 /// How long bytes take on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -14,6 +16,23 @@ pub enum Timing {
     Wire,
     /// No time to speak of, and no turnaround: the host's own speed is what is left.
     Instant,
+}
+
+/// The firmware's ELF file, to run on emulated chips.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Firmware(Arc<[u8]>);
+
+impl Firmware {
+    /// The file's contents; whether they are a program is seen when a board is built with them.
+    pub fn new(elf: impl Into<Arc<[u8]>>) -> Self {
+        Self(elf.into())
+    }
+}
+
+impl fmt::Debug for Firmware {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Firmware({} bytes)", self.0.len())
+    }
 }
 
 /// A rig to build. The default is one healthy board at 1 Mbaud with the nominal plant.
@@ -30,6 +49,9 @@ pub struct RigOptions {
     /// The boards' control loops. `baud` is set to the line's, `hears_itself` to false; `answer_delay` is `turnaround`'s
     /// business here.
     pub control: BoardConfig,
+    /// Run this on emulated chips instead of native boards: one to four boards, [`Timing::Wire`] at the firmware's
+    /// 1 Mbaud; `turnaround` and `control` are then the firmware's business.
+    pub firmware: Option<Firmware>,
     /// The plant; `channels` is set to four a board.
     pub plant: PlantParameters,
     /// Effects switched on in the plant.
@@ -50,6 +72,7 @@ impl Default for RigOptions {
             timing: Timing::Wire,
             turnaround: Turnaround::FIRMWARE,
             control: BoardConfig::default(),
+            firmware: None,
             plant: PlantParameters::default(),
             effects: Vec::new(),
             faults: Vec::new(),
@@ -82,7 +105,11 @@ impl RigOptions {
         let boards = u8::try_from(self.boards.wrapping_sub(1));
         let last = boards.map_err(|_| RigError::Boards { boards: self.boards })?;
         let line = self.line()?;
-        let nodes = (0..=last).map(|n| self.native_board(n, line)).collect::<Result<Vec<_>, RigError>>()?;
+        let node = |n| match &self.firmware {
+            None => self.native_board(n, line),
+            Some(firmware) => self.chip_board(firmware, n, line),
+        };
+        let nodes = (0..=last).map(node).collect::<Result<Vec<_>, RigError>>()?;
         let faults = FaultInjector::new(&self.faults, line, self.boards, self.seed)?;
         Ok(Bus::new(line, nodes, Box::new(self.air()?), faults, self.strict))
     }
@@ -95,6 +122,21 @@ impl RigOptions {
         let parameters = PlantParameters { channels: 4 * self.boards, ..self.plant.clone() };
         let step_ns = parameters.step_ns;
         Ok(PlantAir::new(Plant::new(parameters, &self.effects, self.seed)?, step_ns))
+    }
+
+    fn chip_board(
+        &self,
+        Firmware(elf): &Firmware,
+        n: u8,
+        line: Line,
+    ) -> Result<Box<dyn BusNode + Send>, RigError> {
+        if self.timing != Timing::Wire || self.baud != Baud::ORIGINAL {
+            return Err(RigError::FirmwareTiming);
+        }
+        if self.boards > ChipBoard::POSITIONS {
+            return Err(RigError::FirmwareBoards { boards: self.boards });
+        }
+        Ok(Box::new(ChipBoard::from_elf(elf, n, line)?))
     }
 
     fn native_board(&self, n: u8, line: Line) -> Result<Box<dyn BusNode + Send>, RigError> {
