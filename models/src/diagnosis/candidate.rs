@@ -83,10 +83,17 @@ pub fn refit_effect(
         })
         .collect();
     let shared = CATALOGUE[effect].reach == Reach::Rig;
-    let any = fitted.iter().any(|(_, _, acts)| *acts);
+    let clear = fitted.iter().filter(|(_, _, acts)| *acts).count();
+    let any = clear > 0;
+    // Where most channels show it clearly, a channel that shows it faintly has it too.
+    let common = 2 * clear >= fitted.len().max(2);
     let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
     for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
-        let acts = acts || (shared && any && model.effects.contains(&effect));
+        let faint = common && {
+            let (before, after) = (stages[k].losses(&channels[k]), &losses);
+            total(&channels[k], after, &OPEN) < total(&channels[k], &before, &OPEN)
+        };
+        let acts = acts || ((shared && any || faint) && model.effects.contains(&effect));
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
         candidate.losses.push(if acts { losses } else { stages[k].losses(&channels[k]) });
         candidate.acts.push(acts);

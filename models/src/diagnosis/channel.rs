@@ -14,6 +14,9 @@ const NARROW: usize = 8;
 /// See [`NARROW`].
 const WIDE: usize = 16;
 
+/// Widest overlap of a valve's edges that is believed: beyond it a fit bends the valve's corner to imitate something else.
+const WIDEST_EDGE: f64 = 0.5;
+
 /// Rows of a channel that are compared at most; of longer recordings every n-th is.
 const MOST_COMPARED: usize = 60_000;
 
@@ -89,6 +92,9 @@ impl Extended {
     #[must_use]
     pub fn parameters(&self, plant: &Plant) -> Vec<Parameter> {
         let mut list = plant.parameters();
+        for p in list.iter_mut().filter(|p| p.name.starts_with("threshold")) {
+            (p.lower, p.upper) = (p.lower.max(-WIDEST_EDGE), p.upper.min(WIDEST_EDGE));
+        }
         for &e in &self.effects {
             list.extend(CATALOGUE[e].parameters.iter().map(|p| Parameter {
                 name: format!("{}.{}", CATALOGUE[e].id, p.name),

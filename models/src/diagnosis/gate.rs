@@ -76,13 +76,14 @@ pub fn trials(
     question: Question,
     tick: &(dyn Fn() + Sync),
 ) -> Vec<Vec<Trial>> {
+    // An effect that acts anywhere already is not asked about again elsewhere.
+    let named = |effect: usize| stages.iter().any(|s| s.model.effects.contains(&effect));
     channels
         .par_iter()
         .zip(stages)
         .map(|(data, stage)| {
-            let wanted: Vec<usize> = (0..CATALOGUE.len())
-                .filter(|&e| applicable(data, e, question) && !stage.model.effects.contains(&e))
-                .collect();
+            let wanted: Vec<usize> =
+                (0..CATALOGUE.len()).filter(|&e| applicable(data, e, question) && !named(e)).collect();
             wanted
                 .par_iter()
                 .flat_map(|&effect| {
