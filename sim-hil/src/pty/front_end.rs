@@ -33,6 +33,7 @@ pub struct FrontEnd {
     bus: Bus,
     port: VirtualPort,
     timing: Timing,
+    stretch_ns: u64,
     dating: RequestDating,
     spin_ns: u64,
     hand_over: HandOver,
@@ -42,6 +43,9 @@ pub struct FrontEnd {
     report: PaceReport,
 }
 
+/// Emulated chips take nearly as long as they simulate: while something is on the wire they are run in stretches of this, ns,
+/// so that little is left to do when an answer is due. Native boards are simulated in no time.
+const CHIP_STRETCH_NS: u64 = 20_000;
 /// Longest sleep: how long a request to stop may go unnoticed, ns.
 const NAP_NS: u64 = 5_000_000;
 /// Without a client there is nothing to wait for but the next client, ns.
@@ -74,6 +78,7 @@ impl FrontEnd {
             bus,
             port: VirtualPort::open(options.link.as_deref())?,
             timing: rig.timing,
+            stretch_ns: if rig.firmware.is_some() { CHIP_STRETCH_NS } else { u64::MAX },
             dating,
             spin_ns: options.spin_us.min(1_000) * 1_000,
             hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
@@ -145,7 +150,10 @@ impl FrontEnd {
     fn next_deadline_ns(&self) -> (u64, bool) {
         let held_back_ns = self.bus.held_back_until_ns().unwrap_or(u64::MAX);
         match self.bus.run_ends_at_ns() {
-            Some(ends_ns) => (ends_ns.min(held_back_ns), true),
+            Some(ends_ns) => {
+                let stretch_ns = self.bus.now_ns().saturating_add(self.stretch_ns);
+                (ends_ns.min(held_back_ns).min(stretch_ns), true)
+            }
             None => {
                 let next_ns = self.bus.next_event_ns().saturating_add(self.dating.round_trip_ns);
                 (next_ns.min(held_back_ns), held_back_ns < next_ns)
