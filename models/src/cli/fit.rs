@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pneudrive_model::data::{Channel, ChannelId, Recording};
-use pneudrive_model::experiment::{Prepared, Score, Setup, Split, prepare, score};
+use pneudrive_model::experiment::{Prepared, Score, Setup, Split, channels_at_once, prepare, score};
 use pneudrive_model::fit::{Control, Fit};
 use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::rig::Rig;
@@ -80,25 +80,26 @@ impl Args {
                 vec![whole]
             }
         };
-        let channels: Vec<(&Channel, Prepared)> = self.prepare(recording, &rig, &ranges)?;
-        if self.fit.objective == ObjectiveArg::Rate && channels.iter().any(|(_, p)| !p.subject.has_rates()) {
-            return Err(Failure::input(
-                "--objective rate needs a recorded drive: with the board's loop simulated only rollouts can be fitted",
-            ));
-        }
         let cancel = interrupt::watch()?;
         let model = pneudrive_model::experiment::ModelKind::from(self.model);
-        let bar = FitBar::new(format!("fitting the {} model to {} channel(s)", model.name(), channels.len()));
+        let bar = FitBar::new(format!(
+            "fitting the {} model to {} channel(s)",
+            model.name(),
+            recording.channels.len()
+        ));
         let progress = |p| bar.set(p);
         let control = Control { progress: &progress, cancel };
         let began = origin::seconds();
         let mut outputs = BTreeMap::new();
         let mut stored = BTreeMap::new();
-        for (channel, fit) in self.fit_all(&channels, control)? {
-            let (_, prepared) = &channels[channel];
-            let id = channels[channel].0.id;
-            stored.insert(id, ChannelParameters::of(prepared.setup, &fit));
-            outputs.insert(id, judged(prepared, fit));
+        for part in recording.channels.chunks(channels_at_once(recording)) {
+            let channels = self.prepare(recording, part, &rig, &ranges)?;
+            self.check_objective(&channels)?;
+            for (index, fit) in self.fit_all(&channels, control)? {
+                let (channel, prepared) = &channels[index];
+                stored.insert(channel.id, ChannelParameters::of(prepared.setup, &fit));
+                outputs.insert(channel.id, judged(prepared, fit));
+            }
         }
         bar.finish();
         let fit_s = origin::seconds() - began;
@@ -133,6 +134,7 @@ impl Args {
     fn prepare<'r>(
         &self,
         recording: &'r Recording,
+        part: &'r [Channel],
         rig: &Rig,
         ranges: &[std::ops::Range<usize>],
     ) -> Result<Vec<(&'r Channel, Prepared)>, Failure> {
@@ -141,10 +143,19 @@ impl Args {
             let setup = Setup::resolve(self.model.into(), controller, drive, recording, channel, rig)?;
             Ok((channel, prepare(setup, recording, channel, rig, self.setup.form(), ranges)?))
         };
-        recording.channels.iter().map(one).collect()
+        part.iter().map(one).collect()
     }
 
-    /// Fits all channels, those with one setup together; returns (index, fit).
+    fn check_objective(&self, channels: &[(&Channel, Prepared)]) -> Result<(), Failure> {
+        if self.fit.objective == ObjectiveArg::Rate && channels.iter().any(|(_, p)| !p.subject.has_rates()) {
+            return Err(Failure::input(
+                "--objective rate needs a recorded drive: with the board's loop simulated only rollouts can be fitted",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Fits these channels, those with one setup together; returns (index, fit).
     fn fit_all(
         &self,
         channels: &[(&Channel, Prepared)],

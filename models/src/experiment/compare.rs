@@ -166,24 +166,28 @@ pub fn compare(
     }
     let test_from_row = judging.start;
     let ranges = [fitted, judging];
-    let mut results: Vec<Vec<ModelResult>> = channels.iter().map(|_| Vec::new()).collect();
+    let mut results: Vec<Vec<ModelResult>> = Vec::with_capacity(channels.len());
     let mut fit_times = BTreeMap::new();
-    for &model in &settings.models {
-        let prepared: Vec<Result<Prepared, InputError>> = channels
-            .iter()
-            .map(|channel| {
-                let (controller, drive) = (settings.controller, settings.drive);
-                let setup = Setup::resolve(model, controller, drive, recording, channel, rig)?;
-                prepare(setup, recording, channel, rig, settings.form, &ranges)
-            })
-            .collect();
-        announce(model, prepared.iter().filter(|p| p.is_ok()).count());
-        let began = clock();
-        let fits = fit_together(&prepared, settings, control);
-        fit_times.insert(model.name(), clock() - began);
-        for ((prepared, fit), results) in prepared.into_iter().zip(fits).zip(&mut results) {
-            results.push(judge(model, prepared, fit, rig, test_from_row, clock));
+    for channels in channels.chunks(channels_at_once(recording)) {
+        let mut part: Vec<Vec<ModelResult>> = channels.iter().map(|_| Vec::new()).collect();
+        for &model in &settings.models {
+            let prepared: Vec<Result<Prepared, InputError>> = channels
+                .iter()
+                .map(|channel| {
+                    let (controller, drive) = (settings.controller, settings.drive);
+                    let setup = Setup::resolve(model, controller, drive, recording, channel, rig)?;
+                    prepare(setup, recording, channel, rig, settings.form, &ranges)
+                })
+                .collect();
+            announce(model, prepared.iter().filter(|p| p.is_ok()).count());
+            let began = clock();
+            let fits = fit_together(&prepared, settings, control);
+            *fit_times.entry(model.name()).or_insert(0.0) += clock() - began;
+            for ((prepared, fit), results) in prepared.into_iter().zip(fits).zip(&mut part) {
+                results.push(judge(model, prepared, fit, rig, test_from_row, clock));
+            }
         }
+        results.append(&mut part);
     }
     let channels: Vec<ChannelComparison> = channels
         .iter()
@@ -213,6 +217,14 @@ pub fn compare(
         channels,
         stopped,
     })
+}
+
+/// Channels whose inputs are held in memory together: all of a short recording, one at a time of an hour at 1 kHz.
+#[must_use]
+pub fn channels_at_once(recording: &Recording) -> usize {
+    /// A row takes about 90 bytes of inputs and measurements.
+    const ROWS_HELD: usize = 4_000_000;
+    (ROWS_HELD / recording.rows().max(1)).max(1)
 }
 
 fn nothing(recording: &Recording, channels: &[ChannelComparison]) -> CompareError {
@@ -294,7 +306,7 @@ fn judge(
     result.one_step = score_on(judging, &steps, Basis::Change);
     result.evaluation_s = Some(evaluation_time(&prepared, &values, clock));
     let ambient_kpa = rig.ambient_or_standard().pressure_kpa_abs;
-    let gauge = rollout.iter().skip(first_row).map(|pa| pa * 1e-3 - ambient_kpa).collect();
+    let gauge = rollout.iter().map(|pa| pa * 1e-3 - ambient_kpa).collect();
     result.trace = Some(Trace { first_row, rollout_kpa: gauge });
     result.fit = Some(fit);
     result

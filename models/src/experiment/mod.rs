@@ -16,7 +16,8 @@ mod subject;
 mod table;
 
 pub use compare::{
-    ChannelComparison, CompareError, CompareSettings, Comparison, ModelResult, Overall, Trace, compare,
+    ChannelComparison, CompareError, CompareSettings, Comparison, ModelResult, Overall, Trace,
+    channels_at_once, compare,
 };
 pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};

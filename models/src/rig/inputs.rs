@@ -106,7 +106,8 @@ impl InputError {
     }
 }
 
-/// The inputs of `channel` over all rows of `recording`, with the stretches inside `rows` as segments.
+/// The inputs of `channel` over the given rows of `recording`, with the stretches among them as segments. Row 0 of the series is the
+/// first of `rows`.
 ///
 /// Pressures are absolute and in Pa. Supply and volume are means over each interval, the volume's rate is its change over the
 /// interval. A row's measurement has weight 1 where it may be compared and 0 where it is masked.
@@ -142,8 +143,8 @@ pub fn series(
     let supply = Supply::of(recording, rig, ambient_pa, needs)?;
     let volume = Volume::of(recording, rig, id, needs)?;
     let count = recording.rows();
-    let mut table = Vec::with_capacity(count * column::COUNT);
-    for row in 0..count {
+    let mut table = Vec::with_capacity(rows.len() * column::COUNT);
+    for row in rows.clone() {
         let next = (row + 1).min(count - 1);
         let interval =
             if next > row { recording.time_s[next] - recording.time_s[row] } else { recording.period_s };
@@ -172,9 +173,9 @@ pub fn series(
     let pressure = channel.pressure_kpa.as_deref();
     let gauge_pa = |kpa: f64| ambient_pa + PA_PER_KPA * kpa;
     let mut measured: Vec<[f64; 1]> =
-        (0..count).map(|row| [pressure.map_or(f64::NAN, |p| gauge_pa(f64::from(p[row])))]).collect();
+        rows.clone().map(|row| [pressure.map_or(f64::NAN, |p| gauge_pa(f64::from(p[row])))]).collect();
     let usable = |row: usize| needs.pressure && pressure.is_some() && channel.flags[row].pressure_usable();
-    let mut weights: Vec<[f64; 1]> = (0..count).map(|row| [f64::from(u8::from(usable(row)))]).collect();
+    let mut weights: Vec<[f64; 1]> = rows.clone().map(|row| [f64::from(u8::from(usable(row)))]).collect();
     let segments = stretches(recording, channel, &rows, needs.pressure);
     if segments.is_empty() {
         let line = |row: usize| recording.line[row.min(count - 1)];
@@ -186,6 +187,8 @@ pub fn series(
         });
     }
     volume.check(recording, id, &segments)?;
+    let segments: Vec<Range<usize>> =
+        segments.into_iter().map(|s| s.start - rows.start..s.end - rows.start).collect();
     if !needs.pressure {
         for stretch in &segments {
             (measured[stretch.start], weights[stretch.start]) = ([gauge_pa(needs.start_kpa)], [1.0]);
