@@ -19,6 +19,11 @@
 //! pty. A client whose whole reaction, pty included, takes less than the median round trip looks as if it had reacted at
 //! once; the speed measured is then the wire's. `--pty-latency-us 0` switches the correction off.
 //!
+//! Two limits of this. The turnaround of the boards is part of an exchange: at 1 Mbaud the wire's 5000/n Hz become
+//! 1e6/(215 n) Hz = 4651/n with the firmware's 15 us, whoever polls. And what the kernel holds up is dated when it is seen: if a client
+//! gives up waiting and asks again while its first request is still in a kernel queue, both arrive together, are put on the
+//! wire back to back, and collide with the first answer. A machine too busy for its timeouts shows as collisions.
+//!
 //! With [`Timing::Instant`](crate::rig::Timing::Instant) bytes take no time and are answered when they are seen: what is
 //! measured is the host and the pty.
 //!
