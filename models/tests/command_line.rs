@@ -126,8 +126,10 @@ fn the_board_s_loop_is_simulated_where_the_drive_is_not_recorded() {
     let folder = Folder::new();
     folder.write("lag.csv", lag().as_bytes());
     folder.write("rig.toml", RIG.as_bytes());
-    let fit =
-        run(folder.root(), &["fit", "lag.csv", "--rig", "rig.toml", "--starts", "1", "--out", "p.toml"]);
+    let fit = run(
+        folder.root(),
+        &["fit", "lag.csv", "--rig", "rig.toml", "--fit-seconds", "3", "--starts", "1", "--out", "p.toml"],
+    );
     assert_eq!(fit.status, 0, "{}", fit.stderr);
     let result = json(&folder.path("p.json"));
     assert_eq!(result["parameters"]["channels"]["b0c0"]["setup"]["controller"], true);

@@ -103,7 +103,7 @@ mod tests {
         }
         let measured = [100e3, 101e3, 103e3, 106e3].map(|p| [p]).to_vec();
         let weights = [1.0, 1.0, 0.0, 1.0].map(|w| [w]).to_vec();
-        Series::new(column::COUNT, rows, measured, weights, vec![0..4]).unwrap()
+        Series::new(column::COUNT, rows, measured, weights, std::iter::once(0..4).collect()).unwrap()
     }
 
     #[test]

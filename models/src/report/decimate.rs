@@ -116,7 +116,7 @@ mod tests {
         let pieces = min_max(points, (0.0, 1e6), 500);
         assert_eq!(pieces.len(), 1);
         assert!(pieces[0].len() <= 1001);
-        assert!(pieces[0].iter().any(|p| *p == (123_456.0, 9.0)));
+        assert!(pieces[0].contains(&(123_456.0, 9.0)));
         assert!(pieces[0].windows(2).all(|w| w[0].0 < w[1].0), "time runs forward");
     }
 
