@@ -158,8 +158,19 @@ fn a_disk_that_fills_up_ends_the_run_and_cuts_no_row() {
 fn the_json_object_keeps_its_contract() {
     let boards = PtyBoards::start(2);
     let port = boards.path().to_str().unwrap();
-    let (code, stdout, stderr) =
-        run(&["--port", port, "-n", "2", "--rate", "200", "--duration", "0.5", "--json"]);
+    let (code, stdout, stderr) = run(&[
+        "--port",
+        port,
+        "-n",
+        "2",
+        "--rate",
+        "200",
+        "--duration",
+        "0.5",
+        "--json",
+        "--allowance-us",
+        "5000000",
+    ]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     assert_eq!(json["devices"], 2);
@@ -338,7 +349,8 @@ fn ping_names_each_board() {
 fn bench_prints_a_row_for_each_number_of_boards() {
     let boards = PtyBoards::start(2);
     let port = boards.path().to_str().unwrap();
-    let (code, stdout, stderr) = run(&["bench", "--port", port, "-n", "2", "--cycles", "50", "--json"]);
+    let (code, stdout, stderr) =
+        run(&["bench", "--port", port, "-n", "2", "--cycles", "50", "--json", "--allowance-us", "5000000"]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     let runs = json["runs"].as_array().unwrap();

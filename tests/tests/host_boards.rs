@@ -8,6 +8,7 @@
 
 mod support;
 
+use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::poller::{Poller, PollerOptions, SetPoints};
 use pneudrive_protocol::SensorScale;
 use std::time::{Duration, Instant};
@@ -36,7 +37,7 @@ fn every_board_answers_a_ping() {
 #[test]
 fn a_board_that_is_not_there_does_not_answer() {
     let target = Target::start(1);
-    let mut bus = target.bus();
+    let mut bus = Bus::open(target.path(), BusOptions::default()).unwrap();
     let error = bus.ping(9).unwrap_err();
     assert!(error.to_string().contains("board 9 (0xFFF6): no answer"), "{error}");
 }

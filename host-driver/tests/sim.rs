@@ -1,0 +1,42 @@
+//! The main job: `--port sim` from start to end.
+
+#![cfg(all(feature = "cli", feature = "sim"))]
+#![allow(clippy::unwrap_used)]
+
+use std::process::Command;
+
+#[test]
+fn three_virtual_boards_are_polled_and_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let output = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"))
+        .args([
+            "--port",
+            "sim",
+            "--devices",
+            "3",
+            "--command",
+            "50",
+            "--rate",
+            "100",
+            "--duration",
+            "1",
+            "--json",
+        ])
+        // The machine that runs the tests may be busy with others.
+        .args(["--allowance-us", "10000000", "--record"])
+        .arg(&file)
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&json["devices"], &json["lost"]), (&3.into(), &0.into()), "{json}");
+    for board in json["boards"].as_array().unwrap() {
+        assert_eq!((&board["state"], &board["frames"]), (&"present".into(), &"checked".into()), "{json}");
+    }
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.starts_with("t_s,b0_cmd0_kpa,"), "{text}");
+    assert_eq!(text.lines().count() as u64, json["recording"]["rows"].as_u64().unwrap() + 1);
+    assert_eq!(json["recording"]["rows"], json["cycles"]);
+}
