@@ -1,13 +1,13 @@
 //! How well the data determine the coordinates.
 //!
 //! Residuals of a rollout are correlated in time wherever the model is not perfect, and the textbook covariance
-//! `s^2 (J^T J)^-1` is then too small. The covariance here is the larger, coordinate by coordinate, of that one and of the
-//! heteroskedasticity- and autocorrelation-consistent one, `(J^T J)^-1 S (J^T J)^-1` with Bartlett's kernel for `S`
-//! (Newey and West 1987) and the bandwidth of Andrews (1991) for first-order autoregressions.
+//! `s^2 (J^T J)^-1` is then too small. The variance of each coordinate is the larger of the textbook's and a robust one, the
+//! long-run variance of its influence series ([`LongRun`]).
 
 use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::long_run::LongRun;
 use super::{Minimum, Objective};
 
 /// Eigenvalues of the scaled normal matrix below this share of the largest are taken as zero.
@@ -22,12 +22,12 @@ pub struct Covariance {
     pub standard_errors: Vec<f64>,
     /// By how much correlation in time widens each variance, at least 1.
     pub inflation: Vec<f64>,
+    /// Degrees of freedom of each standard error.
+    pub degrees_of_freedom: Vec<f64>,
+    /// How many independent samples the recording is worth to the coordinate that suffers most from correlation.
+    pub effective_samples: f64,
     /// Variance of a residual.
     pub residual_variance: f64,
-    /// Width of the kernel in residuals' instants.
-    pub bandwidth: usize,
-    /// Degrees of freedom of the intervals.
-    pub degrees_of_freedom: f64,
     /// Square root of the ratio of the largest to the smallest eigenvalue of the normal matrix scaled to unit diagonal: the
     /// condition number of the scaled Jacobian.
     pub condition: f64,
@@ -36,10 +36,10 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// Half width of the two-sided interval at a confidence level, in standard errors.
+    /// Half width of a coordinate's two-sided interval at a confidence level, in standard errors.
     #[must_use]
-    pub fn quantile(&self, level: f64) -> f64 {
-        StudentsT::new(0.0, 1.0, self.degrees_of_freedom)
+    pub fn quantile(&self, coordinate: usize, level: f64) -> f64 {
+        StudentsT::new(0.0, 1.0, self.degrees_of_freedom[coordinate])
             .map_or(f64::INFINITY, |t| t.inverse_cdf(0.5 + 0.5 * level))
     }
 }
@@ -57,21 +57,28 @@ pub fn covariance(objective: &(impl Objective + ?Sized), minimum: &Minimum) -> C
         (objective.residuals() as f64, (objective.residuals().max(moving.len() + 1) - moving.len()) as f64);
     let residual_variance = normal.cost / freedom;
     let naive = &inverse.matrix * residual_variance;
-    let scores = Scores::collect(objective, &minimum.coordinates, &moving);
-    let bandwidth = scores.bandwidth(&inverse.matrix);
-    let robust = &inverse.matrix * scores.long_run(bandwidth) * &inverse.matrix * (samples / freedom);
-    #[allow(clippy::cast_precision_loss)]
-    let degrees_of_freedom = (1.5 * scores.instants() as f64 / bandwidth as f64).clamp(1.0, freedom);
+    let influence = influence(objective, &minimum.coordinates, &moving, &inverse.matrix);
 
     let mut matrix = DMatrix::zeros(count, count);
     let mut correlation = DMatrix::identity(count, count);
     let mut standard_errors = vec![0.0; count];
     let mut inflation = vec![1.0; count];
-    let factor: Vec<f64> = (0..moving.len()).map(|a| (robust[(a, a)] / naive[(a, a)]).max(1.0)).collect();
+    let mut degrees_of_freedom = vec![freedom; count];
+    let robust: Vec<LongRun> = influence.iter().map(|series| LongRun::of(series)).collect();
+    let effective_samples = robust.iter().map(|robust| robust.effective_samples).fold(samples, f64::min);
+    // Every fitted coordinate takes one effectively independent sample out of the residuals, at most half of them.
+    #[allow(clippy::cast_precision_loss)]
+    let left = (1.0 - moving.len() as f64 / effective_samples).max(0.5);
+    for (a, (&i, robust)) in moving.iter().zip(&robust).enumerate() {
+        let factor = robust.variance / left / naive[(a, a)];
+        if factor > 1.0 {
+            inflation[i] = factor;
+        }
+        degrees_of_freedom[i] = robust.terms.min(freedom);
+    }
     for (a, &i) in moving.iter().enumerate() {
-        inflation[i] = factor[a];
         for (b, &j) in moving.iter().enumerate() {
-            matrix[(i, j)] = naive[(a, b)] * (factor[a] * factor[b]).sqrt();
+            matrix[(i, j)] = naive[(a, b)] * (inflation[i] * inflation[j]).sqrt();
             correlation[(i, j)] = naive[(a, b)] / (naive[(a, a)] * naive[(b, b)]).sqrt();
         }
         standard_errors[i] = matrix[(i, i)].sqrt();
@@ -86,12 +93,34 @@ pub fn covariance(objective: &(impl Objective + ?Sized), minimum: &Minimum) -> C
         matrix,
         standard_errors,
         inflation,
-        residual_variance,
-        bandwidth,
         degrees_of_freedom,
+        effective_samples,
+        residual_variance,
         condition: inverse.condition,
         correlation,
     }
+}
+
+/// What each instant's residuals contribute to the error of each moving coordinate: `(J^T J)^-1 J_k^T r_k`, in the order of time.
+fn influence(
+    objective: &(impl Objective + ?Sized),
+    coordinates: &[f64],
+    moving: &[usize],
+    inverse: &DMatrix<f64>,
+) -> Vec<Vec<f64>> {
+    let mut series = vec![Vec::with_capacity(objective.residuals()); moving.len()];
+    let mut picked = vec![0.0; moving.len()];
+    let mut error = DVector::zeros(moving.len());
+    objective.scores(coordinates, &mut |_, score, _| {
+        for (picked, &i) in picked.iter_mut().zip(moving) {
+            *picked = score[i];
+        }
+        error.gemv(1.0, inverse, &DVectorView::from_slice(&picked, picked.len()), 0.0);
+        for (series, error) in series.iter_mut().zip(error.iter()) {
+            series.push(*error);
+        }
+    });
+    series
 }
 
 /// Pseudo-inverse of a normal matrix, by the eigenvalues of the matrix scaled to unit diagonal.
@@ -129,102 +158,5 @@ impl Inverse {
         let matrix = DMatrix::from_fn(count, count, |a, b| matrix[(a, b)] / (scale[a] * scale[b]));
         let condition = if smallest > 0.0 { (largest / smallest).sqrt() } else { f64::INFINITY };
         Self { matrix, condition, undetermined }
-    }
-}
-
-/// The products of Jacobian and residual, instant by instant, in separate stretches.
-struct Scores {
-    /// Row by row, `width` values each.
-    stretches: Vec<Vec<f64>>,
-    width: usize,
-}
-
-impl Scores {
-    fn collect(objective: &(impl Objective + ?Sized), coordinates: &[f64], moving: &[usize]) -> Self {
-        let mut stretches: Vec<Vec<f64>> = vec![];
-        objective.scores(coordinates, &mut |stretch, score, _| {
-            stretches.resize_with(stretches.len().max(stretch + 1), Vec::new);
-            stretches[stretch].extend(moving.iter().map(|&i| score[i]));
-        });
-        Self { stretches, width: moving.len() }
-    }
-
-    fn instants(&self) -> usize {
-        self.stretches.iter().map(|stretch| stretch.len() / self.width.max(1)).sum()
-    }
-
-    /// Andrews' bandwidth for Bartlett's kernel, with each parameter's influence as one series.
-    fn bandwidth(&self, inverse: &DMatrix<f64>) -> usize {
-        let mut square = vec![0.0; self.width];
-        let mut product = vec![0.0; self.width];
-        let mut influence = DVector::zeros(self.width);
-        for stretch in &self.stretches {
-            let mut previous = DVector::zeros(self.width);
-            for score in stretch.chunks_exact(self.width.max(1)) {
-                influence.gemv(1.0, inverse, &DVectorView::from_slice(score, self.width), 0.0);
-                for a in 0..self.width {
-                    square[a] += influence[a] * influence[a];
-                    product[a] += influence[a] * previous[a];
-                }
-                previous.copy_from(&influence);
-            }
-        }
-        let (mut above, mut below) = (0.0, 0.0);
-        for (square, product) in square.iter().zip(&product).filter(|(square, _)| **square > 0.0) {
-            let rho = (product / square).clamp(-0.97, 0.97);
-            // Every parameter weighs the same, whatever its unit.
-            above += 4.0 * rho * rho / ((1.0 - rho).powi(6) * (1.0 + rho).powi(2));
-            below += 1.0 / (1.0 - rho).powi(4);
-        }
-        if below <= 0.0 {
-            return 1;
-        }
-        #[allow(clippy::cast_precision_loss)]
-        let instants = self.instants() as f64;
-        let width = (1.1447 * (above / below * instants).cbrt()).ceil();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // positive and clamped
-        let width = width.clamp(1.0, (instants / 8.0).max(1.0)) as usize;
-        width
-    }
-
-    /// Long-run sum of the scores' products under Bartlett's kernel: the mean over all windows of `bandwidth` instants of the
-    /// squared window sums, windows over the edge included. By running sums, so its cost does not grow with the bandwidth.
-    fn long_run(&self, bandwidth: usize) -> DMatrix<f64> {
-        let width = self.width.max(1);
-        let mut sum = DMatrix::zeros(self.width, self.width);
-        for stretch in &self.stretches {
-            let mut window = DVector::<f64>::zeros(self.width);
-            let at = |instant: usize| stretch.get(instant * width..(instant + 1) * width);
-            for end in 0..stretch.len() / width + bandwidth - 1 {
-                for (window, score) in window.iter_mut().zip(at(end).unwrap_or_default()) {
-                    *window += score;
-                }
-                let left = end.checked_sub(bandwidth).and_then(at);
-                for (window, score) in window.iter_mut().zip(left.unwrap_or_default()) {
-                    *window -= score;
-                }
-                sum.ger(1.0, &window, &window, 1.0);
-            }
-        }
-        #[allow(clippy::cast_precision_loss)]
-        let width = bandwidth as f64;
-        sum / width
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_long_run_sum_is_bartletts() {
-        let series = [1.0, -2.0, 3.0, 0.5, 1.5];
-        let scores = Scores {
-            stretches: vec![series.iter().map(|&x| DVector::from_element(1, x)).collect()],
-            width: 1,
-        };
-        let lagged = |lag: usize| series.iter().zip(&series[lag..]).map(|(a, b)| a * b).sum::<f64>();
-        let expected = lagged(0) + 2.0 * (2.0 / 3.0 * lagged(1) + 1.0 / 3.0 * lagged(2));
-        assert!((scores.long_run(3)[(0, 0)] - expected).abs() < 1e-12);
     }
 }

@@ -7,6 +7,7 @@
 mod covariance;
 mod derivative;
 mod levenberg;
+mod long_run;
 mod multistart;
 mod normal;
 mod objective;
@@ -21,6 +22,7 @@ mod space;
 pub use covariance::{Covariance, covariance};
 pub use derivative::{Slope, slopes};
 pub use levenberg::{Ending, Minimum, Stopping, minimise};
+pub use long_run::LongRun;
 pub use multistart::{Best, Control, Progress, StartOutcome, best_of_starts, start_points};
 pub use normal::{Accumulator, Normal};
 pub use objective::Objective;

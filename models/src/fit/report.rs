@@ -47,7 +47,7 @@ pub(super) fn report(
         parameters[index] = FittedParameter { value: values[index], ..judged };
         if options.profiles && !control.cancelled() {
             let rise =
-                precision.quantile(LEVEL).powi(2) * precision.residual_variance * precision.inflation[j];
+                precision.quantile(j, LEVEL).powi(2) * precision.residual_variance * precision.inflation[j];
             let error = precision.standard_errors[j];
             let interval = profile(objective, &minimum, j, rise, error, control.cancel);
             let physical = |end: Option<f64>| end.map(|x| value_at(&space.parameters()[index], x));
@@ -69,7 +69,7 @@ pub(super) fn report(
         condition: precision.condition,
         free: free.iter().map(|&index| space.parameters()[index].name.clone()).collect(),
         covariance,
-        bandwidth: precision.bandwidth,
+        effective_samples: precision.effective_samples,
         substeps: found.substeps,
         integration_error_pa: found.integration_error_pa,
         ending: minimum.ending,
@@ -112,7 +112,7 @@ fn judge(
     let bound = if minimum.normal.gradient[j] > 0.0 { Bound::Lower } else { Bound::Upper };
     let at_bound = minimum.active[j].then_some(bound);
     let known = at_bound.is_none() && error.is_finite();
-    let half = precision.quantile(LEVEL) * error;
+    let half = precision.quantile(j, LEVEL) * error;
     let centre = minimum.coordinates[j];
     FittedParameter {
         fixed: false,
@@ -142,7 +142,7 @@ fn undetermined(
             .filter(|&other| other != j && precision.correlation[(j, other)].abs() > CONFOUNDED)
             .map(name)
             .collect();
-        let width = 2.0 * precision.quantile(LEVEL) * precision.standard_errors[j];
+        let width = 2.0 * precision.quantile(j, LEVEL) * precision.standard_errors[j];
         let wide = width > WIDE * (bounds[j].1 - bounds[j].0);
         match (rivals.is_empty(), wide) {
             (false, _) => Some(Reason::Confounded(rivals)),

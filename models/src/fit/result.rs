@@ -91,8 +91,8 @@ pub struct Fit {
     pub free: Vec<String>,
     /// Covariance of the free parameters in their units, row by row; infinite where undetermined.
     pub covariance: Vec<Vec<f64>>,
-    /// Width of the kernel that allows for correlated residuals, in samples.
-    pub bandwidth: usize,
+    /// How many independent samples the recording is worth to the parameter that suffers most from correlated residuals.
+    pub effective_samples: f64,
     /// Runge-Kutta steps per tick.
     pub substeps: usize,
     /// Largest change in Pa of the rollouts when the step is halved; `None` when rates were fitted.

@@ -172,10 +172,12 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
         }
         for &segment in segments {
             let place = Place { segment, pressures: starts[segment], first: 0 };
-            match self.directions() {
-                0..=NARROW => self.sum::<NARROW>(coordinates, place, &mut normal),
-                0..=WIDE => self.sum::<WIDE>(coordinates, place, &mut normal),
-                _ => self.jacobian(coordinates, place).add_to(&self.indices(segment), &mut normal),
+            if self.directions() <= NARROW {
+                self.sum::<NARROW>(coordinates, place, &mut normal);
+            } else if self.directions() <= WIDE {
+                self.sum::<WIDE>(coordinates, place, &mut normal);
+            } else {
+                self.jacobian(coordinates, place).add_to(&self.indices(segment), &mut normal);
             }
         }
         normal
@@ -336,10 +338,9 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
         let starts = self.start_pressures(coordinates);
-        for segment in 0..self.series.segments().len() {
+        for (segment, &pressures) in starts.iter().enumerate() {
             let indices = self.indices(segment);
-            let jacobian =
-                self.jacobian(coordinates, Place { segment, pressures: starts[segment], first: 0 });
+            let jacobian = self.jacobian(coordinates, Place { segment, pressures, first: 0 });
             let mut score = DVector::zeros(self.dimension());
             let instants =
                 jacobian.residuals.chunks_exact(M).zip(jacobian.slopes.chunks_exact(M * indices.len()));
@@ -369,11 +370,10 @@ pub fn rollout_rms_kpa<Y: System<N, M>, const N: usize, const M: usize>(
     let outputs = simulate(system, parameters, series, start, substeps);
     let (mut sum, mut count) = (0.0, 0_u32);
     for row in series.segments().iter().flat_map(Clone::clone) {
-        for output in 0..M {
-            if series.weights()[row][output] > 0.0 {
-                sum += ((outputs[row][output] - series.measured()[row][output]) * KPA_PER_PA).powi(2);
-                count += 1;
-            }
+        let measured = series.measured()[row].iter().zip(&series.weights()[row]);
+        for (simulated, (measured, _)) in outputs[row].iter().zip(measured).filter(|(_, (_, w))| **w > 0.0) {
+            sum += ((simulated - measured) * KPA_PER_PA).powi(2);
+            count += 1;
         }
     }
     ((sum / f64::from(count)).sqrt(), count as usize)
