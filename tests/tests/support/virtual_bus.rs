@@ -19,6 +19,11 @@ impl VirtualBus {
         self.rig.counters()
     }
 
+    /// Virtual time, ns.
+    pub fn rig_now_ns(&self) -> u64 {
+        self.rig.now_ns()
+    }
+
     fn take(&mut self) {
         while let Some(byte) = self.rig.receive() {
             self.heard.push(byte.byte);
