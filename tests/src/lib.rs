@@ -2,5 +2,6 @@
 //!
 //! The tests are in `tests/`; here is what several of them share.
 
+pub mod blind;
 pub mod chip_bench;
 pub mod firmware;

@@ -13,6 +13,11 @@ const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
 const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
 
+/// Evaluations spent on each of the best starts.
+const LOOK: usize = 6;
+/// Evaluations spent, twice, on the better one.
+const EARNEST: usize = 12;
+
 /// Positions of the base model's free parameters.
 #[must_use]
 pub fn free_base(data: &ChannelData) -> Vec<usize> {
@@ -63,20 +68,20 @@ pub fn fit_base(data: &ChannelData) -> Extended {
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let free = free_base(data);
-    let mut best: Option<(f64, Extended)> = None;
-    for (_, start) in ranked.into_iter().take(2) {
-        // Twice: the weights depend on the model.
-        let mut model = start;
-        for evaluations in [12, 20] {
-            let whitening = Whitening::new(data, &data.disturbances(&model));
-            model = refit(data, &whitening, &model, &free, evaluations).0;
-        }
-        let cost = plain_cost(data, &model);
-        if best.as_ref().is_none_or(|(c, _)| cost < *c) {
-            best = Some((cost, model));
-        }
+    // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
+    let step = |model: Extended, evaluations: usize| {
+        let whitening = Whitening::new(data, &data.disturbances(&model));
+        refit(data, &whitening, &model, &free, evaluations).0
+    };
+    let looked = ranked.into_iter().take(2).map(|(_, start)| {
+        let model = step(start, LOOK);
+        (plain_cost(data, &model), model)
+    });
+    let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((_, model)) => step(step(model, EARNEST), EARNEST),
+        None => Extended { effects: Vec::new(), values: nominal },
     }
-    best.map_or(Extended { effects: Vec::new(), values: nominal }, |(_, model)| model)
 }
 
 /// Mean squared residual on the fit blocks, kPa^2.

@@ -11,6 +11,8 @@ use super::dependence::HATS;
 
 /// Numbers of derivatives the simulation is compiled for: each costs seconds of compilation.
 const NARROW: usize = 8;
+/// Sines differentiated at a time.
+pub const SINES: usize = NARROW / 2;
 /// See [`NARROW`].
 const WIDE: usize = 16;
 
@@ -218,6 +220,15 @@ impl ChannelData {
         run.iter().map(|reading| [reading.gradient[0], reading.gradient[1], reading.gradient[2]]).collect()
     }
 
+    /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of its gauge pressure) at up to
+    /// [`SINES`] frequencies in Hz.
+    #[must_use]
+    pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
+        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
+        let run = self.run(&model.effects, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
+        run.iter().map(|reading| reading.gradient).collect()
+    }
+
     /// Readings' derivatives by the heights of functions that are added to the pressure's rate (kPa/s), given by their values
     /// at every row.
     #[must_use]
@@ -310,6 +321,25 @@ impl Disturbance<Dual<f64, NARROW>> for RateDisturbance<'_> {
             for (slope, value) in disturbed.gradient.iter_mut().zip(&self.functions[before]) {
                 *slope += 1e3 * value * self.interval_s[before];
             }
+        }
+        disturbed
+    }
+}
+
+/// Derivatives of sines in the supply.
+struct SineDisturbance<'a> {
+    inputs: &'a ChannelInputs,
+    frequencies_hz: &'a [f64],
+}
+
+impl Disturbance<Dual<f64, NARROW>> for SineDisturbance<'_> {
+    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+        let gauge = self.inputs.supply_pa[row] - self.inputs.ambient_pa;
+        let middle = self.inputs.time_s[row] + 0.5 * self.inputs.interval_s[row];
+        let mut disturbed = supply;
+        for (k, frequency) in self.frequencies_hz.iter().enumerate() {
+            let (sine, cosine) = (std::f64::consts::TAU * frequency * middle).sin_cos();
+            (disturbed.gradient[2 * k], disturbed.gradient[2 * k + 1]) = (gauge * cosine, gauge * sine);
         }
         disturbed
     }

@@ -1,7 +1,7 @@
 //! The gate: is there anything of an effect in the residual at all?
 //!
 //! Every effect is simulated at a few sizes. What it changes in the readings, after the model's own parameters have compensated for
-//! as much of it as they can, is a direction `d`; the score of half a block is `z = r . d`. Under the null hypothesis the signs of
+//! as much of it as they can, is a direction `d`; the score of a quarter of a block is `z = r . d`. Under the null hypothesis the signs of
 //! the scores are random however the residual is correlated within a block, so `|sum z| / sqrt(sum z^2)` is compared with its largest
 //! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
 //! clusters, Westfall and Young 1993 for the maximum).
@@ -20,7 +20,7 @@ use crate::model::Scale;
 /// Draws of random signs.
 const DRAWS: usize = 999;
 /// Parts of a block with a score of their own.
-const PARTS: usize = 2;
+const PARTS: usize = 4;
 
 /// One size of one effect, tried on one channel.
 #[derive(Debug, Clone)]

@@ -27,8 +27,10 @@ const NEAR: f64 = 0.5;
 pub const LEVEL: f64 = 0.05;
 /// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
 pub const PRACTICAL: f64 = 0.01;
-/// A rival explains as well when it leaves no more than this part of the gain.
-const TIE_SHARE: f64 = 0.02;
+/// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
+const TIE_SHARE: f64 = 0.01;
+/// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
+const TIE_GAIN: f64 = 0.25;
 
 /// A cause as the search found it.
 #[derive(Debug, Clone)]
@@ -280,7 +282,7 @@ fn rivals(
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
             let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
-            left < TIE_SHARE * gain || (low <= 0.0 && left < 0.25 * gain)
+            left < TIE_SHARE * best.iter().sum::<f64>() || (low <= 0.0 && left < TIE_GAIN * gain)
         })
         .collect()
 }

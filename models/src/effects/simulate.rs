@@ -141,7 +141,8 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                 (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
                 (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
                 (DriveInput::Controlled, Some(board)) => {
-                    let u = self.control(board, inputs.command_pa[row] - inputs.ambient_pa);
+                    let noise = inputs.noise_pa * dither(row, k);
+                    let u = self.control(board, inputs.command_pa[row] - inputs.ambient_pa, noise);
                     (u, -u)
                 }
                 (DriveInput::Controlled | DriveInput::Command, _) => {
@@ -177,10 +178,10 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         (mean_drive / steps as f64, mean_draw / steps as f64)
     }
 
-    /// One loop of the board's controller. The converter's rounding is left out: the sensor's noise of about half a count
-    /// dithers it, so that its mean is the straight line.
-    fn control(&mut self, board: &BoardLoop, command: f64) -> S {
-        let sample = self.reading.max(S::constant(board.lowest_pa));
+    /// One loop of the board's controller. The sensor's noise, rounding included, is part of it: it shakes the drive, and with it
+    /// whatever friction the spool has.
+    fn control(&mut self, board: &BoardLoop, command: f64, noise: f64) -> S {
+        let sample = self.reading.plus(noise).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
         self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
         let command = command.clamp(board.lowest_pa, board.highest_pa);
@@ -267,4 +268,16 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         }
         self.chamber.set(next.plus(self.inputs.ambient_pa));
     }
+}
+
+/// A reproducible stand-in for the sensor's noise at a loop of the board: nearly normal with unit variance (sum of four
+/// uniform numbers from the SplitMix64 hash).
+fn dither(row: usize, tick: usize) -> f64 {
+    let mut z = (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    let sum: u64 = (0..4).map(|k| (z >> (16 * k)) & 0xffff).sum();
+    // Mean 2, variance 4/12 in units of 65536.
+    (sum as f64 / 65_536.0 - 2.0) * 3.0_f64.sqrt()
 }

@@ -45,9 +45,9 @@ pub fn markup(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
         figures.push(pressures.markup()?);
         figures.push(errors.markup()?);
     }
-    let note = if diagnosis.channels.len() > DRAWN { "The first four channels; " } else { "" };
+    let note = if diagnosis.channels.len() > DRAWN { "The first four channels are drawn. " } else { "" };
     Ok(html! {
-        (paragraph(&format!("{note}for each channel the test block with the largest error of the base model. Test blocks were used for nothing but this.")))
+        (paragraph(&format!("{note}For each channel, the test block with the largest error of the base model. Test blocks were used for nothing but measuring the gain.")))
         @for figure in figures { (figure) }
     })
 }

@@ -1,0 +1,128 @@
+//! What is hidden in which recording.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+/// Effects of the catalogue with their detection limit, moderate and gross size in the truth plant's units.
+pub const CATALOGUE: [(&str, [f64; 3]); 21] = [
+    ("supply_sag", [10.0, 40.0, 120.0]),
+    ("supply_ripple", [8.0, 20.0, 60.0]),
+    ("transport_delay", [0.005, 0.012, 0.05]),
+    ("valve_lag", [0.006, 0.02, 0.08]),
+    ("valve_hysteresis", [0.01, 0.05, 0.15]),
+    ("valve_stiction", [0.015, 0.06, 0.15]),
+    ("drive_saturation", [0.9, 0.7, 0.4]),
+    ("valve_asymmetry", [0.92, 0.7, 0.4]),
+    ("vent_restriction", [0.25, 0.8, 2.5]),
+    ("flow_function", [0.06, 0.2, 0.35]),
+    ("heat_exchange", [0.05, 0.5, 3.0]),
+    ("wall_compliance", [0.15, 0.8, 3.0]),
+    ("wall_creep", [0.2, 0.8, 3.0]),
+    ("line_restriction", [0.15, 0.8, 2.5]),
+    ("chamber_coupling", [0.3, 1.5, 3.0]),
+    ("sensor_lag", [0.006, 0.02, 0.08]),
+    ("sensor_nonlinearity", [5.0, 25.0, 60.0]),
+    ("sensor_drift", [2.0, 8.0, 30.0]),
+    ("sensor_crosstalk", [0.008, 0.04, 0.15]),
+    ("valve_wear", [-0.04, -0.15, -0.4]),
+    ("stale_samples", [0.05, 0.2, 0.5]),
+];
+
+/// Effects that are not in the diagnosis' catalogue, at the plant's moderate size.
+pub const OFF_CATALOGUE: [&str; 7] = [
+    "line_water",
+    "chamber_burst",
+    "supply_temperature",
+    "spool_stick",
+    "drive_crosstalk",
+    "coil_heating",
+    "regulator_backlash",
+];
+
+/// What kind of case it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Nothing is hidden.
+    Null,
+    /// One effect on all channels.
+    Single,
+    /// One effect on one channel.
+    OneChannel,
+    /// Two effects.
+    Pair,
+    /// One effect that is not in the catalogue.
+    OffCatalogue,
+}
+
+/// One case: the truth, and how its recording is made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// Number, and name of its folder.
+    pub number: usize,
+    /// Kind.
+    pub kind: Kind,
+    /// What is hidden: ids.
+    pub effects: Vec<String>,
+    /// The same as the truth plant reads it, with sizes and scope.
+    pub arguments: Vec<String>,
+    /// Size class: `limit`, `moderate` or `gross`.
+    pub size: String,
+    /// Seed of excitation, noise, spread and wander.
+    pub seed: u64,
+    /// Is the drive recorded (and the loop closed once a row)?
+    pub drive: bool,
+}
+
+/// Names of the size classes.
+pub const SIZES: [&str; 3] = ["limit", "moderate", "gross"];
+
+/// A round of cases: every effect of the catalogue at one size, as many nulls as a third of them, one-channel cases, pairs and effects off the
+/// catalogue. The same seed gives the same cases.
+#[must_use]
+pub fn round(seed: u64, size: usize, drive: bool) -> Vec<Case> {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let mut cases = Vec::new();
+    let mut add = |kind: Kind, effects: Vec<String>, arguments: Vec<String>| {
+        let number = cases.len();
+        cases.push(Case {
+            number,
+            kind,
+            effects,
+            arguments,
+            size: SIZES[size].to_owned(),
+            seed: seed.wrapping_mul(1000).wrapping_add(number as u64),
+            drive,
+        });
+    };
+    let argument = |(id, sizes): &(&str, [f64; 3]), scope: &str| format!("{id}={}{scope}", sizes[size]);
+    for entry in &CATALOGUE {
+        add(Kind::Single, vec![entry.0.to_owned()], vec![argument(entry, "")]);
+    }
+    for _ in 0..CATALOGUE.len() / 3 {
+        add(Kind::Null, Vec::new(), Vec::new());
+    }
+    // What sits in one channel: not the supply, not the joint.
+    let local: Vec<_> =
+        CATALOGUE.iter().filter(|e| !e.0.starts_with("supply") && e.0 != "chamber_coupling").collect();
+    for _ in 0..4 {
+        let entry = local[rng.random_range(0..local.len())];
+        let scope = format!("@b0c{}", rng.random_range(0..4));
+        add(Kind::OneChannel, vec![entry.0.to_owned()], vec![argument(entry, &scope)]);
+    }
+    for _ in 0..5 {
+        let first = rng.random_range(0..CATALOGUE.len());
+        let second = (first + rng.random_range(1..CATALOGUE.len())) % CATALOGUE.len();
+        let pair = [&CATALOGUE[first], &CATALOGUE[second]];
+        add(
+            Kind::Pair,
+            pair.iter().map(|e| e.0.to_owned()).collect(),
+            pair.iter().map(|e| argument(e, "")).collect(),
+        );
+    }
+    for id in OFF_CATALOGUE {
+        add(Kind::OffCatalogue, vec![id.to_owned()], vec![id.to_owned()]);
+    }
+    cases
+}

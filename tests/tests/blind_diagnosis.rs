@@ -1,0 +1,85 @@
+//! A fixed subset of the blind tests: the truth plant hides an effect, the diagnosis gets the data file and the nominal rig.
+//!
+//! Shorter than the published cases (60 s, two channels) so that it takes a few minutes at most; the whole table is
+//! `cargo run -p system-tests --example blind`, see docs/diagnosis.md.
+
+use pneudrive_model::data::{LoadOptions, load};
+use pneudrive_model::diagnosis::diagnose;
+use pneudrive_model::rig::Rig;
+use pneudrive_sim::plant::{Effect, Nuisances};
+use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
+use system_tests::blind::plan::{Case, Kind};
+use system_tests::blind::score::{Outcome, named, score};
+
+/// Hides `arguments` in a recording and scores what is named.
+fn blind(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, String) {
+    let effects: Vec<Effect> = arguments.iter().map(|text| text.parse().unwrap()).collect();
+    let defaults = RecordingSettings::default();
+    let mut plant = defaults.plant.clone();
+    plant.channels = 2;
+    plant.nuisances = Nuisances::laboratory();
+    let settings = RecordingSettings {
+        plant,
+        effects,
+        seed,
+        seconds: 60.0,
+        rate_hz: 100.0,
+        control_loop: Loop::Row,
+        columns: Columns { drive: true, ..Columns::default() },
+        ..defaults
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    write_csv(&file, 2, settings.columns, Recorder::new(&settings).unwrap()).unwrap();
+    let rig = Rig::parse("rig.toml", &rig_toml(&settings).unwrap()).unwrap();
+    let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
+    let loaded = load(&file, LoadOptions { limits, ..LoadOptions::default() }).unwrap();
+    let diagnosis = diagnose(&loaded.recording, &rig, None, &|_, _| {}).unwrap();
+    let report = serde_json::to_value(&diagnosis.report).unwrap();
+    let case = Case {
+        number: 0,
+        kind,
+        effects: arguments.iter().map(|a| a.split(['=', ':', '@']).next().unwrap().to_owned()).collect(),
+        arguments: arguments.iter().map(|a| (*a).to_owned()).collect(),
+        size: "moderate".to_owned(),
+        seed,
+        drive: true,
+    };
+    (score(&case, &report), named(&report))
+}
+
+fn assert_found(argument: &str, seed: u64) {
+    let (outcome, named) = blind(Kind::Single, &[argument], seed);
+    assert!(
+        matches!(outcome, Outcome::Right | Outcome::Tied),
+        "hidden {argument}, named {named}: {outcome:?}"
+    );
+}
+
+#[test]
+fn play_in_the_valve_is_named() {
+    assert_found("valve_hysteresis", 11);
+}
+
+#[test]
+fn a_sagging_supply_is_named() {
+    assert_found("supply_sag", 12);
+}
+
+#[test]
+fn a_growing_chamber_is_named() {
+    assert_found("wall_compliance", 13);
+}
+
+#[test]
+fn a_lagging_spool_is_named() {
+    assert_found("valve_lag", 14);
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_hidden() {
+    for seed in [15, 16] {
+        let (outcome, named) = blind(Kind::Null, &[], seed);
+        assert_eq!(outcome, Outcome::Clean, "seed {seed}: named {named}");
+    }
+}
