@@ -225,7 +225,8 @@ impl ChannelData {
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let run = self.run(&model.effects, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
+        let run =
+            self.run(&model.effects, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
         run.iter().map(|reading| reading.gradient).collect()
     }
 

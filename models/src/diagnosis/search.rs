@@ -27,6 +27,10 @@ const NEAR: f64 = 0.5;
 pub const LEVEL: f64 = 0.05;
 /// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
 pub const PRACTICAL: f64 = 0.01;
+/// Mean squared whitened error, in variances of the noise, that is plainly not explained.
+const LARGE_ERROR: f64 = 2.0;
+/// Names that leave more than this part of it are withdrawn.
+const FORCED: f64 = 0.5;
 /// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
 const TIE_SHARE: f64 = 0.01;
 /// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
@@ -106,6 +110,7 @@ pub fn search(
             ChannelStage::new(data, model.clone(), if fixed { Vec::new() } else { free_base(data) })
         })
         .collect();
+    let first = stages.clone();
     let mut causes: Vec<Found> = Vec::new();
     let mut first_gates = Vec::new();
     let mut rounds = Vec::new();
@@ -139,7 +144,24 @@ pub fn search(
         stages = settle(channels, &models, fixed);
     }
     eliminate(channels, &mut stages, &mut causes, fixed);
+    if !causes.is_empty() && forced(channels, &first, &stages) {
+        causes.clear();
+        stages = first;
+        share_draws(channels, &base);
+    }
     Outcome { base, causes, stages, gates, first_gates, rounds }
+}
+
+/// Do names that explain less than half of a large error only imitate what is not in the catalogue?
+fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
+    let rows: f64 = channels
+        .iter()
+        .flat_map(|d| d.blocks.iter().zip(&d.spans))
+        .filter(|(b, _)| OPEN.contains(&b.role))
+        .map(|(_, span)| span.len() as f64)
+        .sum();
+    let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
+    after > LARGE_ERROR && after - 1.0 > FORCED * (before - 1.0)
 }
 
 /// Positions of a model's free parameters.

@@ -273,7 +273,8 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
 /// A reproducible stand-in for the sensor's noise at a loop of the board: nearly normal with unit variance (sum of four
 /// uniform numbers from the SplitMix64 hash).
 fn dither(row: usize, tick: usize) -> f64 {
-    let mut z = (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z =
+        (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 31;
