@@ -3,7 +3,7 @@
 //! The host speaks first on the bus, one board at a time: it sends four commands and gets four pressures back.
 //! Modules, from the wire up:
 //!
-//! - [`line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring their own, in virtual time.
+//! - [`mod@line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring their own, in virtual time.
 //! - [`bus`]: one exchange with one board, its errors, resynchronisation after them, echo.
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.

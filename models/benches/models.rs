@@ -2,6 +2,8 @@
 //!
 //! One thread; counters give evaluations or Runge-Kutta steps per second.
 
+#![allow(clippy::unwrap_used)]
+
 #[allow(dead_code)] // shared with the tests
 #[path = "../tests/engine/support.rs"]
 mod support;

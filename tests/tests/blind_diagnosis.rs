@@ -3,6 +3,8 @@
 //! Shorter than the published cases (60 s, two channels) so that it takes a few minutes at most; the whole table is
 //! `cargo run -p system-tests --example blind`, see docs/diagnosis.md.
 
+#![allow(clippy::unwrap_used)]
+
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::diagnose;
 use pneudrive_model::rig::Rig;

@@ -221,7 +221,7 @@ impl ChannelData {
     }
 
     /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of its gauge pressure) at up to
-    /// [`SINES`] frequencies in Hz.
+    /// `SINES` frequencies in Hz.
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();

@@ -16,7 +16,7 @@ pub const SCHEMA: &str = "pneudrive-extended/1";
 /// The file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtendedFile {
-    /// [`SCHEMA`].
+    /// `pneudrive-extended`, with its version.
     pub schema: String,
     /// Base model: `nonlinear` or `linear`.
     pub model: String,

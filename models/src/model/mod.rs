@@ -1,7 +1,7 @@
 //! The pressure models: right-hand sides with their parameters, and nothing else.
 //!
 //! Pressures inside are absolute and in Pa; gauge pressures appear where a model is defined by them (the linear one).
-//! All inputs are constant over one sample interval (see [`column`]): commands and drives because the board holds them,
+//! All inputs are constant over one sample interval (see [`mod@column`]): commands and drives because the board holds them,
 //! measured quantities by their mean over the interval.
 
 pub mod column;
@@ -47,7 +47,7 @@ pub trait Model: Send + Sync {
     /// Prepares the parameters, given in the units of [`parameters`](Model::parameters).
     fn coefficients<S: Scalar>(&self, parameters: &[S]) -> Self::Coefficients<S>;
 
-    /// Prepares one interval. `row` is laid out as in [`column`], but the drive is taken from `drive`: it depends on the
+    /// Prepares one interval. `row` is laid out as in [`mod@column`], but the drive is taken from `drive`: it depends on the
     /// parameters when a controller or an effect stands before the valve.
     fn hold<S: Scalar>(
         &self,

@@ -21,7 +21,7 @@ const DIRECTIONS: usize = 8;
 pub struct Job<'a, const M: usize> {
     /// Parameters in the order and units of [`System::parameters`].
     pub parameters: &'a [f64],
-    /// Inputs, row by row as in [`column`]. Jobs may share a slice.
+    /// Inputs, row by row as in [`mod@column`]. Jobs may share a slice.
     pub inputs: &'a [f64],
     /// Absolute pressures at the first row, Pa.
     pub start: [f64; M],

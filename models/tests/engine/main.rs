@@ -1,5 +1,7 @@
 //! The engine: numbers, models, rollouts and fits. One program, because every simulated system takes long to compile.
 
+#![allow(clippy::unwrap_used)]
+
 mod batch;
 mod coverage;
 mod derivatives;
