@@ -49,7 +49,10 @@ impl LongRun {
             2.0_f64.sqrt() * bins.iter().enumerate().map(cosine).sum::<f64>()
         };
         let variance = (1..=terms).map(|j| coefficient(j).powi(2)).sum::<f64>() / terms as f64;
-        let effective_samples = effective_bins * series.len() as f64 / count;
+        // Correlation within a bin shows in how much larger its square is than that of its samples.
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let within = if square(&bins) > 0.0 { square(series) / square(&bins) } else { 1.0 };
+        let effective_samples = effective_bins * within.min(1.0) * series.len() as f64 / count;
         Self { variance, terms: terms as f64, effective_samples }
     }
 }
