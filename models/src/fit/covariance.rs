@@ -4,7 +4,7 @@
 //! `s^2 (J^T J)^-1` is then too small. The variance of each coordinate is the larger of the textbook's and a robust one, the
 //! long-run variance of its influence series ([`LongRun`]).
 
-use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::long_run::LongRun;
@@ -64,7 +64,7 @@ pub fn covariance(objective: &(impl Objective + ?Sized), minimum: &Minimum) -> C
     let mut standard_errors = vec![0.0; count];
     let mut inflation = vec![1.0; count];
     let mut degrees_of_freedom = vec![freedom; count];
-    let robust: Vec<LongRun> = influence.iter().map(|series| LongRun::of(series)).collect();
+    let robust = LongRun::of_each(&influence);
     let effective_samples = robust.iter().map(|robust| robust.effective_samples).fold(samples, f64::min);
     // Every fitted coordinate takes one effectively independent sample out of the residuals, at most half of them.
     #[allow(clippy::cast_precision_loss)]
@@ -110,14 +110,13 @@ fn influence(
 ) -> Vec<Vec<f64>> {
     let mut series = vec![Vec::with_capacity(objective.residuals()); moving.len()];
     let mut picked = vec![0.0; moving.len()];
-    let mut error = DVector::zeros(moving.len());
     objective.scores(coordinates, &mut |_, score, _| {
         for (picked, &i) in picked.iter_mut().zip(moving) {
             *picked = score[i];
         }
-        error.gemv(1.0, inverse, &DVectorView::from_slice(&picked, picked.len()), 0.0);
-        for (series, error) in series.iter_mut().zip(error.iter()) {
-            series.push(*error);
+        // The inverse is symmetric: its columns are its rows.
+        for (series, row) in series.iter_mut().zip(inverse.as_slice().chunks_exact(moving.len())) {
+            series.push(row.iter().zip(&picked).map(|(weight, score)| weight * score).sum());
         }
     });
     series

@@ -22,9 +22,9 @@ pub struct Stopping {
 }
 
 impl Default for Stopping {
-    /// With 1e4 residuals, a relative decrease of 1e-10 is a thousandth of a standard error.
+    /// A relative decrease of 5e-9 of the cost of 20,000 residuals is a step of a hundredth of a standard error.
     fn default() -> Self {
-        Self { evaluations: 200, cost_tolerance: 1e-10, gradient_tolerance: 1e-10 }
+        Self { evaluations: 200, cost_tolerance: 5e-9, gradient_tolerance: 1e-10 }
     }
 }
 
@@ -101,7 +101,8 @@ pub fn minimise(
                 .map(|((x, d), (low, high))| (x + d).max(*low).min(*high))
                 .collect();
             let negligible = predicted <= stopping.cost_tolerance * normal.cost;
-            if negligible && damping <= 1.0 {
+            // A strongly damped step promises little anywhere; that is no sign of a minimum.
+            if negligible && damping <= 1e-2 {
                 ending = Some(Ending::Converged);
                 break;
             }

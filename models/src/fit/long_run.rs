@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 const MOST_TERMS: usize = 64;
 
 /// Fewest cosines.
-const FEWEST_TERMS: usize = 5;
+const FEWEST_TERMS: f64 = 5.0;
 
 /// Terms are summed up in this many bins at most: the cosines and the correlations that matter are slow.
 const BINS: usize = 4096;
@@ -31,35 +31,76 @@ pub struct LongRun {
 }
 
 impl LongRun {
-    /// Estimates the variance of the sum of `series`.
+    /// Estimates the variance of the sum of each series; all are equally long.
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // far below 2^52
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // positive and clamped
-    pub fn of(series: &[f64]) -> Self {
-        let per_bin = series.len().div_ceil(BINS).max(1);
-        let bins: Vec<f64> = series.chunks(per_bin).map(|chunk| chunk.iter().sum()).collect();
-        let count = bins.len() as f64;
-        let effective_bins = count / correlation_time(&bins);
-        let most = MOST_TERMS.min(bins.len() / 4).max(1);
-        let terms = ((0.4 * effective_bins.powf(2.0 / 3.0)) as usize).max(FEWEST_TERMS).min(most);
-        let coefficient = |j: usize| {
-            let angle = PI * j as f64 / count;
-            let cosine = |(t, z): (usize, &f64)| z * (angle * (t as f64 + 0.5)).cos();
-            // The cosines' mean square is one half.
-            2.0_f64.sqrt() * bins.iter().enumerate().map(cosine).sum::<f64>()
-        };
-        let variance = (1..=terms).map(|j| coefficient(j).powi(2)).sum::<f64>() / terms as f64;
-        // Correlation within a bin shows in how much larger its square is than that of its samples.
-        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
-        let within = if square(&bins) > 0.0 { square(series) / square(&bins) } else { 1.0 };
-        let effective_samples = effective_bins * within.min(1.0) * series.len() as f64 / count;
-        Self { variance, terms: terms as f64, effective_samples }
+    pub fn of_each(series: &[Vec<f64>]) -> Vec<Self> {
+        let length = series.first().map_or(0, Vec::len);
+        let per_bin = length.div_ceil(BINS).max(1);
+        let binned: Vec<Vec<f64>> = series
+            .iter()
+            .map(|series| series.chunks(per_bin).map(|chunk| chunk.iter().sum()).collect())
+            .collect();
+        let count = length.div_ceil(per_bin);
+        let mut estimates: Vec<Self> =
+            series.iter().zip(&binned).map(|(series, bins)| Self::without_variance(series, bins)).collect();
+        let most = estimates.iter().map(|estimate| estimate.terms).fold(0.0, f64::max);
+        let mut wave = vec![0.0; count];
+        let mut j = 1.0;
+        while j <= most {
+            cosine(PI * j / count as f64, &mut wave);
+            for (estimate, bins) in
+                estimates.iter_mut().zip(&binned).filter(|(estimate, _)| j <= estimate.terms)
+            {
+                let coefficient = dot(bins, &wave);
+                // The cosines' mean square is one half.
+                estimate.variance += 2.0 * coefficient * coefficient / estimate.terms;
+            }
+            j += 1.0;
+        }
+        estimates
     }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn without_variance(series: &[f64], bins: &[f64]) -> Self {
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let effective_bins = bins.len() as f64 / correlation_time(bins);
+        let most = (bins.len() / 4).clamp(1, MOST_TERMS) as f64;
+        let terms = (0.4 * effective_bins.powf(2.0 / 3.0)).floor().max(FEWEST_TERMS).min(most);
+        // Correlation within a bin shows in how much larger its square is than that of its samples.
+        let within = if square(bins) > 0.0 { square(series) / square(bins) } else { 1.0 };
+        let effective_samples = effective_bins * within.min(1.0) * (series.len() as f64 / bins.len() as f64);
+        Self { variance: 0.0, terms, effective_samples }
+    }
+}
+
+/// `cos(angle (t + 1/2))` for t = 0, 1, ..., by the recurrence of Chebyshev's polynomials: its error grows with the square of the
+/// length over the angle's scale, below 1e-8 for what is asked here.
+fn cosine(angle: f64, wave: &mut [f64]) {
+    let twice = 2.0 * angle.cos();
+    let (mut before, mut now) = ((0.5 * angle).cos(), (0.5 * angle).cos());
+    for value in wave {
+        *value = now;
+        (before, now) = (now, twice * now - before);
+    }
+}
+
+/// Sum of the products, in eight partial sums: a single one waits for each addition.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
+    for (a, b) in a.zip(b) {
+        for i in 0..8 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// Sum of the autocorrelations over all lags, at least 1: pairs of neighbouring lags are added while they are positive.
 fn correlation_time(series: &[f64]) -> f64 {
-    let lagged = |lag: usize| series.iter().zip(&series[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    let lagged = |lag: usize| dot(&series[..series.len() - lag], &series[lag..]);
     let square = lagged(0);
     if square <= 0.0 {
         return 1.0;
@@ -99,8 +140,10 @@ mod tests {
     fn first_order_processes_have_the_known_variance() {
         for (rho, tolerance) in [(0.0, 0.1), (0.9, 0.15), (-0.3, 0.1)] {
             let (count, seeds) = (20_000, 20);
-            let mean =
-                (0..seeds).map(|seed| LongRun::of(&process(rho, count, seed)).variance).sum::<f64>() / 20.0;
+            let mean = (0..seeds)
+                .map(|seed| LongRun::of_each(&[process(rho, count, seed)])[0].variance)
+                .sum::<f64>()
+                / 20.0;
             let expected = 20_000.0 / (1.0_f64 - rho).powi(2);
             assert!((mean / expected - 1.0).abs() < tolerance, "rho {rho}: {mean}, expected {expected}");
         }
@@ -109,8 +152,23 @@ mod tests {
     #[test]
     fn correlated_samples_count_less() {
         // (1 - rho) / (1 + rho) of them are independent.
-        let long = LongRun::of(&process(0.9, 20_000, 7));
-        assert!((700.0..1_500.0).contains(&long.effective_samples), "{long:?}");
-        assert!(LongRun::of(&process(0.0, 20_000, 7)).effective_samples > 15_000.0);
+        let long = LongRun::of_each(&[process(0.9, 20_000, 7), process(0.0, 20_000, 7)]);
+        assert!((700.0..1_500.0).contains(&long[0].effective_samples), "{long:?}");
+        assert!(long[1].effective_samples > 15_000.0, "{long:?}");
+    }
+
+    #[test]
+    fn the_recurrence_gives_cosines() {
+        let mut wave = vec![0.0; BINS];
+        for j in [1, MOST_TERMS] {
+            #[allow(clippy::cast_precision_loss)]
+            let angle = PI * j as f64 / BINS as f64;
+            cosine(angle, &mut wave);
+            for (t, value) in wave.iter().enumerate() {
+                #[allow(clippy::cast_precision_loss)]
+                let expected = (angle * (t as f64 + 0.5)).cos();
+                assert!((value - expected).abs() < 1e-8, "{j} {t}");
+            }
+        }
     }
 }

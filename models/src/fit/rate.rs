@@ -74,6 +74,20 @@ impl<'a, Q: Model> RateObjective<'a, Q> {
             sink(group * R::LANES, &(rate - Dual::from_real(measured)).scale(weight));
         }
     }
+
+    fn each_score<const W: usize>(
+        &self,
+        coordinates: &[f64],
+        sink: &mut dyn FnMut(usize, &DVector<f64>, f64),
+    ) {
+        let mut score = DVector::zeros(self.dimension());
+        self.stream::<f64, W>(coordinates, |index, residual| {
+            for (score, slope) in score.iter_mut().zip(&residual.gradient) {
+                *score = slope * residual.value;
+            }
+            sink(self.slopes[index].segment, &score, residual.value * residual.value);
+        });
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
@@ -123,12 +137,10 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     }
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
-        let mut score = DVector::zeros(self.dimension());
-        self.stream::<f64, MOST_DIRECTIONS>(coordinates, |index, residual| {
-            for (score, slope) in score.iter_mut().zip(&residual.gradient) {
-                *score = slope * residual.value;
-            }
-            sink(self.slopes[index].segment, &score, residual.value * residual.value);
-        });
+        if self.dimension() <= NARROW {
+            self.each_score::<NARROW>(coordinates, sink);
+        } else {
+            self.each_score::<MOST_DIRECTIONS>(coordinates, sink);
+        }
     }
 }

@@ -73,6 +73,20 @@ impl FlowFunction {
         S::chain2(value, from, by_from, to, by_to)
     }
 
+    /// The same from a known pressure.
+    #[inline(always)]
+    pub fn pressure_from<S: Scalar>(&self, from: S::Real, to: S) -> S {
+        let (value, _, by_to) = self.with_partials(from, to.real());
+        to.chain(value, by_to)
+    }
+
+    /// The same to a known pressure.
+    #[inline(always)]
+    pub fn pressure_to<S: Scalar>(&self, from: S, to: S::Real) -> S {
+        let (value, by_from, _) = self.with_partials(from.real(), to);
+        from.chain(value, by_from)
+    }
+
     /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
     #[inline(always)]
     fn with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {

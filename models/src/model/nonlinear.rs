@@ -179,8 +179,8 @@ impl Model for Nonlinear {
 
     #[inline(always)]
     fn rate<S: Scalar>(&self, _: &Openings<S>, held: &Ports<S>, pressure: S) -> S {
-        let inflow = self.flow.pressure(S::from_real(held.supply), pressure);
-        let outflow = self.flow.pressure(pressure, S::constant(self.gas.ambient_pa));
+        let inflow = self.flow.pressure_from(held.supply, pressure);
+        let outflow = self.flow.pressure_to(pressure, S::Real::constant(self.gas.ambient_pa));
         held.fill * inflow - held.vent * outflow - held.expansion * pressure
     }
 }

@@ -23,19 +23,6 @@ impl<T: Real, const N: usize> Dual<T, N> {
         }
         variable
     }
-
-    /// `value`, with every derivative multiplied by `slope`: the chain rule of a function of one number.
-    #[inline(always)]
-    fn chain(self, value: T, slope: T) -> Self {
-        Self {
-            value,
-            gradient: filled(
-                T::zero(),
-                #[inline(always)]
-                |i| self.gradient[i] * slope,
-            ),
-        }
-    }
 }
 
 impl<T: Real, const N: usize> Add for Dual<T, N> {
@@ -137,6 +124,18 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
     #[inline(always)]
     fn shift(self, offset: T) -> Self {
         Self { value: self.value + offset, gradient: self.gradient }
+    }
+
+    #[inline(always)]
+    fn chain(self, value: T, slope: T) -> Self {
+        Self {
+            value,
+            gradient: filled(
+                T::zero(),
+                #[inline(always)]
+                |i| self.gradient[i] * slope,
+            ),
+        }
     }
 
     #[inline(always)]

@@ -128,6 +128,11 @@ impl<const L: usize> Scalar for Lanes<L> {
     }
 
     #[inline(always)]
+    fn chain(self, value: Self, _slope: Self) -> Self {
+        value
+    }
+
+    #[inline(always)]
     fn chain2(value: Self, _a: Self, _partial_a: Self, _b: Self, _partial_b: Self) -> Self {
         value
     }

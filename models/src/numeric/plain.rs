@@ -36,6 +36,11 @@ impl Scalar for f64 {
     }
 
     #[inline(always)]
+    fn chain(self, value: f64, _slope: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
     fn chain2(value: f64, _a: f64, _partial_a: f64, _b: f64, _partial_b: f64) -> Self {
         value
     }

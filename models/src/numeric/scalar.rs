@@ -42,6 +42,9 @@ pub trait Scalar:
     /// Sum with a number that has no derivatives.
     fn shift(self, offset: Self::Real) -> Self;
 
+    /// The value of a function of this number whose derivative is known in closed form.
+    fn chain(self, value: Self::Real, slope: Self::Real) -> Self;
+
     /// The value of a function of two numbers whose partial derivatives are known in closed form.
     fn chain2(value: Self::Real, a: Self, partial_a: Self::Real, b: Self, partial_b: Self::Real) -> Self;
 

@@ -22,9 +22,11 @@ fn fit(series: &Series<1>, options: &FitOptions) -> Fit {
 
 #[test]
 fn many_starts_find_the_truth_within_the_intervals() {
-    let fit = fit(&recording(5_000), &FitOptions { starts: 8, ..FitOptions::default() });
+    let fit = fit(&recording(5_000), &FitOptions::default());
     assert_eq!(fit.ending, Ending::Converged);
-    assert!(fit.agreeing_starts >= 5, "{:?}", fit.starts);
+    // The starts reach from bound to bound; some end where a port never opens or never closes.
+    assert_eq!(fit.starts.len(), 20);
+    assert!(fit.agreeing_starts >= 10, "{} {:?}", fit.agreeing_starts, fit.starts);
     assert!((fit.rms * 1e3 - SIGMA_PA).abs() < 0.03 * SIGMA_PA, "rms {} kPa", fit.rms);
     assert!(fit.undetermined.is_empty(), "{:?}", fit.undetermined);
     assert!(fit.condition < 100.0);
