@@ -30,18 +30,7 @@ fn a_ventilator_run_is_compared() {
     let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ventilator_solenoid.toml");
     let path = data.join("respiraworks/solenoid/run1.csv");
     let folder = Folder::new();
-    let arguments = [
-        "compare",
-        path.to_str().unwrap(),
-        "--rig",
-        rig,
-        "--fit-seconds",
-        "15",
-        "--starts",
-        "4",
-        "--out",
-        "r",
-    ];
+    let arguments = ["compare", path.to_str().unwrap(), "--rig", rig, "--fit-seconds", "15", "--out", "r"];
     let done = run(folder.root(), &arguments);
     assert_eq!(done.status, 0, "{}", done.stderr);
     let result = json(&folder.path("r/compare.json"));
