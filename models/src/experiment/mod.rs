@@ -7,21 +7,21 @@
 //! [`compare()`] is the paper's experiment: the three models fitted on the first part of a recording and judged on the rest.
 
 mod compare;
+mod judge;
 mod kind;
 mod page;
 mod prepare;
+mod result;
 mod score;
 mod split;
 mod subject;
 mod table;
 
-pub use compare::{
-    ChannelComparison, CompareError, CompareSettings, Comparison, ModelResult, Overall, Trace,
-    channels_at_once, compare,
-};
+pub use compare::{CompareError, CompareSettings, channels_at_once, compare};
 pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};
 pub use prepare::{Prepared, prepare, simulation};
+pub use result::{ChannelComparison, Comparison, ModelResult, Overall, Trace};
 pub use score::{Score, score};
 pub use split::{Split, SplitError};
 pub use subject::{Objective, Subject};

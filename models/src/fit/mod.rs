@@ -6,6 +6,7 @@
 
 mod covariance;
 mod derivative;
+mod jacobian;
 mod levenberg;
 mod long_run;
 mod multistart;
@@ -15,6 +16,7 @@ mod profile;
 mod rate;
 mod report;
 mod result;
+mod rms;
 mod run;
 mod simulation;
 mod space;
@@ -29,6 +31,7 @@ pub use objective::Objective;
 pub use profile::{ProfileInterval, profile};
 pub use rate::{MOST_DIRECTIONS, RateObjective};
 pub use result::{Bound, Fit, FittedParameter, Reason, Target, Undetermined};
+pub use rms::rollout_rms_kpa;
 pub use run::{FitError, FitOptions, Problem, fit_rates, fit_rollouts};
-pub use simulation::{RolloutObjective, StartPressure, rollout_rms_kpa};
+pub use simulation::{RolloutObjective, StartPressure};
 pub use space::{Space, SpaceError};

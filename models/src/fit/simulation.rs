@@ -3,13 +3,14 @@
 use std::ops::Range;
 
 use multiversion::multiversion;
-use nalgebra::{DMatrixView, DVector, DVectorView};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
+use super::jacobian::Jacobian;
 use super::normal::Accumulator;
 use super::{Normal, Objective, Space};
 use crate::numeric::{Dual, Lanes, Real, Scalar, filled};
-use crate::rollout::{GatheredRows, RowSource, Rows, Series, Start, Steps, System, rollout, simulate};
+use crate::rollout::{GatheredRows, RowSource, Rows, Series, Steps, System, rollout};
 
 /// Segments simulated in lockstep when there are several.
 const LANES: usize = 4;
@@ -247,29 +248,6 @@ struct Place<const M: usize> {
     first: usize,
 }
 
-/// Residuals of one segment with their derivatives, row by row.
-struct Jacobian {
-    directions: usize,
-    residuals: Vec<f64>,
-    slopes: Vec<f64>,
-}
-
-impl Jacobian {
-    /// Adds the sums to the coordinates `indices`.
-    fn add_to(&self, indices: &[usize], normal: &mut Normal) {
-        let jacobian = DMatrixView::from_slice(&self.slopes, self.directions, self.residuals.len());
-        let residuals = DVectorView::from_slice(&self.residuals, self.residuals.len());
-        let (matrix, gradient) = (jacobian * jacobian.transpose(), jacobian * residuals);
-        normal.cost += residuals.norm_squared();
-        for (i, &row) in indices.iter().enumerate() {
-            normal.gradient[row] += gradient[i];
-            for (j, &column) in indices.iter().enumerate() {
-                normal.matrix[(row, column)] += matrix[(i, j)];
-            }
-        }
-    }
-}
-
 #[multiversion(targets("x86_64+avx2"))]
 fn lockstep_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
     objective: &RolloutObjective<'_, Y, N, M>,
@@ -357,24 +335,4 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
             }
         }
     }
-}
-
-/// Root mean square difference in kPa between a rollout and the usable measurements, and their number.
-pub fn rollout_rms_kpa<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    parameters: &[f64],
-    series: &Series<M>,
-    start: Start<'_, M>,
-    substeps: usize,
-) -> (f64, usize) {
-    let outputs = simulate(system, parameters, series, start, substeps);
-    let (mut sum, mut count) = (0.0, 0_u32);
-    for row in series.segments().iter().flat_map(Clone::clone) {
-        let measured = series.measured()[row].iter().zip(&series.weights()[row]);
-        for (simulated, (measured, _)) in outputs[row].iter().zip(measured).filter(|(_, (_, w))| **w > 0.0) {
-            sum += ((simulated - measured) * KPA_PER_PA).powi(2);
-            count += 1;
-        }
-    }
-    ((sum / f64::from(count)).sqrt(), count as usize)
 }

@@ -11,6 +11,7 @@ mod check;
 mod controller;
 mod environment;
 mod error;
+mod input_error;
 mod inputs;
 mod keys;
 mod sensor;
@@ -24,7 +25,8 @@ pub use chamber::Chamber;
 pub use controller::Controller;
 pub use environment::{Ambient, Supply};
 pub use error::RigError;
-pub use inputs::{InputError, Needs, series};
+pub use input_error::InputError;
+pub use inputs::{Needs, series};
 pub use sensor::Sensor;
 pub use valve::Valve;
 
