@@ -99,6 +99,12 @@ fn rig_file_is_the_nominal_rig() {
     }
 }
 
+/// Random drives instead of set points.
+fn open(settings: &mut RecordingSettings, amplitude: f64) {
+    settings.control_loop = Loop::Open { amplitude };
+    settings.columns.command = false;
+}
+
 /// Closed valves and a constant pressure: what is left is noise and quantisation, 0.36 kPa RMS. Averaged over pressures that
 /// divide two counts into eighths (two, because halves round to even), as 0.25 kPa of noise does not blur a count of 0.84 kPa.
 #[test]
@@ -109,7 +115,7 @@ fn noise_is_0_36_kpa() {
         let settings = short(|s| {
             s.seconds = 5.0;
             s.seed = u64::from(eighth);
-            s.control_loop = Loop::Open { amplitude: 0.0 };
+            open(s, 0.0);
             s.plant.chamber.initial_kpa = initial_kpa;
             s.plant.valve.leakage = 0.0;
             s.plant.valve.corner = 1e-4;
@@ -174,6 +180,7 @@ fn recorded_drives_replay() {
     for control_loop in [Loop::Row, Loop::Open { amplitude: 0.6 }] {
         let settings = short(|s| {
             s.control_loop = control_loop;
+            s.columns.command = control_loop == Loop::Row;
             s.exact = true;
             s.effects = vec!["valve_lag=0.01".parse().unwrap()];
         });
@@ -256,7 +263,7 @@ fn nuisances_have_their_size() {
 fn open_loop_stays_about_the_range_and_has_no_commands() {
     let settings = short(|s| {
         s.seconds = 40.0;
-        s.control_loop = Loop::Open { amplitude: 0.4 };
+        open(s, 0.4);
     });
     let rows = rows(&settings);
     let all = || rows.iter().skip(200).flat_map(|r| r.pressure_kpa.iter().copied());
@@ -273,7 +280,8 @@ fn unusable_settings_are_named() {
     assert!(refusal(|s| s.rate_hz = 0.0).contains("rate_hz is 0 Hz: expected 1 to 1000"));
     assert!(refusal(|s| s.range_kpa = [200.0, 100.0]).contains("range_kpa high is 100"));
     assert!(refusal(|s| s.control.kp = 0.5).contains("control.kp is 0.5"));
-    assert!(refusal(|s| s.control_loop = Loop::Open { amplitude: 2.0 }).contains("amplitude"));
+    assert!(refusal(|s| open(s, 2.0)).contains("amplitude"));
+    assert!(refusal(|s| s.control_loop = Loop::Open { amplitude: 0.5 }).contains("no set points"));
     assert!(refusal(|s| s.plant.channels = 0).contains("channels is 0"));
     let folder = tempfile::tempdir().unwrap();
     let bad_name = write(&folder.path().join("run.txt"), &short(|_| {})).unwrap_err();

@@ -19,6 +19,9 @@ pub enum RecordError {
         /// The range that is accepted.
         expected: &'static str,
     },
+    /// Columns for set points that there are none of.
+    #[error("an open-loop recording has no set points: switch columns.command off")]
+    NoSetPoints,
     /// The plant cannot be built.
     #[error(transparent)]
     Plant(#[from] PlantError),
@@ -53,6 +56,7 @@ impl RecordError {
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Setting { .. }
+            | Self::NoSetPoints
             | Self::Plant(_)
             | Self::Effect(_)
             | Self::Control(_)

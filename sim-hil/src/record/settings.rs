@@ -142,6 +142,9 @@ impl RecordingSettings {
     /// # Errors
     /// Names the setting, its value and the range.
     pub fn validate(&self) -> Result<(), RecordError> {
+        if matches!(self.control_loop, Loop::Open { .. }) && self.columns.command {
+            return Err(RecordError::NoSetPoints);
+        }
         let c = &self.control;
         let (age, amplitude) = match self.control_loop {
             Loop::Board { age } => (age, 0.0),
