@@ -5,6 +5,7 @@
 //!
 //! - [`mod@line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring their own, in virtual time.
 //! - [`bus`]: one exchange with one board, its errors, resynchronisation after them, echo.
+//! - [`real_time`]: scheduling of the bus thread on a machine that has other things to do.
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file.
@@ -27,6 +28,7 @@
 pub mod bus;
 pub mod line;
 pub mod poller;
+pub mod real_time;
 #[cfg(feature = "record")]
 pub mod record;
 pub mod statistics;

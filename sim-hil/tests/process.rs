@@ -50,7 +50,7 @@ fn first_line_is_the_port_and_on_a_signal_the_last_is_json() {
         };
         while !reader.is_finished() {
             port.write_all(&packet(1, 102).encode()).unwrap();
-            std::thread::sleep(std::time::Duration::from_millis(5));
+            std::thread::sleep(std::time::Duration::from_millis(100));
         }
         assert_eq!(reader.join().unwrap().unwrap()[..2], [0xFF, 0xFE]);
 

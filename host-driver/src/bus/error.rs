@@ -86,6 +86,16 @@ pub enum ExchangeError {
         /// How long it was waited, us.
         waited_us: u64,
     },
+    /// The answer came, but the host read it only now: it was stopped, or the machine is overloaded. Its pressures are history.
+    #[error(
+        "{asked}: its answer was read only after {waited_us} us, too old to be used; the host was stopped, or the machine is overloaded"
+    )]
+    TooOld {
+        /// The board that was asked.
+        asked: Address,
+        /// From the request until the answer was read, us.
+        waited_us: u64,
+    },
     /// Somebody does not stop talking, so that nothing can be asked.
     #[error(
         "the line is not idle after {waited_us} us ({heard}); a board or another host does not stop sending"
@@ -111,6 +121,7 @@ impl ExchangeError {
             | Self::EchoMissing { waited_us, .. }
             | Self::OtherBoard { waited_us, .. }
             | Self::Stale { waited_us, .. }
+            | Self::TooOld { waited_us, .. }
             | Self::LineBusy { waited_us, .. } => *waited_us,
             Self::Line(_) => 0,
         }
@@ -129,8 +140,8 @@ impl ExchangeError {
             Self::EchoDamaged { heard, .. } | Self::EchoMissing { heard, .. } => {
                 heard.count() >= 2 * PACKET_LEN
             }
-            // A busy line was never asked.
-            Self::LineBusy { .. } | Self::Line(_) => true,
+            // A busy line was never asked; a late answer has come.
+            Self::TooOld { .. } | Self::LineBusy { .. } | Self::Line(_) => true,
             Self::NoAnswer { .. } | Self::OtherBoard { .. } | Self::Stale { .. } => false,
         }
     }

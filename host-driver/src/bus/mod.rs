@@ -58,6 +58,8 @@ pub struct Bus<L: Line = SerialPort> {
     echo: Echo,
     peers: Vec<Peer>,
     unsolicited_bytes: u64,
+    /// When the line was last read empty, ns, if nothing has been sent since.
+    emptied_ns: Option<u64>,
 }
 
 impl Bus<SerialPort> {
@@ -83,7 +85,25 @@ impl<L: Line> Bus<L> {
         line.expect_bytes(transaction::expected_bytes(echo));
         let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames));
         let peers = vec![peer; usize::from(u8::MAX) + 1];
-        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0 })
+        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0, emptied_ns: None })
+    }
+
+    /// After the line failed: tries once to open it again. What was known of the boards' packet formats and of the echo is found out
+    /// anew, because the adapter or the boards may be others now; what has been counted stays.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new); it can be tried again.
+    pub fn reopen(&mut self) -> Result<(), OpenBusError> {
+        self.line.reopen()?;
+        if let EchoMode::Detect { unused_board } = self.options.echo {
+            self.echo = echo::detect(&mut self.line, &self.options, unused_board)?;
+        }
+        self.line.expect_bytes(transaction::expected_bytes(self.echo));
+        self.emptied_ns = None;
+        for peer in &mut self.peers {
+            peer.renew(Dialect::new(self.options.frames));
+        }
+        Ok(())
     }
 
     /// Asks `board` whether it is there, and which packets it understands if that is not known yet: then up to three times, in

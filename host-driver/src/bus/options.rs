@@ -39,12 +39,26 @@ impl BusOptions {
     /// How long the line must be silent to count as idle after a disturbance, beyond the protocol's idle gap: the time in which
     /// bytes on their way through kernel and adapter should have come.
     const IDLE_MARGIN_NS: u64 = 200_000;
+    /// What a busy machine may hold the host up for without its answers being refused.
+    const OLDEST_MARGIN_NS: u64 = 50_000_000;
     /// A line that is not idle after this many packet times has a babbling board on it.
     const DRAIN_LIMIT_PACKETS: u64 = 100;
 
     /// A board's timeout: request and answer on the wire, and the allowance. What a missing board costs the others.
     pub const fn answer_timeout_ns(&self) -> u64 {
         self.baud.exchange_ns() + self.answer_allowance_ns
+    }
+
+    /// An answer that the host reads later than this after the request is not believed: the host stood still, and the pressures in
+    /// it are from before.
+    pub const fn oldest_answer_ns(&self) -> u64 {
+        self.answer_timeout_ns() + self.late_answer_limit_ns + Self::OLDEST_MARGIN_NS
+    }
+
+    /// What an exchange takes at most as long as the host is not held up: bytes that nobody asked for before it, its timeout, and
+    /// bytes that are no answer.
+    pub const fn longest_exchange_ns(&self) -> u64 {
+        self.answer_timeout_ns() + 2 * (self.drain_limit_ns() + self.idle_ns())
     }
 
     /// Silence that ends a disturbance.

@@ -17,7 +17,7 @@ pub struct Counters {
     pub echo: u64,
     /// Only another board answered.
     pub other_board: u64,
-    /// Only an answer to an earlier request, or one in the other format, came from it.
+    /// Only an answer to an earlier request, or one in the other format, came from it; or its answer was read too late.
     pub stale: u64,
     /// The line was busy or failed.
     pub line: u64,
@@ -71,6 +71,11 @@ impl Peer {
         }
     }
 
+    /// Forgets everything but the counters.
+    pub(super) fn renew(&mut self, dialect: Dialect) {
+        *self = Self { counters: self.counters, ..Self::new(self.usual_late_limit_ns, dialect) };
+    }
+
     pub(super) fn counters(&self) -> Counters {
         self.counters
     }
@@ -100,7 +105,7 @@ impl Peer {
             ExchangeError::Garbled { .. } => &mut self.counters.garbled,
             ExchangeError::EchoDamaged { .. } | ExchangeError::EchoMissing { .. } => &mut self.counters.echo,
             ExchangeError::OtherBoard { .. } => &mut self.counters.other_board,
-            ExchangeError::Stale { .. } => &mut self.counters.stale,
+            ExchangeError::Stale { .. } | ExchangeError::TooOld { .. } => &mut self.counters.stale,
             ExchangeError::LineBusy { .. } | ExchangeError::Line(_) => &mut self.counters.line,
         };
         *counter += 1;

@@ -37,6 +37,11 @@ impl<L: Line> Bus<L> {
                 }
             }
             if let Some(pressures) = ear.believable_answer() {
+                if now_ns - sent_ns > self.options.oldest_answer_ns() {
+                    let waited_us = (now_ns - sent_ns) / 1000;
+                    return Err(ExchangeError::TooOld { asked: request.address, waited_us });
+                }
+                self.emptied_ns = (count < BUFFER).then_some(now_ns);
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
             }
             if now_ns >= deadline {
@@ -47,7 +52,14 @@ impl<L: Line> Bus<L> {
     }
 
     /// Discards what came while nobody had been asked.
+    ///
+    /// Right after an answer there is nothing to look for: since the line was read empty, no character has had the time to come.
     fn expect_silence(&mut self) -> Result<(), ExchangeError> {
+        let character_ns = self.options.baud.characters_ns(1);
+        let emptied_ns = self.emptied_ns.take();
+        if emptied_ns.is_some_and(|then| self.line.now_ns() - then < character_ns) {
+            return Ok(());
+        }
         let mut bytes = [0; BUFFER];
         let count = self.line.receive(&mut bytes, 0, 0)?;
         if count == 0 {

@@ -2,6 +2,7 @@ use crate::cli::command_arg::CommandArg;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pneudrive_host::bus::FrameMode;
 use pneudrive_host::poller::{MissedTick, PressureFilter};
+use pneudrive_host::real_time::RealTime;
 use pneudrive_host::trajectory::Interpolation;
 use std::path::PathBuf;
 
@@ -15,6 +16,8 @@ Examples:
   pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
   pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
   pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
+  pneudrive-host --port /dev/ttyUSB0 --rate 1000 --realtime --lock-memory --pin-core 3
+                                                           with real-time scheduling
 
 Ends on Ctrl-C, SIGTERM, q (in the live view), after --duration or a trajectory. Then 0 kPa is commanded to every board three
 times, and the statistics are printed.
@@ -86,6 +89,15 @@ pub struct BusArgs {
     /// Busy-wait for so long before sleeping, us: saves wake-up time, costs CPU
     #[arg(long, global = true, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     pub spin_us: u64,
+    /// Run the bus thread under SCHED_FIFO with this priority, 1 to 99 [without a number: 40]; an error where it is not permitted
+    #[arg(long, global = true, value_name = "PRIORITY", num_args = 0..=1, require_equals = true, default_missing_value = "40", value_parser = clap::value_parser!(u8).range(1..=99))]
+    pub realtime: Option<u8>,
+    /// Keep the whole process in memory; an error where it is not permitted
+    #[arg(long, global = true)]
+    pub lock_memory: bool,
+    /// Keep the bus thread on this core, counted from 0
+    #[arg(long, global = true, value_name = "N")]
+    pub pin_core: Option<usize>,
     /// When the virtual boards' bytes appear (with --port sim)
     #[cfg(feature = "sim")]
     #[arg(long, global = true, value_enum, default_value_t = SimTiming::Wire)]
@@ -97,6 +109,13 @@ pub struct BusArgs {
     /// Print one JSON object on standard output at the end, and nothing else there
     #[arg(long, global = true)]
     pub json: bool,
+}
+
+impl BusArgs {
+    /// What the bus thread asks of the scheduler.
+    pub fn real_time(&self) -> RealTime {
+        RealTime { priority: self.realtime, lock_memory: self.lock_memory, core: self.pin_core }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -168,6 +187,9 @@ pub struct RunArgs {
     /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6, as the original]
     #[arg(long, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]
     pub filter: Option<PressureFilter>,
+    /// End when the port vanishes, instead of waiting for it to come back
+    #[arg(long)]
+    pub no_reopen: bool,
     /// Plain lines even on a terminal
     #[arg(long)]
     pub plain: bool,

@@ -1,7 +1,8 @@
 //! The paper's table: mean and standard deviation of the loop rate over 2044 cycles for 1 to 4 boards.
 
 use crate::cli::args::{BenchArgs, BusArgs};
-use crate::cli::connect::{connect, devices, is_sim};
+use crate::cli::bench_table;
+use crate::cli::connect::{Connection, connect_for_measurement, devices, is_sim};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
@@ -9,7 +10,8 @@ use crate::cli::signals::StopSignal;
 use pneudrive_host::bus::Bus;
 use pneudrive_host::line::SerialPort;
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
-use pneudrive_host::statistics::Statistics;
+use pneudrive_host::real_time::RealTime;
+use pneudrive_host::statistics::{HistogramBin, Statistics};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -17,47 +19,77 @@ struct BenchReport {
     port: String,
     baud: u32,
     cycles: u32,
+    #[serde(flatten)]
+    real_time: Scheduling,
     runs: Vec<BenchRun>,
 }
 
 #[derive(Serialize)]
-struct BenchRun {
-    /// What the wire allows, Hz.
-    wire_limit_hz: f64,
-    /// Mean rate as a share of it.
-    wire_share: f64,
-    /// What an exchange costs beyond its wire time, us.
-    overhead_us: f64,
-    #[serde(flatten)]
-    statistics: Statistics,
+struct Scheduling {
+    realtime_priority: Option<u8>,
+    memory_locked: bool,
+    core: Option<usize>,
 }
 
-/// Measures 1 to `--devices` boards, on this thread, commanding 0 kPa.
+#[derive(Serialize)]
+pub(super) struct BenchRun {
+    /// What the wire allows, Hz.
+    pub(super) wire_limit_hz: f64,
+    /// Mean rate as a share of it.
+    pub(super) wire_share: f64,
+    /// What an exchange costs beyond its wire time, us.
+    overhead_us: f64,
+    /// What virtual boards dated requests back by, us.
+    pub(super) dated_back_us: Option<f64>,
+    /// Times from request to answer: counts in bins evenly spaced on a logarithmic scale.
+    pub(super) round_trip_us: Vec<HistogramBin>,
+    #[serde(flatten)]
+    pub(super) statistics: Statistics,
+}
+
+/// Measures 1 to `--devices` boards, commanding 0 kPa.
 pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     let most = devices(args, 4)?;
+    let real_time = args.real_time();
+    real_time.check()?;
     let stop = StopSignal::install()?;
-    SerialPort::precise_sleeps();
-    let mut report =
-        BenchReport { port: String::new(), baud: args.baud, cycles: bench.cycles, runs: Vec::new() };
-    let mut table_started = false;
+    let RealTime { priority, lock_memory, core } = real_time;
+    let mut report = BenchReport {
+        port: String::new(),
+        baud: args.baud,
+        cycles: bench.cycles,
+        real_time: Scheduling { realtime_priority: priority, memory_locked: lock_memory, core },
+        runs: Vec::new(),
+    };
     for boards in 1..=most {
-        let connection = connect(args, boards)?;
-        report.port =
-            if is_sim(args) { "sim".to_owned() } else { connection.bus.line().path().display().to_string() };
-        if !table_started && !args.json {
-            print_header(&report);
-            table_started = true;
+        let Connection { bus, behind } = connect_for_measurement(args, boards)?;
+        report.port = if is_sim(args) { "sim".to_owned() } else { bus.line().path().display().to_string() };
+        if report.runs.is_empty() && !args.json {
+            bench_table::print_header(&report.port, report.baud, report.cycles);
         }
-        let run = measure(connection.bus, args.wait, boards, bench.cycles, &stop)?;
+        // A thread of its own, because the virtual boards would inherit what it asks of the scheduler.
+        let measured = std::thread::scope(|scope| {
+            let body = || {
+                SerialPort::precise_sleeps();
+                real_time.apply()?;
+                measure(bus, args.wait, boards, bench.cycles, &stop)
+            };
+            scope.spawn(body).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        let run = BenchRun { dated_back_us: behind.dated_back_us(), ..measured? };
         if !args.json {
-            print_row(&run);
+            bench_table::print_row(&run);
         }
         report.runs.push(run);
         if stop.came() {
             return Err(Failure::running("interrupted"));
         }
     }
-    if args.json { print_json(&report) } else { Ok(()) }
+    if args.json {
+        return print_json(&report);
+    }
+    print!("{}", bench_table::below(&report.runs));
+    Ok(())
 }
 
 fn measure(
@@ -67,7 +99,8 @@ fn measure(
     cycles: u32,
     stop: &StopSignal,
 ) -> Result<BenchRun, Failure> {
-    let options = PollerOptions::for_devices(boards);
+    // A port that vanishes is no result.
+    let options = PollerOptions { reopen: None, ..PollerOptions::for_devices(boards) };
     let silent = find_boards::find(&mut bus, &options.boards, wait_s, || stop.came())?;
     if let Some((board, error)) = silent.first() {
         return Err(Failure::running(format!(
@@ -87,12 +120,15 @@ fn measure(
         polling.cycle().map_err(Failure::running)?;
     }
     let statistics = polling.finish();
+    let round_trip_us = polling.round_trips();
     polling.make_safe().map_err(Failure::running)?;
     let exchange_us = 1e6 / statistics.loop_hz.mean / f64::from(boards);
     Ok(BenchRun {
         wire_limit_hz,
         wire_share: statistics.loop_hz.mean / wire_limit_hz,
         overhead_us: exchange_us - baud.exchange_ns() as f64 * 1e-3,
+        dated_back_us: None,
+        round_trip_us,
         statistics,
     })
 }
@@ -102,31 +138,4 @@ fn wait_until(line: &mut SerialPort, due_ns: u64) {
     if line.now_ns() < due_ns {
         line.sleep_until(due_ns);
     }
-}
-
-fn print_header(report: &BenchReport) {
-    println!(
-        "{} at {} baud, {} cycles each; loop rate in Hz, cycle time in us",
-        report.port, report.baud, report.cycles
-    );
-    println!(
-        "boards  wire limit       mean +- std   share      p50     p99   p99.9     max    lost  rejected  CPU  us/exchange"
-    );
-}
-
-fn print_row(run: &BenchRun) {
-    let Statistics { devices, loop_hz, cycle_us, lost, rejected, cpu_share, .. } = &run.statistics;
-    println!(
-        "{devices:>6}  {:>10.1}  {:>8.1} +- {:<6.1} {:>5.1} %  {:>7.0} {:>7.0} {:>7.0} {:>7.0}  {lost:>6}  {rejected:>8}  {:>2.0} %  {:>11.1}",
-        run.wire_limit_hz,
-        loop_hz.mean,
-        loop_hz.std,
-        100.0 * run.wire_share,
-        cycle_us.p50,
-        cycle_us.p99,
-        cycle_us.p999,
-        cycle_us.max,
-        100.0 * cpu_share,
-        1e6 / loop_hz.mean / *devices as f64,
-    );
 }

@@ -17,7 +17,17 @@ pub struct Connection {
 #[derive(Default)]
 pub struct Behind {
     #[cfg(feature = "sim")]
-    _boards: Option<pneudrive_sim::pty::EmbeddedSim>,
+    boards: Option<pneudrive_sim::pty::EmbeddedSim>,
+}
+
+impl Behind {
+    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real port.
+    pub fn dated_back_us(&self) -> Option<f64> {
+        #[cfg(feature = "sim")]
+        return self.boards.as_ref().map(pneudrive_sim::pty::EmbeddedSim::pty_round_trip_us);
+        #[cfg(not(feature = "sim"))]
+        return None;
+    }
 }
 
 /// The number of boards, checked: `default` if none is given.
@@ -66,6 +76,24 @@ pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> 
 
 /// Opens the port for `devices` boards, starting them first if they are virtual.
 pub fn connect(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
+    open(args, devices, Punctuality::Usual)
+}
+
+/// The same, with virtual boards that are as punctual as they can be.
+pub fn connect_for_measurement(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
+    open(args, devices, Punctuality::Best)
+}
+
+/// How punctual virtual boards are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Punctuality {
+    /// Some 10 us late, and hardly a load.
+    Usual,
+    /// As punctual as a core that busy-waits makes them.
+    Best,
+}
+
+fn open(args: &BusArgs, devices: u16, punctuality: Punctuality) -> Result<Connection, Failure> {
     let options = bus_options(args, devices)?;
     let port = args.port.as_deref().ok_or_else(|| {
         Failure::input(
@@ -75,18 +103,23 @@ pub fn connect(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
     if !is_sim(args) {
         return Ok(Connection { bus: Bus::open(port, options)?, behind: Behind::default() });
     }
-    virtual_boards(args, devices, options)
+    virtual_boards(args, devices, options, punctuality)
 }
 
 #[cfg(feature = "sim")]
-fn virtual_boards(args: &BusArgs, devices: u16, options: BusOptions) -> Result<Connection, Failure> {
-    let boards = super::sim::start(args, devices, options.baud)?;
+fn virtual_boards(
+    args: &BusArgs,
+    devices: u16,
+    options: BusOptions,
+    punctuality: Punctuality,
+) -> Result<Connection, Failure> {
+    let boards = super::sim::start(args, devices, options.baud, punctuality)?;
     let bus = Bus::open(boards.path(), options)?;
-    Ok(Connection { bus, behind: Behind { _boards: Some(boards) } })
+    Ok(Connection { bus, behind: Behind { boards: Some(boards) } })
 }
 
 #[cfg(not(feature = "sim"))]
-fn virtual_boards(_: &BusArgs, _: u16, _: BusOptions) -> Result<Connection, Failure> {
+fn virtual_boards(_: &BusArgs, _: u16, _: BusOptions, _: Punctuality) -> Result<Connection, Failure> {
     Err(Failure::input(
         "this pneudrive-host was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
     ))

@@ -1,5 +1,6 @@
 use crate::cli::find_boards::NoBoards;
 use pneudrive_host::bus::OpenBusError;
+use pneudrive_host::real_time::RealTimeError;
 use pneudrive_host::record::RecordError;
 use std::fmt;
 use std::process::ExitCode;
@@ -55,6 +56,12 @@ impl From<RecordError> for Failure {
             | RecordError::NotCreated { .. } => Self::input(error),
             RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),
         }
+    }
+}
+
+impl From<RealTimeError> for Failure {
+    fn from(error: RealTimeError) -> Self {
+        Self::input(error)
     }
 }
 

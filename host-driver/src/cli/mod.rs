@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod bench_table;
 mod command_arg;
 mod connect;
 mod failure;

@@ -29,7 +29,9 @@ struct BoardReport {
 /// Asks each board some times and prints how it answered. Fails if any board did not answer at all.
 pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
+    args.real_time().check()?;
     let mut connection = connect(args, devices)?;
+    args.real_time().apply()?;
     let bus = &mut connection.bus;
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     find_boards::find(bus, &boards, args.wait, || false)?;

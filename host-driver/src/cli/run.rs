@@ -38,9 +38,18 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     if let Some(path) = &run.record {
         Recorder::check(path, run.overwrite)?;
     }
+    args.real_time().check()?;
     let stop = StopSignal::install()?;
     let Connection { mut bus, behind } = connect(args, devices)?;
-    let options = PollerOptions { pace, filter: run.filter, ..PollerOptions::for_devices(devices) };
+    let mut options = PollerOptions {
+        pace,
+        filter: run.filter,
+        real_time: args.real_time(),
+        ..PollerOptions::for_devices(devices)
+    };
+    if run.no_reopen {
+        options.reopen = None;
+    }
     for (board, error) in find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())? {
         eprintln!("warning: board {board} is missing and will be asked now and then ({error})");
     }

@@ -41,6 +41,15 @@ pub enum OpenError {
         /// Line rate that the device reports, bit/s.
         got: u32,
     },
+    /// It was lost, and its name may by now belong to somebody else's terminal.
+    #[error("{port}: a pseudo-terminal that was closed does not come back by this name; start the other end with a link and use that", port = .port.display())]
+    NameGivenAway {
+        /// The port that was asked for.
+        port: PathBuf,
+    },
+    /// A line of another kind, that cannot be opened again.
+    #[error("this line has no name to open it again by")]
+    NoName,
     /// Anything else the system said.
     #[error("{port}: {what} failed: {reason}", port = .port.display())]
     System {

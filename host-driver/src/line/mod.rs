@@ -3,6 +3,7 @@
 mod clock;
 mod error;
 mod low_latency;
+mod name;
 mod naps;
 mod open;
 mod serial;
@@ -42,6 +43,20 @@ pub trait Line {
     /// use it. Only a hint.
     fn expect_bytes(&mut self, count: usize) {
         let _ = count;
+    }
+
+    /// Whether [`reopen`](Self::reopen) can ever succeed.
+    fn can_reopen(&self) -> bool {
+        false
+    }
+
+    /// After a failure: lets go of what failed and tries once to open the line again by its name. Does not wait for it to come
+    /// back.
+    ///
+    /// # Errors
+    /// It is not there, not usable, or has no name.
+    fn reopen(&mut self) -> Result<(), OpenError> {
+        Err(OpenError::NoName)
     }
 
     /// CPU time that the calling thread has used so far, ns; 0 where time is virtual.

@@ -1,8 +1,9 @@
 //! Opening a port: exclusively, raw, at any line rate.
 
+use super::name::is_pty;
 use super::{OpenError, low_latency};
 use pneudrive_protocol::Baud;
-use rustix::fs::{FlockOperation, Mode, OFlags, flock, fstat, major, open};
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::io::Errno;
 use rustix::termios::{
     ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl, isatty, tcflush,
@@ -10,9 +11,6 @@ use rustix::termios::{
 };
 use std::os::fd::OwnedFd;
 use std::path::Path;
-
-/// Major device numbers of pty slaves on Linux (Documentation/admin-guide/devices.txt).
-const PTY_SLAVE_MAJORS: std::ops::RangeInclusive<u32> = 136..=143;
 
 /// Opens `port` for this process alone and sets it to raw 8N1 at `baud`. Returns the file and its settings.
 pub(super) fn open_exclusive(port: &Path, baud: Baud) -> Result<(OwnedFd, Termios), OpenError> {
@@ -49,8 +47,7 @@ fn lock(port: &Path, file: &OwnedFd) -> Result<(), OpenError> {
         Errno::WOULDBLOCK => OpenError::InUse { port: port.to_owned() },
         other => explain(port, "locking", other),
     })?;
-    let pty = fstat(file).is_ok_and(|status| PTY_SLAVE_MAJORS.contains(&major(status.st_rdev)));
-    if !pty {
+    if !is_pty(file) {
         ioctl_tiocexcl(file).map_err(|errno| explain(port, "exclusive mode", errno))?;
     }
     Ok(())

@@ -1,11 +1,12 @@
 use super::clock::timespec;
+use super::name::Name;
 use super::naps::Naps;
 use super::open::{open_exclusive, wake_at};
 use super::{Clock, Line, LineError, OpenError};
 use pneudrive_protocol::Baud;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::{Errno, read, write};
-use rustix::termios::{OptionalActions, Termios, tcsetattr};
+use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcsetattr};
 use rustix::thread::{ClockId, clock_nanosleep_absolute, set_current_timer_slack};
 use std::num::NonZeroU64;
 use std::os::fd::OwnedFd;
@@ -25,7 +26,9 @@ pub struct SerialOptions {
 #[derive(Debug)]
 pub struct SerialPort {
     path: PathBuf,
-    file: OwnedFd,
+    /// `None` while the port is lost.
+    file: Option<OwnedFd>,
+    name: Name,
     settings: Termios,
     options: SerialOptions,
     /// Bytes from which on the kernel reports the port readable.
@@ -42,7 +45,8 @@ impl SerialPort {
     /// See [`OpenError`]; a port that another process holds is [`OpenError::InUse`].
     pub fn open(port: &Path, options: SerialOptions) -> Result<Self, OpenError> {
         let (file, settings) = open_exclusive(port, options.baud)?;
-        Ok(Self { path: port.to_owned(), file, settings, options, wakes_at: 1 })
+        let name = Name::of(port, &file);
+        Ok(Self { path: port.to_owned(), file: Some(file), name, settings, options, wakes_at: 1 })
     }
 
     /// The path it was opened by.
@@ -63,11 +67,27 @@ impl SerialPort {
         }
     }
 
+    fn file(&self) -> Result<&OwnedFd, LineError> {
+        self.file.as_ref().ok_or_else(|| self.gone())
+    }
+
+    fn gone(&self) -> LineError {
+        LineError::Gone { port: self.path.clone() }
+    }
+
+    /// Whether the other end still holds what is open here: the failure was one of being full, not of being gone.
+    fn is_alive(&self) -> bool {
+        let Some(file) = &self.file else { return false };
+        let mut files = [PollFd::new(file, PollFlags::IN)];
+        let over = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+        poll(&mut files, Some(&timespec(0))).is_ok() && !files[0].revents().intersects(over)
+    }
+
     /// What is there now; 0 if nothing.
     fn look(&self, into: &mut [u8]) -> Result<usize, LineError> {
-        match read(&self.file, &mut *into) {
+        match read(self.file()?, &mut *into) {
             // With O_NONBLOCK, "nothing there" is EAGAIN; 0 bytes means that the other end hung up.
-            Ok(0) if !into.is_empty() => Err(LineError::Gone { port: self.path.clone() }),
+            Ok(0) if !into.is_empty() => Err(self.gone()),
             Ok(count) => Ok(count),
             Err(Errno::AGAIN | Errno::INTR) => Ok(0),
             Err(errno) => Err(self.failed("read", errno)),
@@ -92,7 +112,7 @@ impl SerialPort {
         if now >= deadline_ns {
             return Ok(());
         }
-        let mut files = [PollFd::new(&self.file, what)];
+        let mut files = [PollFd::new(self.file()?, what)];
         match poll(&mut files, Some(&timespec(deadline_ns - now))) {
             Ok(_) | Err(Errno::INTR) => {}
             Err(errno) => return Err(self.failed("poll", errno)),
@@ -101,7 +121,7 @@ impl SerialPort {
         if seen.intersects(PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL)
             && !seen.intersects(PollFlags::IN)
         {
-            return Err(LineError::Gone { port: self.path.clone() });
+            return Err(self.gone());
         }
         Ok(())
     }
@@ -124,7 +144,7 @@ impl Line for SerialPort {
         let mut left = bytes;
         let started = self.now_ns();
         while !left.is_empty() {
-            match write(&self.file, left) {
+            match write(self.file()?, left) {
                 Ok(count) => left = &left[count..],
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) => {
@@ -167,10 +187,36 @@ impl Line for SerialPort {
     fn expect_bytes(&mut self, count: usize) {
         let Ok(bytes) = u8::try_from(count.max(1)) else { return };
         wake_at(&mut self.settings, bytes);
-        match tcsetattr(&self.file, OptionalActions::Now, &self.settings) {
+        let Some(file) = &self.file else { return };
+        match tcsetattr(file, OptionalActions::Now, &self.settings) {
             Ok(()) => self.wakes_at = usize::from(bytes),
             Err(error) => log::debug!("{}: VMIN not set ({error})", self.path.display()),
         }
+    }
+
+    fn can_reopen(&self) -> bool {
+        self.name != Name::Passing || self.is_alive()
+    }
+
+    fn reopen(&mut self) -> Result<(), OpenError> {
+        if self.is_alive()
+            && let Some(file) = &self.file
+            && tcflush(file, QueueSelector::IOFlush).is_ok()
+        {
+            return Ok(());
+        }
+        // As long as it is open, the system cannot give a device that returns its old name.
+        self.file = None;
+        let port = || self.path.clone();
+        match self.name {
+            Name::Passing => return Err(OpenError::NameGivenAway { port: port() }),
+            name if !name.is_back(&self.path) => return Err(OpenError::NotFound { port: port() }),
+            _ => {}
+        }
+        let (file, settings) = open_exclusive(&self.path, self.options.baud)?;
+        self.name = Name::of(&self.path, &file);
+        (self.file, self.settings, self.wakes_at) = (Some(file), settings, 1);
+        Ok(())
     }
 
     fn cpu_time_ns(&self) -> u64 {

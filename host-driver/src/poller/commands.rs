@@ -15,6 +15,8 @@ pub const VENTED: BoardCommand = [Counts::ATMOSPHERE; CHANNELS];
 pub enum Supply {
     /// Go on.
     Continues,
+    /// Go on, but nobody has renewed these commands in time: they are 0 kPa.
+    Stale,
     /// These were the last ones; the poller ends after this cycle.
     Ended,
 }
@@ -26,16 +28,38 @@ pub trait CommandSource: Send {
 }
 
 /// Set points that any thread may change while the poller runs, without a lock: the four of one board change together.
+///
+/// They hold until they are changed. A program that computes set points and may get stuck should say how long they are good for:
+/// [`vent_after`](Self::vent_after). Otherwise the bus thread goes on sending the last ones, and the boards, which hear from
+/// their host all the time, keep to them.
 #[derive(Debug, Clone)]
 pub struct SetPoints {
     /// Four 16-bit counts a board.
     boards: Arc<[AtomicU64]>,
+    /// Counts calls of `set` and `renew`.
+    renewals: Arc<AtomicU64>,
+    /// How long a renewal is good for, ns.
+    good_for_ns: Option<u64>,
+    /// The renewal that was seen last by `fill`, and when.
+    seen: (u64, u64),
 }
 
 impl SetPoints {
     /// For `boards` boards, all at 0 kPa.
     pub fn new(boards: usize) -> Self {
-        Self { boards: (0..boards).map(|_| AtomicU64::new(pack(VENTED))).collect() }
+        Self {
+            boards: (0..boards).map(|_| AtomicU64::new(pack(VENTED))).collect(),
+            renewals: Arc::default(),
+            good_for_ns: None,
+            seen: (0, 0),
+        }
+    }
+
+    /// Commands 0 kPa to all boards when no [`set`](Self::set) or [`renew`](Self::renew) has been called for `timeout_ns`, until
+    /// the next one. To be called before the set points are given to a poller.
+    #[must_use]
+    pub fn vent_after(self, timeout_ns: u64) -> Self {
+        Self { good_for_ns: Some(timeout_ns), ..self }
     }
 
     /// Sets the four commands of the board at `index` in the poller's order, from its next exchange on.
@@ -45,17 +69,37 @@ impl SetPoints {
     pub fn set(&self, index: usize, command: BoardCommand) -> Result<(), NoSuchBoard> {
         let slot = self.boards.get(index).ok_or(NoSuchBoard { index, boards: self.boards.len() })?;
         slot.store(pack(command), Ordering::Relaxed);
+        self.renew();
         Ok(())
+    }
+
+    /// Says that the set points are still meant.
+    pub fn renew(&self) {
+        self.renewals.fetch_add(1, Ordering::Relaxed);
     }
 
     /// The commands of the board at `index`.
     pub fn get(&self, index: usize) -> Option<BoardCommand> {
         self.boards.get(index).map(|slot| unpack(slot.load(Ordering::Relaxed)))
     }
+
+    /// Whether the last renewal is too long ago.
+    fn stale(&mut self, now_ns: u64) -> bool {
+        let Some(good_for_ns) = self.good_for_ns else { return false };
+        let renewals = self.renewals.load(Ordering::Relaxed);
+        if renewals != self.seen.0 {
+            self.seen = (renewals, now_ns);
+        }
+        now_ns.saturating_sub(self.seen.1) > good_for_ns
+    }
 }
 
 impl CommandSource for SetPoints {
-    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+        if self.stale(since_start_ns) {
+            commands.fill(VENTED);
+            return Supply::Stale;
+        }
         for (slot, command) in self.boards.iter().zip(commands) {
             *command = unpack(slot.load(Ordering::Relaxed));
         }
@@ -99,6 +143,28 @@ mod tests {
         assert_eq!(points.fill(0, &mut filled), Supply::Continues);
         assert_eq!(filled, [VENTED, command]);
         assert_eq!(points.set(2, command), Err(NoSuchBoard { index: 2, boards: 2 }));
+    }
+
+    #[test]
+    fn set_points_that_nobody_renews_become_0_kpa() {
+        let command = [Counts::saturating(511); CHANNELS];
+        let points = SetPoints::new(1).vent_after(100);
+        let (mut source, mut filled) = (points.clone(), [VENTED; 1]);
+        let mut fill = |at_ns| (source.fill(at_ns, &mut filled), filled[0]);
+        points.set(0, command).unwrap();
+        assert_eq!(fill(1_000), (Supply::Continues, command));
+        assert_eq!(fill(1_100), (Supply::Continues, command));
+        assert_eq!(fill(1_101), (Supply::Stale, VENTED));
+        points.renew();
+        assert_eq!(fill(1_200), (Supply::Continues, command));
+        assert_eq!(fill(1_301), (Supply::Stale, VENTED));
+    }
+
+    #[test]
+    fn set_points_hold_forever_unless_told_otherwise() {
+        let mut points = SetPoints::new(1);
+        points.set(0, [Counts::saturating(511); CHANNELS]).unwrap();
+        assert_eq!(points.fill(u64::MAX, &mut [VENTED]), Supply::Continues);
     }
 
     /// While another thread changes them all the time, the four commands of a board are always of one change.

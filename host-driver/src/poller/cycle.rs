@@ -1,5 +1,6 @@
 //! The loop itself: which board is asked when, and who is told.
 
+use super::outage::{Outage, Try};
 use super::presence::Presence;
 use super::schedule::Schedule;
 use super::{
@@ -8,7 +9,7 @@ use super::{
 };
 use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
-use crate::statistics::{BoardStatistics, CycleStatistics, Statistics};
+use crate::statistics::{BoardStatistics, CycleStatistics, Durations, HistogramBin, Statistics};
 
 /// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other. [`Poller`](super::Poller) runs it on a thread
 /// of its own; benchmarks and tests, in virtual time, call it themselves.
@@ -22,16 +23,26 @@ pub struct Polling<L: Line> {
     commands: Vec<super::BoardCommand>,
     rows: Vec<BoardRow>,
     cycles: CycleStatistics,
+    round_trips: Durations,
     start_ns: Option<u64>,
     /// Start of the cycle that has not been counted yet, ns.
     open_cycle_ns: Option<u64>,
     cpu_before_ns: u64,
+    outage: Option<Outage>,
+    /// Readings from before this are from before the line was lost, ns.
+    line_since_ns: u64,
+    /// When the next cycle was due, ns.
+    due_ns: u64,
+    stale: bool,
     /// What had happened on the bus before.
     before: Vec<Counters>,
     unsolicited_before: u64,
 }
 
 impl<L: Line> Polling<L> {
+    /// Standing still for so long is worth a line, ns: the boards' own command timeout, which holds their valves, is of that order.
+    const STALL_NS: u64 = 500_000_000;
+
     /// The boards and settings of `options`, commands from `source`.
     pub fn new(
         bus: Bus<L>,
@@ -52,9 +63,14 @@ impl<L: Line> Polling<L> {
             commands: vec![VENTED; options.boards.len()],
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
+            round_trips: Durations::new(),
             start_ns: None,
             open_cycle_ns: None,
             cpu_before_ns: 0,
+            outage: None,
+            line_since_ns: 0,
+            due_ns: u64::MAX,
+            stale: false,
             before: options.boards.iter().map(|&board| bus.counters(board)).collect(),
             unsolicited_before: bus.unsolicited_bytes(),
             bus,
@@ -72,8 +88,12 @@ impl<L: Line> Polling<L> {
             return now_ns;
         };
         let scheduled = self.schedule.next_start(now_ns);
-        let askable = (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0);
-        scheduled.max(askable)
+        let possible = match &self.outage {
+            Some(outage) => outage.next_try_ns(),
+            None => (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0),
+        };
+        self.due_ns = scheduled.max(possible);
+        self.due_ns
     }
 
     fn begin(&mut self, now_ns: u64) {
@@ -82,10 +102,10 @@ impl<L: Line> Polling<L> {
         self.cpu_before_ns = self.bus.line().cpu_time_ns();
     }
 
-    /// Asks every board that can be asked, then tells the observers.
+    /// Asks every board that can be asked, then tells the observers. While the line is gone, tries to open it again first.
     ///
     /// # Errors
-    /// The line failed. Everything else that goes wrong is in the row.
+    /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong is in the row.
     pub fn cycle(&mut self) -> Result<Supply, LineError> {
         let now_ns = self.bus.line().now_ns();
         let start_ns = match self.start_ns {
@@ -95,16 +115,85 @@ impl<L: Line> Polling<L> {
                 now_ns
             }
         };
+        let due_ns = std::mem::replace(&mut self.due_ns, u64::MAX);
+        self.stalled(now_ns, due_ns);
         self.close_cycle(now_ns);
         self.open_cycle_ns = Some(now_ns);
         let supply = self.source.fill(now_ns - start_ns, &mut self.commands);
-        for index in 0..self.rows.len() {
-            self.visit(index)?;
+        self.note_freshness(supply);
+        if self.line_is_there() {
+            for index in 0..self.rows.len() {
+                if let Err(error) = self.visit(index) {
+                    self.line_lost(error)?;
+                    break;
+                }
+            }
         }
         let cycle = self.cycles.count();
         let row = Row { cycle, at_ns: now_ns, since_start_ns: now_ns - start_ns, boards: &self.rows };
         self.observers.iter_mut().for_each(|observer| observer.row(&row));
         Ok(supply)
+    }
+
+    /// Whether boards can be asked. If the line is gone and a try is due, tries.
+    fn line_is_there(&mut self) -> bool {
+        let Some(outage) = &mut self.outage else { return true };
+        if self.bus.line().now_ns() < outage.next_try_ns() {
+            return false;
+        }
+        match outage.attempt(&mut self.bus) {
+            Try::Back { gone_ns } => {
+                self.outage = None;
+                self.line_since_ns = self.bus.line().now_ns();
+                for (row, presence) in self.rows.iter_mut().zip(&mut self.presence) {
+                    presence.line_back();
+                    row.state = presence.state();
+                }
+                self.tell(&Event::LineBack { gone_ns });
+                true
+            }
+            Try::Refused(error) => {
+                self.tell(&Event::LineNotBack { error: &error });
+                false
+            }
+            Try::NotYet => false,
+        }
+    }
+
+    /// No reading is of this cycle any more, and no board is there.
+    fn line_lost(&mut self, error: LineError) -> Result<(), LineError> {
+        for (row, presence) in self.rows.iter_mut().zip(&mut self.presence) {
+            presence.line_lost();
+            row.state = presence.state();
+            row.outcome = Outcome::NotAsked;
+        }
+        match self.options.reopen {
+            Some(policy) if self.bus.line().can_reopen() => {
+                self.outage = Some(Outage::new(policy, self.bus.line().now_ns()));
+                self.tell(&Event::LineLost { error: &error });
+                Ok(())
+            }
+            _ => Err(error),
+        }
+    }
+
+    fn tell(&mut self, event: &Event<'_>) {
+        self.observers.iter_mut().for_each(|observer| observer.event(event));
+    }
+
+    /// Something that should have been over by `due_ns` is over now.
+    fn stalled(&mut self, now_ns: u64, due_ns: u64) {
+        let by_ns = now_ns.saturating_sub(due_ns);
+        if by_ns >= Self::STALL_NS {
+            self.tell(&Event::Stalled { by_ns });
+        }
+    }
+
+    fn note_freshness(&mut self, supply: Supply) {
+        let stale = supply == Supply::Stale;
+        if stale != std::mem::replace(&mut self.stale, stale) {
+            self.tell(if stale { &Event::CommandsStale } else { &Event::CommandsBack });
+        }
     }
 
     /// When the board at `index` can be asked: not while it is missing and not probed, nor while it may still answer.
@@ -119,7 +208,11 @@ impl<L: Line> Polling<L> {
         }
         let (board, command) = (self.rows[index].board, self.commands[index]);
         self.rows[index].command = command;
-        let error = match self.bus.exchange(board, command) {
+        let latest_end_ns = self.bus.line().now_ns() + self.bus.options().longest_exchange_ns();
+        let result = self.bus.exchange(board, command);
+        let now_ns = self.bus.line().now_ns();
+        self.stalled(now_ns, latest_end_ns);
+        let error = match result {
             Ok(answer) => {
                 self.take(index, &answer);
                 None
@@ -127,7 +220,7 @@ impl<L: Line> Polling<L> {
             Err(ExchangeError::Line(error)) => return Err(error),
             Err(error) => {
                 self.rows[index].outcome = Outcome::Lost;
-                self.presence[index].failed(self.bus.line().now_ns());
+                self.presence[index].failed(now_ns);
                 Some(error)
             }
         };
@@ -136,10 +229,12 @@ impl<L: Line> Polling<L> {
     }
 
     fn take(&mut self, index: usize, answer: &Answer) {
+        self.round_trips.add(answer.round_trip_ns());
         let row = &mut self.rows[index];
         let sample = answer.pressures.map(|counts| self.options.scale.kpa(counts));
         // A board that was away may come back with anything: its old pressures are no history.
-        let before = row.reading.filter(|_| self.presence[index].state() != BoardState::Missing);
+        let was_away = self.presence[index].state() == BoardState::Missing;
+        let before = row.reading.filter(|old| !was_away && old.asked_ns >= self.line_since_ns);
         let kpa = match self.options.filter {
             Some(filter) => filter.step(before.map(|reading| reading.kpa), sample),
             None => sample,
@@ -156,7 +251,7 @@ impl<L: Line> Polling<L> {
         }
         row.state = state;
         let event = Event::Board { board: row.board, state, error };
-        self.observers.iter_mut().for_each(|observer| observer.event(&event));
+        self.tell(&event);
     }
 
     /// What the run has been like so far.
@@ -185,10 +280,16 @@ impl<L: Line> Polling<L> {
             boards: boards
                 .iter()
                 .map(|(row, counters)| {
-                    BoardStatistics::new(row.board, *counters, row.state, self.bus.frames(row.board))
+                    BoardStatistics::new(row, *counters, self.bus.frames(row.board), now_ns)
                 })
                 .collect(),
         }
+    }
+
+    /// How long answers took, from the request to the answer's last byte as the host saw them: counts in bins evenly spaced on a
+    /// logarithmic scale.
+    pub fn round_trips(&self) -> Vec<HistogramBin> {
+        self.round_trips.bins()
     }
 
     /// Ends the last cycle, so that it counts, and returns the statistics.
@@ -204,13 +305,18 @@ impl<L: Line> Polling<L> {
         }
     }
 
-    /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times.
+    /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times. A line that is gone gets a last
+    /// try to come back.
     ///
     /// Returns the boards that did not confirm it.
     ///
     /// # Errors
     /// The line failed.
     pub fn make_safe(&mut self) -> Result<Vec<u8>, LineError> {
+        if self.outage.take().is_some() {
+            // If it fails, so does what follows, and says why.
+            let _ = self.bus.reopen();
+        }
         let with = |present: bool| {
             let rows = self.rows.iter();
             rows.filter(move |row| {

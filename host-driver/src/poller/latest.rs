@@ -1,6 +1,6 @@
 //! The newest row, for threads that look now and then.
 
-use super::{BoardRow, Observer, Row};
+use super::{BoardRow, Observer, Reading, Row};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A copy of a row.
@@ -14,6 +14,22 @@ pub struct Snapshot {
     pub since_start_ns: u64,
     /// The boards in the order in which they are polled.
     pub boards: Vec<BoardRow>,
+}
+
+impl Snapshot {
+    /// How long ago the cycle started, ns; `None` before the first. It grows while the bus thread stands still.
+    pub fn age_ns(&self, now_ns: u64) -> Option<u64> {
+        self.cycle.map(|_| now_ns.saturating_sub(self.at_ns))
+    }
+
+    /// The reading of the board at `index` in the poller's order, unless it is older than `oldest_ns` at `now_ns`: what a control
+    /// loop should use. `now_ns` is on the line's clock ([`SerialPort::clock`](crate::line::SerialPort::clock)).
+    ///
+    /// [`BoardRow::fresh`] says that a reading is of its row's cycle; this says that the row itself is not old.
+    pub fn reading(&self, index: usize, now_ns: u64, oldest_ns: u64) -> Option<&Reading> {
+        let reading = self.boards.get(index)?.reading.as_ref()?;
+        (reading.age_ns(now_ns) <= oldest_ns).then_some(reading)
+    }
 }
 
 /// Where the bus thread leaves its newest row. Neither side waits for the other: the bus thread writes into whichever of two places

@@ -13,6 +13,7 @@ mod commands;
 mod cycle;
 mod filter;
 mod latest;
+mod outage;
 mod presence;
 mod row;
 mod schedule;
@@ -22,11 +23,13 @@ pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, 
 pub use cycle::Polling;
 pub use filter::{FilterError, PressureFilter};
 pub use latest::{Latest, Snapshot};
+pub use outage::ReopenPolicy;
 pub use presence::{BoardState, PresencePolicy};
 pub use row::{BoardRow, Event, Observer, Outcome, Reading, Row};
 pub use schedule::{MissedTick, Pace};
 pub use thread::{Finished, Poller};
 
+use crate::real_time::RealTime;
 use pneudrive_protocol::SensorScale;
 
 /// Settings of a poller.
@@ -42,10 +45,16 @@ pub struct PollerOptions {
     pub filter: Option<PressureFilter>,
     /// When a board counts as missing.
     pub presence: PresencePolicy,
+    /// Whether to go on when the line has failed and comes back (an adapter that was unplugged); `None` ends the poller. While the
+    /// line is gone its boards are missing, and vent by their own command timeout. When it is back they get the commands
+    /// of that time.
+    pub reopen: Option<ReopenPolicy>,
+    /// What the bus thread asks of the scheduler; nothing by default.
+    pub real_time: RealTime,
 }
 
 impl PollerOptions {
-    /// Boards 0 to `devices - 1`, as fast as possible, unfiltered.
+    /// Boards 0 to `devices - 1`, as fast as possible, unfiltered; goes on when a lost line comes back.
     pub fn for_devices(devices: u16) -> Self {
         Self {
             boards: (0..=u8::MAX).take(usize::from(devices)).collect(),
@@ -53,6 +62,8 @@ impl PollerOptions {
             scale: SensorScale::ORIGINAL,
             filter: None,
             presence: PresencePolicy::default(),
+            reopen: Some(ReopenPolicy::default()),
+            real_time: RealTime::default(),
         }
     }
 }

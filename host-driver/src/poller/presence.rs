@@ -61,6 +61,22 @@ impl Presence {
         self.state = BoardState::Present;
     }
 
+    /// The line is gone, and the board with it; when the line is back it is asked at once.
+    pub(super) fn line_lost(&mut self) {
+        self.failures = 0;
+        self.next_probe_ns = 0;
+        if self.state != BoardState::Unseen {
+            self.state = BoardState::Missing;
+        }
+    }
+
+    /// The line is back: whether the board is, its next exchanges say.
+    pub(super) fn line_back(&mut self) {
+        if self.state == BoardState::Missing {
+            self.state = BoardState::Doubtful;
+        }
+    }
+
     /// The exchange that ended at `now_ns` failed.
     pub(super) fn failed(&mut self, now_ns: u64) {
         self.failures = self.failures.saturating_add(1);
@@ -76,6 +92,21 @@ impl Presence {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_board_is_asked_at_once_when_the_line_is_back() {
+        let mut presence = Presence::new(PresencePolicy { failures: 2, probe_every_ns: 100 });
+        presence.line_lost();
+        assert_eq!(presence.state(), BoardState::Unseen);
+        presence.answered();
+        presence.line_lost();
+        assert_eq!((presence.state(), presence.due_ns()), (BoardState::Missing, 0));
+        presence.line_back();
+        presence.failed(1_000);
+        assert_eq!(presence.state(), BoardState::Doubtful);
+        presence.failed(1_010);
+        assert_eq!(presence.state(), BoardState::Missing, "it is given up like any other");
+    }
 
     #[test]
     fn a_board_is_given_up_after_some_failures_and_found_again() {

@@ -1,7 +1,8 @@
 //! What a cycle brought.
 
 use super::{BoardCommand, BoardState};
-use crate::bus::ExchangeError;
+use crate::bus::{ExchangeError, OpenBusError};
+use crate::line::LineError;
 use pneudrive_protocol::{CHANNELS, Counts};
 
 /// What the last answer of a board said. It does not get newer by being looked at: see [`Reading::age_ns`].
@@ -70,6 +71,7 @@ pub struct Row<'a> {
 
 /// Something worth a line to the user.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Event<'a> {
     /// A board changed its state; `error` is what its last exchange ended with, if it failed.
     Board {
@@ -80,6 +82,30 @@ pub enum Event<'a> {
         /// Why.
         error: Option<&'a ExchangeError>,
     },
+    /// The line failed. No board is asked until it is back.
+    LineLost {
+        /// Why.
+        error: &'a LineError,
+    },
+    /// The line is not back yet, for this reason; told once for each reason in a row.
+    LineNotBack {
+        /// What opening it said.
+        error: &'a OpenBusError,
+    },
+    /// The line is back, and polling goes on.
+    LineBack {
+        /// How long it was gone, ns.
+        gone_ns: u64,
+    },
+    /// The bus thread stood still: the process was stopped, or the machine was too busy.
+    Stalled {
+        /// For how long beyond what was planned, ns. The boards may have held or vented meanwhile.
+        by_ns: u64,
+    },
+    /// Whoever sets the commands has stopped, so 0 kPa is commanded instead: see [`SetPoints::vent_after`](super::SetPoints::vent_after).
+    CommandsStale,
+    /// The commands are renewed again, and are sent.
+    CommandsBack,
 }
 
 /// Gets every row and event. Called on the bus thread between exchanges: it must not block.

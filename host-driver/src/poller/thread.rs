@@ -40,7 +40,8 @@ impl Poller {
     /// Starts polling.
     ///
     /// # Errors
-    /// The system has no thread to give.
+    /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for: then the source of the error is a
+    /// [`RealTimeError`](crate::real_time::RealTimeError).
     pub fn start<L: Line + Send + 'static>(
         bus: Bus<L>,
         options: PollerOptions,
@@ -51,11 +52,17 @@ impl Poller {
         observers.insert(0, Box::new(latest.clone()));
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
+        let (started, starts) = std::sync::mpsc::sync_channel(1);
         let thread = std::thread::Builder::new().name("pneudrive-bus".into()).spawn(move || {
             SerialPort::precise_sleeps();
+            let real_time = options.real_time.apply();
+            let refused = real_time.is_err();
+            // Whoever starts it waits for this.
+            let _ = started.send(real_time);
             let mut polling = Polling::new(bus, options, source, observers);
             // Whatever happens in an observer, the boards are left safe first.
-            let ended = catch_unwind(AssertUnwindSafe(|| run(&mut polling, &theirs)));
+            let ended =
+                catch_unwind(AssertUnwindSafe(|| if refused { Ok(()) } else { run(&mut polling, &theirs) }));
             let statistics = polling.finish();
             let safe = polling.make_safe();
             match ended {
@@ -68,7 +75,12 @@ impl Poller {
                 }
             }
         })?;
-        Ok(Self { shared, latest, thread: Some(thread) })
+        let poller = Self { shared, latest, thread: Some(thread) };
+        // Where the thread has died without a word, joining it says so.
+        if let Ok(Err(error)) = starts.recv() {
+            return Err(std::io::Error::other(error));
+        }
+        Ok(poller)
     }
 
     /// The newest row. Look at its readings' age: a board that is gone keeps its last one.

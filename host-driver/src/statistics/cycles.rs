@@ -1,48 +1,27 @@
-use super::{CycleTimes, LoopRate};
-use hdrhistogram::Histogram;
+use super::{CycleTimes, Durations, LoopRate};
 
 /// Periods of the cycles, as they pass.
 #[derive(Debug, Clone)]
 pub(crate) struct CycleStatistics {
-    histogram: Option<Histogram<u64>>,
+    durations: Durations,
     count: u64,
     total_ns: u64,
-    longest_ns: u64,
     /// Welford's recurrence over the rates 1/period, Hz: its mean and sum of squared deviations.
     rate_mean: f64,
     rate_squares: f64,
 }
 
 impl CycleStatistics {
-    /// Longest period that the histogram resolves, ns; longer ones count as this long in the quantiles only.
-    const LONGEST_NS: u64 = 100_000_000_000;
-    /// 0.1 %.
-    const SIGNIFICANT_FIGURES: u8 = 3;
-    /// Finer steps than 0.1 us are below what a clock read costs.
-    const FINEST_NS: u64 = 100;
-
     pub(crate) fn new() -> Self {
-        let histogram =
-            Histogram::new_with_bounds(Self::FINEST_NS, Self::LONGEST_NS, Self::SIGNIFICANT_FIGURES);
-        Self {
-            histogram: histogram.ok(),
-            count: 0,
-            total_ns: 0,
-            longest_ns: 0,
-            rate_mean: 0.0,
-            rate_squares: 0.0,
-        }
+        Self { durations: Durations::new(), count: 0, total_ns: 0, rate_mean: 0.0, rate_squares: 0.0 }
     }
 
     /// A cycle took `period_ns` from its start to the next one's.
     pub(crate) fn add(&mut self, period_ns: u64) {
         let period_ns = period_ns.max(1);
-        if let Some(histogram) = &mut self.histogram {
-            histogram.saturating_record(period_ns);
-        }
+        self.durations.add(period_ns);
         self.count += 1;
         self.total_ns += period_ns;
-        self.longest_ns = self.longest_ns.max(period_ns);
         let rate = 1e9 / period_ns as f64;
         let before = rate - self.rate_mean;
         self.rate_mean += before / self.count as f64;
@@ -62,19 +41,15 @@ impl CycleStatistics {
             return LoopRate::default();
         }
         let std = if self.count < 2 { 0.0 } else { (self.rate_squares / (self.count - 1) as f64).sqrt() };
-        LoopRate { mean: self.count as f64 / self.seconds(), std, min: 1e9 / self.longest_ns as f64 }
+        LoopRate {
+            mean: self.count as f64 / self.seconds(),
+            std,
+            min: 1e9 / self.durations.longest_ns() as f64,
+        }
     }
 
     pub(crate) fn times(&self) -> CycleTimes {
-        let quantile = |q| {
-            self.histogram.as_ref().map_or(0.0, |h| h.value_at_quantile(q).min(self.longest_ns) as f64 * 1e-3)
-        };
-        CycleTimes {
-            p50: quantile(0.5),
-            p99: quantile(0.99),
-            p999: quantile(0.999),
-            max: self.longest_ns as f64 * 1e-3,
-        }
+        self.durations.quantiles()
     }
 }
 

@@ -1,11 +1,13 @@
 //! What a run was like.
 
 mod cycles;
+mod durations;
 
 pub(crate) use cycles::CycleStatistics;
+pub(crate) use durations::Durations;
 
 use crate::bus::{Counters, Frames};
-use crate::poller::BoardState;
+use crate::poller::{BoardRow, BoardState};
 use serde::Serialize;
 
 /// Everything about a run so far. Field names are those of the JSON that `--json` prints.
@@ -61,6 +63,26 @@ pub struct CycleTimes {
     pub max: f64,
 }
 
+/// Durations of one order of magnitude.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HistogramBin {
+    #[serde(skip)]
+    pub(crate) index: i32,
+    /// The shortest in it, us.
+    pub from_us: f64,
+    /// Those from here on are in the next, us.
+    pub to_us: f64,
+    /// How many.
+    pub count: u64,
+}
+
+impl HistogramBin {
+    fn new(index: i32, a_decade: i32) -> Self {
+        let edge = |index: i32| 10_f64.powf(f64::from(index) / f64::from(a_decade));
+        Self { index, from_us: edge(index), to_us: edge(index + 1), count: 0 }
+    }
+}
+
 /// One board's share of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BoardStatistics {
@@ -74,18 +96,21 @@ pub struct BoardStatistics {
     pub rejected: u64,
     /// How it answered last.
     pub state: BoardState,
+    /// Age of its last answer when these figures were made, us: since it was asked. `None` if it never answered.
+    pub age_us: Option<u64>,
     /// Which packets it is spoken to in.
     pub frames: Frames,
 }
 
 impl BoardStatistics {
-    pub(crate) fn new(board: u8, counters: Counters, state: BoardState, frames: Frames) -> Self {
+    pub(crate) fn new(row: &BoardRow, counters: Counters, frames: Frames, now_ns: u64) -> Self {
         Self {
-            board,
+            board: row.board,
             answered: counters.answered,
             lost: counters.lost(),
             rejected: counters.rejected(),
-            state,
+            state: row.state,
+            age_us: row.reading.map(|reading| reading.age_ns(now_ns) / 1000),
             frames,
         }
     }

@@ -1,6 +1,6 @@
 //! A line in virtual time: what follows each request is up to the test.
 
-use pneudrive_host::line::{Line, LineError};
+use pneudrive_host::line::{Line, LineError, OpenError};
 use std::collections::VecDeque;
 
 /// Time of a character at 1 Mbaud, ns.
@@ -18,6 +18,16 @@ pub struct VirtualLine {
     pub requests: Vec<(u64, Vec<u8>)>,
     /// When each byte is complete, in order.
     coming: VecDeque<(u64, u8)>,
+    /// The adapter is unplugged: everything fails.
+    pub gone: bool,
+    /// It is unplugged when this many requests have been sent.
+    pub goes_after: Option<usize>,
+    /// The adapter can be opened again.
+    pub back: bool,
+    /// It has a name to be opened again by.
+    pub named: bool,
+    /// How long the next look at the line takes longer than planned, ns: the process is stopped.
+    pub stops_for_ns: u64,
 }
 
 impl std::fmt::Debug for VirtualLine {
@@ -28,7 +38,21 @@ impl std::fmt::Debug for VirtualLine {
 
 impl VirtualLine {
     pub fn new(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Self {
-        Self { now_ns: 0, script: Box::new(script), requests: Vec::new(), coming: VecDeque::new() }
+        Self {
+            now_ns: 0,
+            script: Box::new(script),
+            requests: Vec::new(),
+            coming: VecDeque::new(),
+            gone: false,
+            goes_after: None,
+            back: false,
+            named: true,
+            stops_for_ns: 0,
+        }
+    }
+
+    fn working(&self) -> Result<(), LineError> {
+        if self.gone { Err(LineError::Gone { port: "virtual".into() }) } else { Ok(()) }
     }
 
     /// Bytes that nobody asked for, from `at_ns` on.
@@ -45,6 +69,10 @@ impl Line for VirtualLine {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        if self.goes_after == Some(self.requests.len()) {
+            (self.gone, self.goes_after) = (true, None);
+        }
+        self.working()?;
         let at = self.now_ns;
         for (after, reply) in (self.script)(self.requests.len(), bytes) {
             self.inject(at + after, &reply);
@@ -54,10 +82,11 @@ impl Line for VirtualLine {
     }
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        self.working()?;
         let wanted = wanted.min(into.len());
         let enough = wanted.checked_sub(1).and_then(|last| self.coming.get(last)).map(|&(end, _)| end);
         let until = if wanted == 0 { self.now_ns } else { enough.unwrap_or(u64::MAX).min(deadline_ns) };
-        self.now_ns = self.now_ns.max(until);
+        self.now_ns = self.now_ns.max(until) + std::mem::take(&mut self.stops_for_ns);
         let mut count = 0;
         while count < into.len() && self.coming.front().is_some_and(|&(end, _)| end <= self.now_ns) {
             into[count] = self.coming.pop_front().unwrap().1;
@@ -68,6 +97,19 @@ impl Line for VirtualLine {
 
     fn sleep_until(&mut self, at_ns: u64) {
         self.now_ns = self.now_ns.max(at_ns);
+    }
+
+    fn can_reopen(&self) -> bool {
+        self.named
+    }
+
+    fn reopen(&mut self) -> Result<(), OpenError> {
+        if !self.back {
+            return Err(OpenError::NotFound { port: "virtual".into() });
+        }
+        (self.gone, self.back) = (false, false);
+        self.coming.clear();
+        Ok(())
     }
 }
 

@@ -57,7 +57,7 @@ pub(super) struct RunArgs {
     /// Date requests back by this instead of the measured round trip of the pty, us
     #[arg(long, value_name = "US")]
     pty_latency_us: Option<u64>,
-    /// Wait the last so many us before an answer is due in a loop instead of asleep
+    /// Wait the last so many us before an answer is due, and the first after it, in a loop instead of asleep
     #[arg(long, value_name = "US", default_value_t = 20, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     spin_us: u64,
     /// Hand over at most so many bytes together; 1 hands over each at its own stop bit

@@ -21,6 +21,7 @@ use std::thread::{self, JoinHandle};
 #[derive(Debug)]
 pub struct EmbeddedSim {
     path: PathBuf,
+    round_trip_us: f64,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<SimReport, SimError>>>,
 }
@@ -33,6 +34,7 @@ impl EmbeddedSim {
     pub fn start(rig: &RigOptions, options: &PtyOptions) -> Result<Self, SimError> {
         let mut front_end = FrontEnd::new(rig, options)?;
         let path = front_end.path().to_owned();
+        let round_trip_us = front_end.report().pace.pty_round_trip_us;
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let body = move || {
@@ -41,12 +43,17 @@ impl EmbeddedSim {
         };
         let thread = thread::Builder::new().name("pneudrive-sim".to_owned()).spawn(body);
         let thread = thread.map_err(|source| SimError::Thread { source })?;
-        Ok(Self { path, stop, thread: Some(thread) })
+        Ok(Self { path, round_trip_us, stop, thread: Some(thread) })
     }
 
     /// The path of the port, to be opened like a serial port.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// What requests are dated back by, us; 0 where bytes take no time.
+    pub fn pty_round_trip_us(&self) -> f64 {
+        self.round_trip_us
     }
 
     /// Stops it; says what happened on the bus.

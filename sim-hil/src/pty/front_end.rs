@@ -1,5 +1,6 @@
 use super::clock::{PacedClock, saturating_ns};
 use super::hand_over::HandOver;
+use super::labour::Labour;
 use super::port::{VirtualPort, Wake};
 use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
 use crate::bus::Bus;
@@ -16,7 +17,8 @@ pub struct PtyOptions {
     pub link: Option<PathBuf>,
     /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at start.
     pub pty_latency_us: Option<u64>,
-    /// Before an answer is due, the last so many us are waited in a loop instead of asleep: 0 to 1000. Default 20.
+    /// So many us are waited in a loop instead of asleep before an answer is due, and after it for the next request: 0 to
+    /// 1000. Default 20.
     pub spin_us: u64,
     /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one piece.
     pub fifo: usize,
@@ -39,6 +41,7 @@ pub struct FrontEnd {
     hand_over: HandOver,
     clock: PacedClock,
     quiet_since_ns: u64,
+    labour: Labour,
     client_present: bool,
     report: PaceReport,
 }
@@ -55,8 +58,6 @@ const BEHIND_MAX_NS: u64 = 20_000_000;
 /// The plant works ahead while a run of characters is under way, and on a bus that has been quiet for this long, ns:
 /// between two exchanges of a busy bus a client's next request comes first.
 const WORK_AFTER_QUIET_NS: u64 = 300_000;
-/// Only with more than this in hand, ns: one integration step of sixteen chambers takes about 20 us.
-const WORK_NEEDS_NS: u64 = 40_000;
 /// How far ahead of the wall clock an exchange that takes no time may be simulated, ns.
 const INSTANT_AHEAD_NS: u64 = 1_000;
 
@@ -70,10 +71,14 @@ impl FrontEnd {
         let round_trip_ns = match (rig.timing, options.pty_latency_us) {
             (Timing::Instant, _) => 0,
             (Timing::Wire, Some(us)) => us.saturating_mul(1_000),
-            (Timing::Wire, None) => measure_round_trip_ns()?,
+            (Timing::Wire, None) => measure_round_trip_ns(options.spin_us > 0)?,
         };
-        // An answer must still be under way when the request before it has been dated back.
-        let dating = RequestDating { round_trip_ns: round_trip_ns.min(bus.line().characters_ns(8)) };
+        let limit_ns = match rig.timing {
+            Timing::Instant => 0,
+            // An answer must still be under way when the request before it has been dated back.
+            Timing::Wire => bus.line().characters_ns(8),
+        };
+        let dating = RequestDating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
         Ok(Self {
             bus,
             port: VirtualPort::open(options.link.as_deref())?,
@@ -84,6 +89,7 @@ impl FrontEnd {
             hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
             clock: PacedClock::start_at(0),
             quiet_since_ns: 0,
+            labour: Labour::default(),
             client_present: false,
             report: PaceReport::default(),
         })
@@ -140,7 +146,7 @@ impl FrontEnd {
 
     fn horizon_ns(&self, now_ns: u64) -> u64 {
         match (self.bus.is_quiet(), self.timing) {
-            (true, _) => self.dating.quiet_horizon_ns(now_ns),
+            (true, _) => self.dating.quiet_horizon_ns(now_ns, self.hand_over.last()),
             (false, Timing::Wire) => now_ns,
             (false, Timing::Instant) => now_ns + INSTANT_AHEAD_NS,
         }
@@ -162,21 +168,27 @@ impl FrontEnd {
     }
 
     fn wait(&mut self) -> Result<(), SimError> {
-        let (deadline_ns, close) = self.next_deadline_ns();
-        let spin_ns = if close { self.spin_ns } else { 0 };
         if !self.client_present {
             thread::sleep(NO_CLIENT_NAP);
         }
+        if self.bus.is_quiet() && self.hand_over.last().at_ns > 0 {
+            let until_ns = self.hand_over.last().at_ns + self.spin_ns;
+            while self.clock.now_ns() < until_ns {
+                if self.look(0)? {
+                    return Ok(());
+                }
+            }
+        }
+        let (deadline_ns, close) = self.next_deadline_ns();
+        let spin_ns = if close { self.spin_ns } else { 0 };
         loop {
             let now_ns = self.clock.now_ns();
             let left_ns = deadline_ns.saturating_sub(now_ns);
             let may_work = close || now_ns.saturating_sub(self.quiet_since_ns) > WORK_AFTER_QUIET_NS;
-            let worked = may_work && left_ns > WORK_NEEDS_NS && self.bus.work_ahead();
+            let worked = may_work && self.labour.fits(left_ns) && self.work_ahead(now_ns);
             let sleep_ns = if worked { 0 } else { left_ns.saturating_sub(spin_ns).min(NAP_NS) };
-            match self.port.wait(sleep_ns).map_err(SimError::pty("wait for"))? {
-                Wake::Bytes => return self.take_bytes(),
-                Wake::NoClient => return self.client_gone(),
-                Wake::Timeout => self.client_present = true,
+            if self.look(sleep_ns)? {
+                return Ok(());
             }
             if worked {
                 continue;
@@ -190,13 +202,33 @@ impl FrontEnd {
         }
     }
 
+    /// A part of the plant's work; says whether any is left.
+    fn work_ahead(&mut self, now_ns: u64) -> bool {
+        let more = self.bus.work_ahead();
+        self.labour.took(self.clock.now_ns().saturating_sub(now_ns));
+        more
+    }
+
+    /// Waits for the client's bytes for `timeout_ns`; says whether there is something new.
+    fn look(&mut self, timeout_ns: u64) -> Result<bool, SimError> {
+        match self.port.wait(timeout_ns).map_err(SimError::pty("wait for"))? {
+            Wake::Bytes => self.take_bytes()?,
+            Wake::NoClient => self.client_gone()?,
+            Wake::Timeout => {
+                self.client_present = true;
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
     fn take_bytes(&mut self) -> Result<(), SimError> {
         let seen_ns = self.clock.now_ns();
         let mut buffer = [0; 4096];
         match self.port.read(&mut buffer).map_err(SimError::pty("read from"))? {
             Some(count) => {
                 self.client_present = true;
-                let start_ns = self.dating.start_ns(seen_ns, self.bus.now_ns());
+                let start_ns = self.dating.start_ns(seen_ns, self.hand_over.last(), self.bus.now_ns());
                 self.bus.send(start_ns, &buffer[..count]);
                 Ok(())
             }

@@ -1,6 +1,6 @@
-use super::SimError;
 use super::port::VirtualPort;
 use super::report::PaceReport;
+use super::{HandedOver, SimError};
 use crate::bus::{Bus, HostByte};
 
 /// Bytes on their way from the bus to the client: kept until their run ends or the FIFO is full.
@@ -10,11 +10,12 @@ pub(super) struct HandOver {
     run: Vec<u8>,
     newest_ns: u64,
     late_sum_us: f64,
+    last: HandedOver,
 }
 
 impl HandOver {
     pub fn new(fifo: usize) -> Self {
-        Self { fifo, run: Vec::new(), newest_ns: 0, late_sum_us: 0.0 }
+        Self { fifo, run: Vec::new(), newest_ns: 0, late_sum_us: 0.0, last: HandedOver::default() }
     }
 
     /// Takes what the bus has for the host, and writes what is due. `now_ns` says what time it is when it is written.
@@ -38,6 +39,11 @@ impl HandOver {
         Ok(())
     }
 
+    /// The last time that something was handed over.
+    pub fn last(&self) -> HandedOver {
+        self.last
+    }
+
     /// Forgets what nobody is there to read.
     pub fn forget(&mut self) {
         self.run.clear();
@@ -47,7 +53,8 @@ impl HandOver {
         let unread = port.write(&self.run).map_err(SimError::pty("write to"))?;
         report.overrun_bytes += unread as u64;
         self.run.clear();
-        let late_us = now_ns.saturating_sub(self.newest_ns) as f64 / 1e3;
+        self.last = HandedOver { at_ns: now_ns, late_ns: now_ns.saturating_sub(self.newest_ns) };
+        let late_us = self.last.late_ns as f64 / 1e3;
         report.handed_over += 1;
         self.late_sum_us += late_us;
         report.late_mean_us = self.late_sum_us / report.handed_over as f64;

@@ -13,11 +13,11 @@ const PAUSE: Duration = Duration::from_micros(150);
 const PATIENCE_NS: u64 = 20_000_000;
 
 /// Median time, ns, from writing ten bytes to a pty until ten bytes have come back from a thread that sleeps on the other
-/// side and writes at once.
+/// side and writes at once. With `spin`, this side looks for them without sleeping.
 ///
 /// # Errors
 /// The system gives no pseudo-terminal.
-pub fn measure_round_trip_ns() -> Result<u64, SimError> {
+pub fn measure_round_trip_ns(spin: bool) -> Result<u64, SimError> {
     let port = VirtualPort::open(None)?;
     let client = port.open_client().map_err(SimError::pty("open"))?;
     thread::scope(|scope| {
@@ -38,7 +38,7 @@ pub fn measure_round_trip_ns() -> Result<u64, SimError> {
                 }
             }
         });
-        let measured = measure(&port);
+        let measured = measure(&port, spin);
         let told = port.write(&[END]);
         let mut times = measured.and_then(|times| told.map(|_| times)).map_err(SimError::pty("measure"))?;
         times.sort_unstable();
@@ -48,16 +48,17 @@ pub fn measure_round_trip_ns() -> Result<u64, SimError> {
 
 const END: u8 = 0xFF;
 
-fn measure(port: &VirtualPort) -> nix::Result<Vec<u64>> {
+fn measure(port: &VirtualPort, spin: bool) -> nix::Result<Vec<u64>> {
     let mut times = Vec::with_capacity(EXCHANGES);
     let mut buffer = [0; 64];
+    let nap_ns = if spin { 0 } else { PATIENCE_NS };
     for _ in 0..EXCHANGES {
         thread::sleep(PAUSE);
         let start = Instant::now();
         port.write(&[0; 10])?;
         let mut heard = 0;
         while heard < 10 && saturating_ns(start.elapsed()) < PATIENCE_NS {
-            if port.wait(PATIENCE_NS)? == Wake::Bytes {
+            if port.wait(nap_ns)? == Wake::Bytes {
                 heard += port.read(&mut buffer)?.unwrap_or(0);
             }
         }

@@ -1,3 +1,5 @@
+use pneudrive_host::bus::OpenBusError;
+use pneudrive_host::line::OpenError;
 use pneudrive_host::poller::{BoardState, Event, Observer, Row};
 use std::collections::BTreeSet;
 use std::sync::Mutex;
@@ -35,17 +37,36 @@ impl Observer for Tap {
     fn row(&mut self, _: &Row<'_>) {}
 
     fn event(&mut self, event: &Event<'_>) {
-        let Event::Board { board, state, error } = event;
-        // One failure is in the counters; it becomes news when the board stays away, and when it comes back.
-        let line = match (state, error) {
-            (BoardState::Missing, error) if self.missing.insert(*board) => {
+        let line = match event {
+            // One failure is in the counters; it becomes news when the board stays away, and when it comes back.
+            Event::Board { board, state: BoardState::Missing, error } if self.missing.insert(*board) => {
                 let why = error.map_or_else(String::new, |error| format!(" ({error})"));
                 format!("board {board} is missing{why}")
             }
-            (BoardState::Present, _) if self.missing.remove(board) => format!("board {board} answers again"),
+            Event::Board { board, state: BoardState::Present, .. } if self.missing.remove(board) => {
+                format!("board {board} answers again")
+            }
+            Event::LineLost { error } => {
+                format!("{error}; waiting for it to come back, the boards vent by their own command timeout")
+            }
+            Event::LineNotBack { error: OpenBusError::Port(OpenError::NotFound { .. }) } => return,
+            Event::LineNotBack { error } => format!("the port cannot be used yet: {error}"),
+            Event::LineBack { gone_ns } => {
+                format!("the port is back after {:.1} s, polling goes on", seconds(*gone_ns))
+            }
+            Event::Stalled { by_ns } => format!(
+                "the host stood still for {:.1} s: it was stopped, or the machine is overloaded",
+                seconds(*by_ns)
+            ),
+            Event::CommandsStale => "nobody renews the commands: 0 kPa is commanded".to_owned(),
+            Event::CommandsBack => "the commands are renewed again".to_owned(),
             _ => return,
         };
         // Nobody listening any more is the end of the run.
         let _ = self.sender.send(line);
     }
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
 }

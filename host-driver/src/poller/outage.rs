@@ -1,0 +1,67 @@
+//! A line that is gone, until it is back. Times are ns on the line's clock, which goes on.
+
+use crate::bus::{Bus, OpenBusError};
+use crate::line::Line;
+
+/// What to do when the line fails.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReopenPolicy {
+    /// Time between two tries to open it again, ns. Meanwhile there is a row without fresh readings for each try.
+    pub every_ns: u64,
+}
+
+impl Default for ReopenPolicy {
+    /// A USB adapter needs about a second to be ready again; trying costs less than a millisecond.
+    fn default() -> Self {
+        Self { every_ns: 250_000_000 }
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Outage {
+    policy: ReopenPolicy,
+    since_ns: u64,
+    next_try_ns: u64,
+    reason: String,
+}
+
+/// How a try to open the line again ended.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Try {
+    /// It is back.
+    Back {
+        /// How long it was gone, ns.
+        gone_ns: u64,
+    },
+    /// It is not, for another reason than last time.
+    Refused(OpenBusError),
+    /// It is not.
+    NotYet,
+}
+
+impl Outage {
+    pub(super) fn new(policy: ReopenPolicy, now_ns: u64) -> Self {
+        Self { policy, since_ns: now_ns, next_try_ns: now_ns + policy.every_ns, reason: String::new() }
+    }
+
+    pub(super) fn next_try_ns(&self) -> u64 {
+        self.next_try_ns
+    }
+
+    pub(super) fn attempt<L: Line>(&mut self, bus: &mut Bus<L>) -> Try {
+        let result = bus.reopen();
+        let now_ns = bus.line().now_ns();
+        self.next_try_ns = now_ns + self.policy.every_ns;
+        match result {
+            Ok(()) => Try::Back { gone_ns: now_ns.saturating_sub(self.since_ns) },
+            Err(error) => {
+                let reason = error.to_string();
+                if std::mem::replace(&mut self.reason, reason.clone()) == reason {
+                    Try::NotYet
+                } else {
+                    Try::Refused(error)
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! The line goes and comes back, and the host stands still, in virtual time: what the rows say meanwhile.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
+use pneudrive_host::line::Line;
+use pneudrive_host::poller::{
+    BoardState, Event, Observer, PollerOptions, Polling, PressureFilter, Row, SetPoints,
+};
+use pneudrive_protocol::{Echo, Packet, SensorScale};
+use std::sync::{Arc, Mutex};
+use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use support::{answer, counts};
+
+const SECOND: u64 = 1_000_000_000;
+
+/// Boards that answer at once, with pressure 300.
+fn boards(_: usize, request: &[u8]) -> Reply {
+    let packet = Packet::decode(request.try_into().unwrap()).unwrap();
+    match packet.address.board() {
+        board @ 0..=3 => vec![(AT_ONCE, answer(board, 300))],
+        _ => Vec::new(),
+    }
+}
+
+fn options() -> BusOptions {
+    BusOptions { frames: FrameMode::Unchecked, echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() }
+}
+
+/// What observers were told, in words.
+#[derive(Clone, Default)]
+struct Told {
+    lines: Arc<Mutex<Vec<String>>>,
+    /// Fresh pressures of board 0, channel 0, kPa.
+    pressures: Arc<Mutex<Vec<f64>>>,
+}
+
+impl Observer for Told {
+    fn row(&mut self, row: &Row<'_>) {
+        self.pressures.lock().unwrap().extend(row.boards[0].fresh().map(|reading| reading.kpa[0]));
+        let fresh = row.boards.iter().filter(|board| board.fresh().is_some()).count();
+        self.lines.lock().unwrap().push(format!("{fresh} fresh"));
+    }
+
+    fn event(&mut self, event: &Event<'_>) {
+        let text = match event {
+            Event::Board { board, state, .. } => format!("board {board} {state:?}"),
+            Event::LineLost { error } => format!("lost: {error}"),
+            Event::LineNotBack { error } => format!("not back: {error}"),
+            Event::LineBack { gone_ns } => format!("back after {} ms", gone_ns / 1_000_000),
+            Event::Stalled { by_ns } => format!("stalled for {} ms", by_ns / 1_000_000),
+            other => format!("{other:?}"),
+        };
+        self.lines.lock().unwrap().push(text);
+    }
+}
+
+impl Told {
+    fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *self.lines.lock().unwrap())
+    }
+
+    /// Everything but rows.
+    fn events(&self) -> Vec<String> {
+        self.take().into_iter().filter(|line| !line.ends_with("fresh")).collect()
+    }
+}
+
+fn polling(line: VirtualLine, devices: u16) -> (Polling<VirtualLine>, Told) {
+    let told = Told::default();
+    let filter = Some(PressureFilter::ORIGINAL);
+    let options_of_poller = PollerOptions { filter, ..PollerOptions::for_devices(devices) };
+    let bus = Bus::new(line, options()).unwrap();
+    let points = SetPoints::new(usize::from(devices));
+    let polling = Polling::new(bus, options_of_poller, Box::new(points), vec![Box::new(told.clone())]);
+    (polling, told)
+}
+
+/// Cycles until the line's clock shows `until_ns`.
+fn run(polling: &mut Polling<VirtualLine>, until_ns: u64) {
+    loop {
+        let due_ns = polling.next_cycle_ns();
+        if due_ns >= until_ns {
+            return polling.bus_mut().line_mut().sleep_until(until_ns);
+        }
+        polling.bus_mut().line_mut().sleep_until(due_ns);
+        polling.cycle().unwrap();
+    }
+}
+
+#[test]
+fn a_line_that_is_lost_is_waited_for_and_nothing_is_fresh_meanwhile() {
+    let (mut polling, told) = polling(VirtualLine::new(boards), 2);
+    run(&mut polling, SECOND);
+    assert_eq!(told.events(), ["board 0 Present", "board 1 Present"]);
+
+    polling.bus_mut().line_mut().gone = true;
+    run(&mut polling, 2 * SECOND);
+    let meanwhile = told.take();
+    let lost = "lost: virtual: the port is gone (adapter unplugged, or the other end closed)";
+    assert_eq!(meanwhile[0], lost);
+    let not_back: Vec<_> = meanwhile.iter().filter(|line| line.starts_with("not back")).collect();
+    assert_eq!(not_back.len(), 1, "the same reason is told once: {meanwhile:?}");
+    let rows = meanwhile.iter().filter(|line| *line == "0 fresh").count();
+    assert_eq!(rows, 4, "one when it was lost, one for each try, and no fresh one: {meanwhile:?}");
+    let statistics = polling.statistics();
+    assert!(statistics.boards.iter().all(|board| board.state == BoardState::Missing), "{statistics:?}");
+    assert_eq!(statistics.boards[0].age_us.map(|us| us / 100_000), Some(10), "a second old");
+
+    polling.bus_mut().line_mut().back = true;
+    run(&mut polling, 3 * SECOND);
+    let after = told.take();
+    assert!(after[0].starts_with("back after 1") && after[0].ends_with(" ms"), "{after:?}");
+    assert_eq!(after[1..4], ["board 0 Present", "board 1 Present", "2 fresh"]);
+    let statistics = polling.finish();
+    assert!(statistics.boards.iter().all(|board| board.state == BoardState::Present), "{statistics:?}");
+    assert!(statistics.boards[0].answered > 4_000, "what was counted before counts still: {statistics:?}");
+    assert_eq!(statistics.boards[0].lost, 1, "the exchange in which it was lost");
+}
+
+/// A line that is back brings boards that are not: they are given up, and that is said.
+#[test]
+fn boards_that_stay_away_are_reported_although_the_line_is_back() {
+    let present = Arc::new(Mutex::new(true));
+    let theirs = Arc::clone(&present);
+    let script =
+        move |n: usize, request: &[u8]| if *theirs.lock().unwrap() { boards(n, request) } else { Vec::new() };
+    let (mut polling, told) = polling(VirtualLine::new(script), 1);
+    run(&mut polling, SECOND / 10);
+    polling.bus_mut().line_mut().gone = true;
+    run(&mut polling, SECOND);
+    *present.lock().unwrap() = false;
+    polling.bus_mut().line_mut().back = true;
+    told.take();
+    run(&mut polling, 2 * SECOND);
+    let events = told.events();
+    assert!(events[0].starts_with("back after"), "{events:?}");
+    assert_eq!(events[1..], ["board 0 Missing"]);
+}
+
+/// The low-pass starts anew: what was measured before the gap is no history.
+#[test]
+fn the_filter_does_not_reach_across_the_gap() {
+    let pressure = Arc::new(Mutex::new(300));
+    let theirs = Arc::clone(&pressure);
+    let script = move |_: usize, _: &[u8]| -> Reply { vec![(AT_ONCE, answer(0, *theirs.lock().unwrap()))] };
+    let (mut polling, told) = polling(VirtualLine::new(script), 1);
+    run(&mut polling, SECOND / 10);
+    polling.bus_mut().line_mut().gone = true;
+    run(&mut polling, SECOND / 2);
+    *pressure.lock().unwrap() = 700;
+    polling.bus_mut().line_mut().back = true;
+    told.pressures.lock().unwrap().clear();
+    run(&mut polling, SECOND);
+    let first = told.pressures.lock().unwrap()[0];
+    let expected = SensorScale::ORIGINAL.kpa(counts(700)[0]);
+    assert!((first - expected).abs() < 1e-9, "{first} kPa, not {expected}");
+}
+
+#[test]
+fn a_line_without_a_name_ends_the_poller() {
+    let (mut polling, told) = polling(VirtualLine::new(boards), 1);
+    run(&mut polling, SECOND / 100);
+    polling.bus_mut().line_mut().named = false;
+    polling.bus_mut().line_mut().gone = true;
+    let error = polling.cycle().unwrap_err();
+    assert!(error.to_string().contains("the port is gone"), "{error}");
+    assert!(told.events().iter().all(|event| !event.starts_with("lost")));
+}
+
+/// The answer was on time, but the process was stopped before it read it: its pressures are two seconds old.
+#[test]
+fn an_answer_read_much_too_late_is_not_fresh() {
+    let mut bus = Bus::new(VirtualLine::new(boards), options()).unwrap();
+    bus.exchange(0, counts(300)).unwrap();
+    // The next look at the line is for the answer: right after an exchange there is none before the request.
+    bus.line_mut().stops_for_ns = 2 * SECOND;
+    let refused = bus.exchange(0, counts(300)).unwrap_err();
+    let ExchangeError::TooOld { waited_us, .. } = refused else { panic!("{refused}") };
+    assert_eq!(waited_us / 1_000, 2_000);
+    assert_eq!(bus.counters(0).stale, 1);
+    bus.exchange(0, counts(300)).unwrap();
+}
+
+#[test]
+fn standing_still_is_said() {
+    let (mut polling, told) = polling(VirtualLine::new(boards), 1);
+    run(&mut polling, SECOND / 10);
+    told.take();
+    // Asleep between two cycles.
+    let due_ns = polling.next_cycle_ns();
+    polling.bus_mut().line_mut().sleep_until(due_ns + 3 * SECOND);
+    polling.cycle().unwrap();
+    assert_eq!(told.events(), ["stalled for 3000 ms"]);
+    // In the middle of an exchange.
+    polling.bus_mut().line_mut().stops_for_ns = 5 * SECOND;
+    run(&mut polling, 9 * SECOND);
+    let events = told.take();
+    let stalls: Vec<_> = events.iter().filter(|event| event.starts_with("stalled for 4")).collect();
+    assert_eq!(stalls.len(), 1, "{:?}", &events[..8]);
+    assert_eq!(polling.statistics().boards[0].state, BoardState::Present);
+}
+
+/// Board 0 has answered when the line goes while board 1 is asked.
+#[test]
+fn a_cycle_that_loses_the_line_shows_no_board_as_fresh() {
+    let (mut polling, told) = polling(VirtualLine::new(boards), 2);
+    polling.bus_mut().line_mut().goes_after = Some(3);
+    polling.cycle().unwrap();
+    polling.cycle().unwrap();
+    let told = told.take();
+    assert_eq!(told[2], "2 fresh");
+    assert!(told[3].starts_with("lost"), "{told:?}");
+    assert_eq!(told[4..], ["0 fresh"]);
+}
