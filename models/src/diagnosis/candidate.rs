@@ -11,12 +11,10 @@ use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
 use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
 
-/// Evaluations a first look may spend on each start.
-const FIRST: usize = 5;
-/// Evaluations a refit in earnest may spend.
-const EVALUATIONS: usize = 20;
 /// A second start is looked at when what it promises is not worse by more than this factor.
-const SECOND: f64 = 1.5;
+const SECOND: f64 = 1.2;
+/// First step of the search for a threshold, as a factor.
+const THRESHOLD_FACTOR: f64 = 1.35;
 /// Resamples of blocks.
 const RESAMPLES: usize = 999;
 /// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
@@ -35,7 +33,8 @@ pub struct Candidate {
     pub losses: Vec<Vec<f64>>,
 }
 
-/// Refits one effect on every channel.
+/// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from
+/// the best trials.
 #[must_use]
 pub fn refit_effect(
     channels: &[ChannelData],
@@ -43,6 +42,7 @@ pub fn refit_effect(
     trials: &[Vec<Trial>],
     effect: usize,
     before: Option<&Candidate>,
+    evaluations: usize,
 ) -> Candidate {
     let fitted: Vec<(Extended, Vec<f64>, bool)> = channels
         .par_iter()
@@ -52,11 +52,10 @@ pub fn refit_effect(
         .map(|(k, ((data, stage), trials))| {
             let kept = stage.losses(data);
             if let Some(look) = before {
-                // In earnest, from where the first look ended.
                 if !look.models[k].effects.contains(&effect) {
                     return (stage.model.clone(), kept, false);
                 }
-                let model = fit_from(data, stage, &look.models[k], effect, EVALUATIONS);
+                let model = fit_from(data, stage, &look.models[k], effect, evaluations);
                 let losses = losses_of(data, stage, &model);
                 let acts = acts(data, &kept, &losses);
                 return (model, losses, acts);
@@ -66,7 +65,7 @@ pub fn refit_effect(
             let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
             let mut best: Option<(f64, Extended, Vec<f64>)> = None;
             for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {
-                let model = fit_from(data, stage, &start.start, effect, FIRST);
+                let model = fit_from(data, stage, &start.start, effect, evaluations);
                 let losses = losses_of(data, stage, &model);
                 let fit = total(data, &losses, &[Role::Fit]);
                 if fit.is_finite() && best.as_ref().is_none_or(|(c, _, _)| fit < *c) {
@@ -145,27 +144,28 @@ fn fit_from(
         };
         total(data, &block_losses(data, &objective.whitened(model)), &[Role::Fit])
     };
-    let mut best = refit(data, &stage.whitening, start, &rest, 8).0;
+    let mut best = refit(data, &stage.whitening, start, &rest, evaluations.div_ceil(2)).0;
     let mut least = cost(&best);
-    let mut factor: f64 = 1.35;
-    for _ in 0..7 {
+    let mut factor = THRESHOLD_FACTOR;
+    for _ in 0..evaluations.div_ceil(3) {
         let centre = best.values[position];
         let mut moved = false;
         for value in [centre / factor, centre * factor] {
             let mut model = best.clone();
             model.values[position] =
                 value.clamp(CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
-            let model = refit(data, &stage.whitening, &model, &rest, 4).0;
+            let model = refit(data, &stage.whitening, &model, &rest, 2).0;
             let c = cost(&model);
             if c < least {
                 (best, least, moved) = (model, c, true);
+                break;
             }
         }
         if !moved {
             factor = factor.sqrt();
         }
     }
-    refit(data, &stage.whitening, &best, &rest, 10).0
+    refit(data, &stage.whitening, &best, &rest, evaluations.div_ceil(2)).0
 }
 
 /// Sum over the blocks of some roles.

@@ -9,12 +9,10 @@ use crate::numeric::{Dual, Scalar};
 use super::blocks::Block;
 use super::dependence::HATS;
 
-/// Numbers of derivatives the simulation is compiled for: each costs seconds of compilation.
+/// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
 const NARROW: usize = 8;
 /// Sines differentiated at a time.
 pub const SINES: usize = NARROW / 2;
-/// See [`NARROW`].
-const WIDE: usize = 16;
 
 /// Widest overlap of a valve's edges that is believed: beyond it a fit bends the valve's corner to imitate something else.
 const WIDEST_EDGE: f64 = 0.5;
@@ -171,13 +169,9 @@ impl ChannelData {
         let parameters = model.parameters(&self.plant);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];
-        for (k, part) in free.chunks(WIDE).enumerate() {
-            let into = Part { first: k * WIDE, of: free.len(), part };
-            if part.len() <= NARROW {
-                self.differentiate::<NARROW>(model, &parameters, &into, &mut readings, &mut matrix);
-            } else {
-                self.differentiate::<WIDE>(model, &parameters, &into, &mut readings, &mut matrix);
-            }
+        for (k, part) in free.chunks(NARROW).enumerate() {
+            let into = Part { first: k * NARROW, of: free.len(), part };
+            self.differentiate(model, &parameters, &into, &mut readings, &mut matrix);
         }
         if free.is_empty() {
             readings = self.readings(model);
@@ -185,7 +179,7 @@ impl ChannelData {
         (readings, matrix)
     }
 
-    fn differentiate<const W: usize>(
+    fn differentiate(
         &self,
         model: &Extended,
         parameters: &[Parameter],
@@ -193,8 +187,8 @@ impl ChannelData {
         readings: &mut Vec<f64>,
         matrix: &mut [f64],
     ) {
-        let mut values: Vec<Dual<f64, W>> =
-            model.values.iter().map(|v| Dual { value: *v, gradient: [0.0; W] }).collect();
+        let mut values: Vec<Dual<f64, NARROW>> =
+            model.values.iter().map(|v| Dual { value: *v, gradient: [0.0; NARROW] }).collect();
         for (k, &position) in into.part.iter().enumerate() {
             values[position].gradient[k] = match parameters[position].scale {
                 Scale::Linear => 1.0,
@@ -291,18 +285,18 @@ impl BlockDisturbance {
     }
 }
 
-impl<const W: usize> Disturbance<Dual<f64, W>> for BlockDisturbance {
-    fn supply(&self, row: usize, supply: Dual<f64, W>) -> Dual<f64, W> {
+impl Disturbance<Dual<f64, NARROW>> for BlockDisturbance {
+    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
         let [level, slope] = self.supply[row];
         let mut disturbed = supply;
         (disturbed.gradient[1], disturbed.gradient[2]) = (level, slope);
         disturbed
     }
 
-    fn pressure(&self, row: usize, pressure: Dual<f64, W>) -> Dual<f64, W> {
+    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
         let mut disturbed = pressure;
         if self.starts[row] {
-            disturbed.gradient = [0.0; W];
+            disturbed.gradient = [0.0; NARROW];
             disturbed.gradient[0] = 1e3;
         }
         disturbed

@@ -12,7 +12,7 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::random::{generator, signs};
 use super::ripple::ripple_probes;
-use super::stage::{ChannelStage, OPEN, whitened_residuals};
+use super::stage::{ChannelStage, OPEN};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, DriveInput, Kind, Question};
 use crate::model::Scale;
@@ -21,6 +21,9 @@ use crate::model::Scale;
 const DRAWS: usize = 999;
 /// Parts of a block with a score of their own.
 const PARTS: usize = 4;
+
+/// A direction that takes no more than this part out of the squared residual is not followed further.
+const HOPELESS: f64 = 0.002;
 
 /// One size of one effect, tried on one channel.
 #[derive(Debug, Clone)]
@@ -136,12 +139,8 @@ fn try_probe(
     let inserted = model.range(&data.plant, effect)?;
     let position = |k: usize| if k < inserted.start { k } else { k + inserted.len() };
     let change = |model: &Extended| {
-        let mut d: Vec<f64> = data
-            .readings(model)
-            .iter()
-            .zip(&stage.readings)
-            .map(|(y, y0)| (y - y0) / data.noise_kpa)
-            .collect();
+        let mut d = data.readings(model);
+        d.iter_mut().zip(&stage.readings).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
         stage.whitening.apply(&mut d);
         d
     };
@@ -158,18 +157,25 @@ fn try_probe(
         }
     };
     let d = change(&model);
-    let back: Vec<f64> = stage.project(data, &d).iter().map(|c| -c).collect();
+    let along = stage.project(data, &d);
+    let back: Vec<f64> = along.iter().map(|c| -c).collect();
     give_way(&mut model, &back);
+    let mut linear = d;
+    stage.remove(&mut linear, &along);
+    let [own, dot, square] = products(data, &stage.residuals, &linear);
+    if !(dot * dot > HOPELESS * own * square) {
+        // Next to nothing of this is in the residual: what the parameters would do exactly is not worth a simulation.
+        return linear.iter().all(|v| v.is_finite()).then_some((model, linear, own - 2.0 * dot + square));
+    }
     let mut d = change(&model);
     if !d.iter().all(|v| v.is_finite()) {
         return None;
     }
+    // Then, for the start of a fit, to come as close to the measurement as they can.
+    let mut closest: Vec<f64> = stage.residuals.iter().zip(&d).map(|(r, d)| r - d).collect();
+    let forward = stage.project(data, &closest);
     let rest = stage.project(data, &d);
     stage.remove(&mut d, &rest);
-    // Then, for the start of a fit, to come as close to the measurement as they can.
-    let r = whitened_residuals(data, &stage.whitening, &data.readings(&model));
-    let forward = stage.project(data, &r);
-    let mut closest = r;
     stage.remove(&mut closest, &forward);
     let loss = data
         .blocks
@@ -180,6 +186,17 @@ fn try_probe(
         .sum();
     give_way(&mut model, &forward);
     Some((model, d, loss))
+}
+
+/// Products on the open blocks: residual by itself, by a direction, and the direction by itself.
+fn products(data: &ChannelData, residuals: &[f64], direction: &[f64]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (_, span) in data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role)) {
+        for (r, d) in residuals[span.clone()].iter().zip(&direction[span.clone()]) {
+            sums = [sums[0] + r * r, sums[1] + r * d, sums[2] + d * d];
+        }
+    }
+    sums
 }
 
 fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {

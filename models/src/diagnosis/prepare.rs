@@ -11,6 +11,9 @@ use super::error::DiagnosisError;
 
 /// Longest integration step, s. The verdict is checked against half of it.
 pub const LONGEST_STEP_S: f64 = 0.005;
+/// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster than a chamber: several loops are
+/// simulated as one, and only what is reported is fitted and judged with every one of them.
+const SEARCH_STEP_S: f64 = 0.0025;
 /// Critical ratio of a rig that gives none.
 const CRITICAL_RATIO: f64 = 0.3;
 /// Volume of a rig that gives none, m^3: only its product with the openings matters.
@@ -135,6 +138,15 @@ fn prepare_channel(recording: &Recording, rig: &Rig, channel: &Channel) -> Resul
     Ok(ChannelData { id: channel.id, plant, inputs, blocks, rows, spans, measured_kpa, noise_kpa })
 }
 
+/// Simulates the boards' loops several at a time, or each of them.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at least one, and a rate is below 1e9
+pub fn loops_together(channels: &mut [ChannelData], together: bool) {
+    for board in channels.iter_mut().filter_map(|data| data.plant.board.as_mut()) {
+        let most = (SEARCH_STEP_S * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize;
+        board.loops_per_step = if together { most } else { 1 };
+    }
+}
+
 fn to_f64(values: &[f32]) -> Vec<f64> {
     values.iter().map(|v| f64::from(*v)).collect()
 }
@@ -149,6 +161,7 @@ fn board_loop(rig: &Rig) -> Option<BoardLoop> {
         filter: controller.filter,
         lowest_pa: sensor.kpa(0.0) * 1e3,
         highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
+        loops_per_step: 1,
     })
 }
 

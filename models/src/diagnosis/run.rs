@@ -15,13 +15,13 @@ use super::interval::{coordinates, interval, pool};
 use super::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Symptom, Unexplained, Verdict,
 };
-use super::prepare::{LONGEST_STEP_S, prepare};
+use super::prepare::{LONGEST_STEP_S, loops_together, prepare};
 use super::search::{Outcome, Progress, search};
 use super::stage::ChannelStage;
 use super::verdict;
 use crate::data::Recording;
-use crate::effects::EffectParameter;
 use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{DriveInput, EffectParameter};
 use crate::model::Scale;
 use crate::rig::Rig;
 
@@ -74,7 +74,8 @@ pub fn diagnose(
     let notes = check(&file, &channels)?;
     let calibrated = reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
     let change = calibrated.is_some();
-    let outcome = search(&mut channels, calibrated, progress);
+    loops_together(&mut channels, true);
+    let mut outcome = search(&mut channels, calibrated, progress);
     for (data, model) in channels.iter().zip(&outcome.base) {
         if !data.residuals(model).iter().all(|r| r.is_finite()) {
             return Err(DiagnosisError::NoFit {
@@ -88,7 +89,42 @@ pub fn diagnose(
         }
     }
     progress("measuring the gain", 0);
-    Ok(assemble(recording, rig, channels, outcome, notes, change))
+    let rest = Rest::new(&channels, &outcome, change);
+    if channels.iter().any(|d| d.plant.board.is_some_and(|b| b.loops_per_step > 1) && controlled(d)) {
+        loops_together(&mut channels, false);
+        outcome.refine(&mut channels, change);
+    }
+    Ok(assemble(recording, rig, channels, outcome, rest, notes, change))
+}
+
+fn controlled(data: &ChannelData) -> bool {
+    data.inputs.drive == DriveInput::Controlled
+}
+
+/// What depends on what, before and after.
+struct Rest {
+    base_stages: Vec<ChannelStage>,
+    symptoms: Vec<Dependence>,
+    left: Vec<Dependence>,
+    share: f64,
+}
+
+impl Rest {
+    fn new(channels: &[ChannelData], outcome: &Outcome, change: bool) -> Self {
+        let base_stages: Vec<ChannelStage> = channels
+            .par_iter()
+            .zip(&outcome.base)
+            .map(|(data, model)| {
+                let free = if change { Vec::new() } else { super::base::free_base(data) };
+                ChannelStage::new(data, model.clone(), free)
+            })
+            .collect();
+        let symptoms = dependences(channels, &base_stages);
+        let left =
+            if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
+        let share = share_left(channels, &base_stages, &outcome.stages);
+        Self { base_stages, symptoms, left, share }
+    }
 }
 
 fn assemble(
@@ -96,6 +132,7 @@ fn assemble(
     rig: &Rig,
     channels: Vec<ChannelData>,
     outcome: Outcome,
+    rest: Rest,
     mut notes: Vec<String>,
     change: bool,
 ) -> Diagnosis {
@@ -108,17 +145,7 @@ fn assemble(
     let base_errors = errors_of(&outcome.base);
     let mut steps: Vec<TestErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
     steps.push(errors_of(&finals));
-    let base_stages: Vec<ChannelStage> = channels
-        .par_iter()
-        .zip(&outcome.base)
-        .map(|(data, model)| {
-            let free = if change { Vec::new() } else { super::base::free_base(data) };
-            ChannelStage::new(data, model.clone(), free)
-        })
-        .collect();
-    let symptoms = dependences(&channels, &base_stages);
-    let left =
-        if outcome.causes.is_empty() { symptoms.clone() } else { dependences(&channels, &outcome.stages) };
+    let Rest { base_stages, symptoms, left, share } = rest;
     let mut causes: Vec<Cause> = outcome
         .causes
         .iter()
@@ -127,7 +154,6 @@ fn assemble(
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
     let depends_on = significant(&channels, &left);
-    let share = share_left(&channels, &base_stages, &outcome.stages);
     let halved = halved_step(&channels, &finals);
     let gained = base_errors.all() - steps.last().map_or(0.0, TestErrors::all);
     if !causes.is_empty() && halved > 0.2 * gained {
@@ -299,11 +325,12 @@ fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for (data, model) in channels.iter().zip(models) {
         let mut finer = data.clone();
-        finer.plant.longest_step_s = 0.5 * LONGEST_STEP_S;
-        if let Some(board) = &mut finer.plant.board {
-            // The board's loop keeps its rate; its steps cannot be halved.
-            board.rate_hz *= 1.0;
-        }
+        // A board's loop keeps its rate; the integration within each loop is refined.
+        let step_s = match &data.plant.board {
+            Some(board) if controlled(data) => LONGEST_STEP_S.min(1.0 / board.rate_hz),
+            _ => LONGEST_STEP_S,
+        };
+        finer.plant.longest_step_s = 0.5 * step_s;
         for (a, b) in data.readings(model).iter().zip(finer.readings(model)) {
             sum += (a - b).powi(2);
             count += 1.0;

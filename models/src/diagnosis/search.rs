@@ -17,12 +17,15 @@ use crate::effects::catalogue::CATALOGUE;
 const MOST_CAUSES: usize = 4;
 /// Candidates that are looked at in a round at most.
 const MOST_LOOKS: usize = 10;
-/// Candidates that are refitted in earnest at most.
-const MOST_REFITS: usize = 6;
 /// Candidates that promise less than this part of the best promise are not looked at.
 const PROMISE: f64 = 0.2;
-/// Candidates that, after a first look, miss more than this part of the best gain are not refitted in earnest.
-const NEAR: f64 = 0.5;
+/// Evaluations of the model that a first look may spend on each start.
+const LOOK: usize = 4;
+/// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
+/// evaluations.
+const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
+/// Evaluations that may be spent when everything is fitted together.
+const SETTLE: usize = 20;
 /// Level of the gate.
 pub const LEVEL: f64 = 0.05;
 /// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
@@ -180,10 +183,30 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
         .map(|(data, model)| {
             let free = free_of(data, model, fixed);
             let whitening = Whitening::new(data, &data.disturbances(model));
-            let (model, _) = refit(data, &whitening, model, &free, 20);
+            let (model, _) = refit(data, &whitening, model, &free, SETTLE);
             ChannelStage::new(data, model, free)
         })
         .collect()
+}
+
+impl Outcome {
+    /// Fits all models again, after the channels' simulation has become a little finer.
+    pub fn refine(&mut self, channels: &mut [ChannelData], change: bool) {
+        let again = |channels: &mut [ChannelData], models: &[Extended]| settle(channels, models, change);
+        let models = |stages: &[ChannelStage]| stages.iter().map(|s| s.model.clone()).collect::<Vec<_>>();
+        let coarse = self.base.clone();
+        if !change {
+            self.base = models(&again(channels, &coarse));
+        }
+        for cause in &mut self.causes {
+            cause.before = if cause.before == coarse {
+                self.base.clone()
+            } else {
+                models(&again(channels, &cause.before))
+            };
+        }
+        self.stages = again(channels, &models(&self.stages));
+    }
 }
 
 /// Refits what passed the gate; returns the winner and all candidates, best first, when one is worth naming.
@@ -204,27 +227,27 @@ fn round(
     let promised = passed.first().map_or(0.0, |p| whole - p.0);
     passed.retain(|p| whole - p.0 >= PROMISE * promised);
     passed.truncate(MOST_LOOKS);
-    let look = |effect: usize, before: Option<&Candidate>| {
-        let candidate = refit_effect(channels, stages, tried, effect, before);
+    let look = |effect: usize, before: Option<&Candidate>, evaluations: usize| {
+        let candidate = refit_effect(channels, stages, tried, effect, before, evaluations);
         let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
         (loss, candidate)
     };
     // A first look at all, then in earnest at the best.
-    let mut looked: Vec<(f64, Candidate)> =
-        passed.par_iter().map(|&(_, effect)| look(effect, None)).collect();
-    looked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    looked.truncate(MOST_REFITS);
-    let least = looked.first().map_or(0.0, |l| l.0);
-    let mut ranked: Vec<(f64, Candidate)> = looked
-        .into_par_iter()
-        .map(|(loss, candidate)| {
-            if loss - least > NEAR * (whole - least) {
-                (loss, candidate)
-            } else {
-                look(candidate.effect, Some(&candidate))
-            }
-        })
-        .collect();
+    let mut ranked: Vec<(f64, Candidate)> =
+        passed.par_iter().map(|&(_, effect)| look(effect, None, LOOK)).collect();
+    for (near, evaluations) in EARNEST {
+        let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
+        ranked = ranked
+            .into_par_iter()
+            .map(|(loss, candidate)| {
+                if loss - least > near * (whole - least) {
+                    (loss, candidate)
+                } else {
+                    look(candidate.effect, Some(&candidate), evaluations)
+                }
+            })
+            .collect();
+    }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
     let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();

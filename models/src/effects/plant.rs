@@ -26,6 +26,8 @@ pub struct BoardLoop {
     pub lowest_pa: f64,
     /// See `lowest_pa`.
     pub highest_pa: f64,
+    /// Loops that are simulated as one, at the pressure that they see on average; at least 1.
+    pub loops_per_step: usize,
 }
 
 impl BoardLoop {
@@ -34,6 +36,12 @@ impl BoardLoop {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded and at least one
     pub fn ticks(&self, interval_s: f64) -> usize {
         (interval_s * self.rate_hz).round().max(1.0) as usize
+    }
+
+    /// Steps in an interval, each of up to [`loops_per_step`](Self::loops_per_step) loops.
+    #[must_use]
+    pub fn steps(&self, interval_s: f64) -> usize {
+        self.ticks(interval_s).div_ceil(self.loops_per_step)
     }
 }
 

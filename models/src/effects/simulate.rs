@@ -5,6 +5,8 @@ use super::chamber::{Chamber, Conditions};
 use super::hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::{BoardLoop, Kind, Plant};
+use multiversion::multiversion;
+
 use crate::model::smooth_corner;
 use crate::numeric::Scalar;
 
@@ -51,6 +53,19 @@ pub fn simulate<S: Scalar<Real = f64>>(
     disturbance: &impl Disturbance<S>,
     mut each: impl FnMut(Row<S>),
 ) {
+    roll(plant, base, effects, inputs, disturbance, &mut each);
+}
+
+/// One copy for each kind of number, whatever the disturbance: it takes long to compile.
+#[multiversion(targets("x86_64+avx2"))]
+fn roll<S: Scalar<Real = f64>>(
+    plant: &Plant,
+    base: &[S],
+    effects: &mut [AnyEffect<S>],
+    inputs: &ChannelInputs,
+    disturbance: &dyn Disturbance<S>,
+    each: &mut dyn FnMut(Row<S>),
+) {
     let mut structure =
         Structure { flow_function: None, heat_time_constant_s: None, outlet: None, line: None };
     for effect in effects.iter() {
@@ -62,6 +77,7 @@ pub fn simulate<S: Scalar<Real = f64>>(
         inputs,
         chamber: Chamber::new(plant, structure),
         reading: S::zero(),
+        before: S::zero(),
         filtered: S::zero(),
         supply: S::zero(),
     };
@@ -92,6 +108,8 @@ struct Run<'a, S: Scalar> {
     chamber: Chamber<S>,
     /// What the sensor delivers now, gauge, Pa.
     reading: S,
+    /// What it delivered a step of the board before.
+    before: S,
     /// The board's filtered sample, gauge, Pa.
     filtered: S,
     /// Supply pressure over this interval before effects, Pa.
@@ -103,6 +121,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let measured = self.inputs.measured_pa[row];
         self.chamber.start(S::constant(measured));
         self.reading = S::constant(measured - self.inputs.ambient_pa);
+        self.before = self.reading;
         self.filtered = self.reading;
     }
 
@@ -111,16 +130,33 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let change = pressure - self.chamber.pressure();
         self.chamber.shift(change);
         self.reading = self.reading + change;
+        self.before = self.before + change;
     }
 
-    /// What the board reports: the filtered pressure where it filters.
+    /// What the board reports: the filtered pressure where it filters. The loop that samples this reading runs at the first step
+    /// after the row.
     fn report(&self) -> S {
         match (&self.inputs.drive, &self.plant.board) {
-            (DriveInput::Controlled, Some(board)) if board.filter > 0.0 => self.filtered,
+            (DriveInput::Controlled, Some(board)) if board.filter > 0.0 => {
+                self.filtered.times(board.filter) + self.reading.times(1.0 - board.filter)
+            }
             _ => self.reading,
         }
     }
 
+    /// The command that the board follows at step `k` of a row's interval, of `loops` of its loops, Pa gauge. The row's pressure is
+    /// what the first of them sampled; that one ran before the exchange and still has the command of the row before.
+    fn command(&self, row: usize, k: usize, loops: f64) -> f64 {
+        let now = self.inputs.command_pa[row];
+        let known = if k == 0 && self.inputs.starts.binary_search(&row).is_err() {
+            now + (self.inputs.command_pa[row - 1] - now) / loops
+        } else {
+            now
+        };
+        known - self.inputs.ambient_pa
+    }
+
+    #[inline(always)]
     fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
         let inputs = self.inputs;
         let interval = inputs.interval_s[row];
@@ -128,12 +164,18 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             DriveInput::Controlled => self.plant.board.as_ref(),
             _ => None,
         };
-        let steps = match controlled {
-            Some(board) => board.ticks(interval),
-            None => self.plant.steps(interval),
+        // Steps of the board's loop, and of the integration within each.
+        let (loops, parts) = match controlled {
+            Some(board) => {
+                let loops = board.steps(interval);
+                (loops, self.plant.steps(interval / loops as f64))
+            }
+            None => (self.plant.steps(interval), 1),
         };
+        let steps = loops * parts;
         let length_s = interval / steps as f64;
         let (mut mean_drive, mut mean_draw) = (0.0, 0.0);
+        let mut held = S::zero();
         for k in 0..steps {
             let time_s = inputs.time_s[row] + (k as f64 + 0.5) * length_s;
             let step = Step { row, time_s, length_s, inputs };
@@ -141,9 +183,10 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                 (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
                 (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
                 (DriveInput::Controlled, Some(board)) => {
-                    let noise = inputs.noise_pa * dither(row, k);
-                    let u = self.control(board, inputs.command_pa[row] - inputs.ambient_pa, noise);
-                    (u, -u)
+                    if k % parts == 0 {
+                        held = self.control(board, row, k / parts, interval / loops as f64);
+                    }
+                    (held, -held)
                 }
                 (DriveInput::Controlled | DriveInput::Command, _) => {
                     let u = (inputs.command_pa[row] - inputs.ambient_pa) / self.plant.command_range_pa;
@@ -178,19 +221,28 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         (mean_drive / steps as f64, mean_draw / steps as f64)
     }
 
-    /// One loop of the board's controller. The sensor's noise, rounding included, is part of it: it shakes the drive, and with it
-    /// whatever friction the spool has.
-    fn control(&mut self, board: &BoardLoop, command: f64, noise: f64) -> S {
-        let sample = self.reading.plus(noise).max(S::constant(board.lowest_pa));
+    /// A step of the board's controller, `length_s` long: one of its loops, or the mean of several. The sensor's noise, rounding
+    /// included, is part of it: it shakes the drive, and with it whatever friction the spool has.
+    #[inline(always)]
+    fn control(&mut self, board: &BoardLoop, row: usize, k: usize, length_s: f64) -> S {
+        let loops = (length_s * board.rate_hz).max(1.0);
+        let command = self.command(row, k, loops).clamp(board.lowest_pa, board.highest_pa);
+        let noise = self.inputs.noise_pa * dither(row, k);
+        // The loops of a step sample on average this part of a step after its start.
+        let ahead = 0.5 * (loops - 1.0) / loops;
+        let sample = self.reading + (self.reading - self.before).times(ahead);
+        self.before = self.reading;
+        let sample = sample.plus(noise).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
-        self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
-        let command = command.clamp(board.lowest_pa, board.highest_pa);
+        let weight = if loops > 1.0 { board.filter.powf(loops) } else { board.filter };
+        self.filtered = previous.times(weight) + sample.times(1.0 - weight);
         let error = -self.filtered.plus(-command);
-        let change = self.filtered - previous;
+        let change = (self.filtered - previous).times(1.0 / loops);
         let one = S::constant(1.0);
         (error.times(board.gain_per_pa) - change.times(board.damping_per_pa)).min(one).max(-one)
     }
 
+    #[inline(always)]
     fn law(&self) -> ValveLaw<S> {
         let p = self.base;
         if self.plant.separate() {
@@ -216,6 +268,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         }
     }
 
+    #[inline(always)]
     fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
         let inputs = self.inputs;
         let mut law = self.law();
@@ -281,4 +334,77 @@ fn dither(row: usize, tick: usize) -> f64 {
     let sum: u64 = (0..4).map(|k| (z >> (16 * k)) & 0xffff).sum();
     // Mean 2, variance 4/12 in units of 65536.
     (sum as f64 / 65_536.0 - 2.0) * 3.0_f64.sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Undisturbed as None;
+    use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+
+    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second; the command jumps at row 5.
+    fn after_a_jump(filter: f64) -> Vec<(f64, f64)> {
+        const ROWS: usize = 10;
+        let ambient_pa = 101_325.0;
+        let plant = Plant {
+            kind: Kind::Nonlinear(ValveDrive::Spool),
+            gas: Gas { ambient_pa, ..Gas::default() },
+            flow: FlowFunction::new(0.3, FlowForm::Iso6358),
+            critical_ratio: 0.3,
+            discharge_coefficient: 1.0,
+            board: Some(BoardLoop {
+                rate_hz: 1000.0,
+                gain_per_pa: 1e-3,
+                damping_per_pa: 0.0,
+                filter,
+                lowest_pa: 0.0,
+                loops_per_step: 1,
+                highest_pa: 7e5,
+            }),
+            longest_step_s: 0.005,
+            command_range_pa: 3e5,
+        };
+        let command = |row: usize| if row < 5 { 1e5 } else { 3e5 } + ambient_pa;
+        let inputs = ChannelInputs {
+            time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
+            interval_s: vec![0.01; ROWS],
+            duration_s: 0.09,
+            starts: vec![0],
+            drive: DriveInput::Controlled,
+            command_pa: (0..ROWS).map(command).collect(),
+            supply_pa: vec![650e3; ROWS],
+            volume_m3: vec![1e-4; ROWS],
+            volume_rate_m3_s: vec![0.0; ROWS],
+            measured_pa: vec![command(0); ROWS],
+            usable: vec![true; ROWS],
+            opposite_pa: vec![],
+            sampled_before_pa: vec![],
+            others_draw: vec![0.0; ROWS],
+            noise_pa: 0.0,
+            ambient_pa,
+        };
+        // Tight: nothing flows at rest.
+        let base = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        let mut rows = Vec::new();
+        simulate(&plant, &base, &mut [], &inputs, &None, |row: Row<f64>| rows.push((row.reading, row.drive)));
+        rows
+    }
+
+    #[test]
+    fn the_loop_that_a_row_reports_has_the_command_of_the_row_before() {
+        let rows = after_a_jump(0.0);
+        assert_eq!(rows[4].1, 0.0);
+        // Nine of the ten loops after row 5 know its command and drive fully.
+        assert!((rows[5].1 - 0.9).abs() < 1e-12, "{rows:?}");
+        assert!((rows[6].1 - 1.0).abs() < 1e-12, "{rows:?}");
+    }
+
+    #[test]
+    fn a_filtered_report_contains_the_sample_of_the_row() {
+        // A ramp, filtered with weight one half, is reported one loop late.
+        let (plain, filtered) = (after_a_jump(0.0), after_a_jump(0.5));
+        let loop_pa = (plain[9].0 - plain[8].0) / 10.0;
+        let late = (plain[9].0 - filtered[9].0) / loop_pa;
+        assert!((late - 1.0).abs() < 0.05, "{late} loops late");
+    }
 }

@@ -55,6 +55,10 @@ pub struct Sensor {
 /// it controls: the filtered pressure of its last loop, or, without a filter, the pressure itself. The rounding of the reported
 /// value is left to the measurement noise.
 ///
+/// A row is an exchange: its pressure is what the board's last loop before it sampled, and that loop still had the command of the
+/// row before. On this grid of loops the interval of a row therefore begins with the loop that is reported, under the old command,
+/// and the row's own command is in force from the next loop on, wherever between the two loops the exchange falls.
+///
 /// Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board<Q> {
@@ -70,8 +74,10 @@ pub struct Board<Q> {
 
 /// What the board remembers between loops, in counts.
 #[derive(Debug, Clone, Copy)]
-pub struct LoopMemory<S> {
+pub struct LoopMemory<S: Scalar> {
     filtered: S,
+    /// The command of the row before.
+    command: S::Real,
 }
 
 impl<Q> Board<Q> {
@@ -106,21 +112,26 @@ impl<Q> Board<Q> {
         }
     }
 
+    /// The filtered pressure after one more sample.
+    #[inline(always)]
+    fn filter<S: Scalar>(&self, pressure: S, previous: S) -> S {
+        let sample = self.sample(pressure);
+        if !self.filters() {
+            return sample;
+        }
+        let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
+        let sum = previous.times(weight) + sample.times(1.0 - weight);
+        match self.controller.arithmetic {
+            Arithmetic::Fine => sum,
+            Arithmetic::Whole => sum.with_real(sum.real().floor()),
+        }
+    }
+
     /// One loop of the controller: the spool's drive, -1 to 1.
     #[inline(always)]
     pub fn control<S: Scalar>(&self, command: S, pressure: S, memory: &mut LoopMemory<S>) -> S {
-        let sample = self.sample(pressure);
         let previous = memory.filtered;
-        memory.filtered = if self.filters() {
-            let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
-            let sum = previous.times(weight) + sample.times(1.0 - weight);
-            match self.controller.arithmetic {
-                Arithmetic::Fine => sum,
-                Arithmetic::Whole => sum.with_real(sum.real().floor()),
-            }
-        } else {
-            sample
-        };
+        memory.filtered = self.filter(pressure, previous);
         let error = self.code(self.counts(command), 1.0) - memory.filtered;
         let change = memory.filtered - previous;
         let drive = error.times(self.controller.kp) - change.times(self.controller.kd);
@@ -152,10 +163,11 @@ impl<Q: Model> System<1, 1> for Board<Q> {
     fn start<S: Scalar>(
         &self,
         _: &Self::Coefficients<S>,
-        _: &[S::Real],
+        row: &[S::Real],
         pressures: [S; 1],
     ) -> ([S; 1], LoopMemory<S>) {
-        (pressures, LoopMemory { filtered: self.sample(pressures[0]) })
+        // What was commanded before the segment is not known: the command that it begins with.
+        (pressures, LoopMemory { filtered: self.sample(pressures[0]), command: row[column::COMMAND_PA] })
     }
 
     #[inline(always)]
@@ -169,8 +181,9 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         if !self.filters() {
             return *state;
         }
-        let gauge = memory.filtered.plus(-self.sensor.zero_counts).times(self.pa_per_count());
-        [gauge.plus(self.ambient_pa)]
+        // The loop that samples this state runs at the first tick after the row.
+        let filtered = self.filter(state[0], memory.filtered);
+        [filtered.plus(-self.sensor.zero_counts).times(self.pa_per_count()).plus(self.ambient_pa)]
     }
 
     #[inline(always)]
@@ -178,13 +191,18 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         &self,
         coefficients: &Self::Coefficients<S>,
         row: &[S::Real],
-        _tick: usize,
+        tick: usize,
         state: &[S; 1],
         memory: &mut LoopMemory<S>,
     ) -> Self::Held<S> {
         let drive = Drive::recorded(row);
         debug_assert!(row.len() >= column::COUNT, "a row has the standard columns");
-        let spool = self.control(drive.command, state[0], memory);
+        let command = if tick == 0 {
+            S::from_real(std::mem::replace(&mut memory.command, row[column::COMMAND_PA]))
+        } else {
+            drive.command
+        };
+        let spool = self.control(command, state[0], memory);
         self.chamber.hold(coefficients, row, drive.with_spool(spool))
     }
 
@@ -224,11 +242,73 @@ mod tests {
         101_325.0 + (counts - 102.4) * 841.645
     }
 
+    /// Rises at 1e5 Pa/s per unit of drive.
+    struct Integrator;
+
+    impl Model for Integrator {
+        type Coefficients<S: Scalar> = ();
+        type Held<S: Scalar> = S;
+
+        fn name(&self) -> &'static str {
+            "integrator"
+        }
+
+        fn parameters(&self) -> Vec<Parameter> {
+            Vec::new()
+        }
+
+        fn coefficients<S: Scalar>(&self, _: &[S]) {}
+
+        fn hold<S: Scalar>(&self, (): &(), _: &[S::Real], drive: Drive<S>) -> S {
+            drive.fill
+        }
+
+        fn rate<S: Scalar>(&self, (): &(), held: &S, _: S) -> S {
+            held.times(1e5)
+        }
+    }
+
+    /// The pressures at rows 10 ms apart when the command jumps far up at row 2, Pa above the start.
+    fn after_a_jump(filter: f64) -> Vec<f64> {
+        const START: f64 = 201_325.0;
+        let Board { controller, sensor, ambient_pa, .. } = original(filter, Arithmetic::Fine);
+        let controller = Controller { kd: 0.0, ..controller };
+        let board = Board { chamber: Integrator, controller, sensor, ambient_pa };
+        let mut inputs = vec![0.0; 5 * column::COUNT];
+        for (k, row) in inputs.chunks_mut(column::COUNT).enumerate() {
+            row[column::INTERVAL_S] = 0.01;
+            // The whole count next to the start, so that the drive is nearly nothing before the jump.
+            row[column::COMMAND_PA] = if k < 2 { pressure_at(221.0) } else { START + 1e5 };
+        }
+        let start = pressure_at(221.0);
+        let mut pressures = Vec::new();
+        let rows = (crate::rollout::Rows { inputs: &inputs, width: column::COUNT }, 5);
+        let steps = crate::rollout::Steps { ticks: board.ticks(0.01), substeps: 1 };
+        crate::rollout::rollout(&board, &(), rows, [start], steps, |_, y| pressures.push(y[0] - start));
+        pressures
+    }
+
+    #[test]
+    fn the_loop_that_a_row_reports_has_the_command_of_the_row_before() {
+        let pressures = after_a_jump(0.0);
+        // Nine of the ten loops after row 2 know its command and drive fully: 100 Pa each.
+        assert!(pressures[2].abs() < 1e-6, "{pressures:?}");
+        assert!((pressures[3] - 900.0).abs() < 1e-6, "{pressures:?}");
+        assert!((pressures[4] - 1900.0).abs() < 1e-6, "{pressures:?}");
+    }
+
+    #[test]
+    fn the_reported_filtered_pressure_contains_the_sample_of_the_row() {
+        // A ramp of 100 Pa a loop, filtered with weight w, settles w / (1 - w) loops behind: 1 loop for one half.
+        let pressures = after_a_jump(0.5);
+        assert!((pressures[4] - (1900.0 - 100.0)).abs() < 4.0, "{pressures:?}");
+    }
+
     #[test]
     fn the_originals_filter_settles_five_counts_low_and_ours_does_not() {
         for (arithmetic, settled) in [(Arithmetic::Whole, 495.0), (Arithmetic::Fine, 500.0)] {
             let board = original(210.0 / 256.0, arithmetic);
-            let mut memory = LoopMemory { filtered: 102.0 };
+            let mut memory = LoopMemory { filtered: 102.0, command: 0.0 };
             for _ in 0..200 {
                 board.control(pressure_at(500.0), pressure_at(500.0), &mut memory);
             }
@@ -248,7 +328,7 @@ mod tests {
         ];
         let board = original(0.0, Arithmetic::Whole);
         for ((command, pressure, previous), drive) in table {
-            let mut memory = LoopMemory { filtered: previous };
+            let mut memory = LoopMemory { filtered: previous, command: 0.0 };
             let got = board.control(pressure_at(command), pressure_at(pressure), &mut memory) * 400.0;
             assert!((got - drive).abs() < 1e-9, "command {command}, pressure {pressure}: {got}, not {drive}");
         }
