@@ -7,6 +7,7 @@ mod support;
 use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{BoardState, Outcome, Poller, PollerOptions, SetPoints};
+use pneudrive_host::real_time::{RealTime, RealTimeError};
 use pneudrive_protocol::Counts;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -100,6 +101,37 @@ fn the_poller_loses_a_board_and_finds_it_again() {
         let last = commands.iter().rfind(|(of, _)| *of == board);
         assert_eq!(last, Some(&(board, [Counts::ATMOSPHERE; 4])));
     }
+}
+
+#[test]
+fn a_poller_that_cannot_have_what_it_asks_for_does_not_start() {
+    let boards = PtyBoards::start(1);
+    let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let real_time = RealTime { core: Some(100_000), ..RealTime::default() };
+    let options = PollerOptions { real_time, ..PollerOptions::for_devices(1) };
+    let points = SetPoints::new(1);
+    points.set(0, counts(300)).unwrap();
+    let error = Poller::start(bus, options, Box::new(points), Vec::new()).unwrap_err();
+    let source = error.get_ref().and_then(|source| source.downcast_ref::<RealTimeError>());
+    assert!(matches!(source, Some(RealTimeError::NoSuchCore { core: 100_000, .. })), "{error}");
+    assert!(boards.stop().iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]));
+}
+
+/// A control loop asks for readings that are not older than it can use, whatever the row says of its cycle.
+#[test]
+fn a_snapshot_gives_no_reading_that_is_too_old() {
+    let boards = PtyBoards::start(1);
+    let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let clock = bus.line().clock();
+    let poller =
+        Poller::start(bus, PollerOptions::for_devices(1), Box::new(SetPoints::new(1)), Vec::new()).unwrap();
+    until("the board", || poller.latest().boards.first().is_some_and(|row| row.fresh().is_some()));
+    let snapshot = poller.latest();
+    let asked_ns = snapshot.boards[0].reading.unwrap().asked_ns;
+    assert!(snapshot.reading(0, asked_ns + 1_000, 1_000).is_some());
+    assert!(snapshot.reading(0, asked_ns + 1_001, 1_000).is_none());
+    assert_eq!(snapshot.reading(1, asked_ns, u64::MAX), None);
+    assert!(snapshot.age_ns(clock.now_ns()).is_some_and(|age_ns| age_ns > 0));
 }
 
 #[test]
