@@ -122,9 +122,12 @@ fn an_adapter_that_is_unplugged_and_plugged_in_again_is_polled_on() {
     host.more_rows();
     drop(boards);
     host.says("the port is gone (adapter unplugged, or the other end closed); waiting for it to come back");
+    let empty_rows = |host: &Host| host.rows().iter().filter(|row| is_empty(row)).count();
+    host.until("rows without pressures", |host| empty_rows(host) >= 3);
     // The old link is still there, and its pseudo-terminal's name is given to the next one that anybody opens: it is not for us.
     let somebody = PtyBoards::start(1);
-    host.until("rows without pressures", |host| host.rows().iter().filter(|row| is_empty(row)).count() >= 3);
+    let before = empty_rows(&host);
+    host.until("more rows without pressures", |host| empty_rows(host) >= before + 3);
     assert!(somebody.stop().is_empty(), "a stranger's terminal was written to");
     fs::remove_file(&link).unwrap();
 

@@ -33,7 +33,7 @@ impl PtyBoards {
         let path = PathBuf::from(name.to_str().unwrap());
         let slave = rustix::fs::open(
             &path,
-            rustix::fs::OFlags::RDWR | rustix::fs::OFlags::NOCTTY,
+            rustix::fs::OFlags::RDWR | rustix::fs::OFlags::NOCTTY | rustix::fs::OFlags::CLOEXEC,
             rustix::fs::Mode::empty(),
         )
         .unwrap();
