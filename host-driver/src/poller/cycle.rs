@@ -9,34 +9,34 @@ use super::{
 };
 use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
-use crate::statistics::{BoardStatistics, CycleStatistics, Durations, HistogramBin, Statistics};
+use crate::statistics::{CycleStatistics, Durations};
 
 /// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other. [`Poller`](super::Poller) runs it on a thread
 /// of its own; benchmarks and tests, in virtual time, call it themselves.
 pub struct Polling<L: Line> {
-    bus: Bus<L>,
-    options: PollerOptions,
-    source: Box<dyn CommandSource>,
-    observers: Vec<Box<dyn Observer>>,
-    schedule: Schedule,
-    presence: Vec<Presence>,
-    commands: Vec<super::BoardCommand>,
-    rows: Vec<BoardRow>,
-    cycles: CycleStatistics,
-    round_trips: Durations,
-    start_ns: Option<u64>,
+    pub(super) bus: Bus<L>,
+    pub(super) options: PollerOptions,
+    pub(super) source: Box<dyn CommandSource>,
+    pub(super) observers: Vec<Box<dyn Observer>>,
+    pub(super) schedule: Schedule,
+    pub(super) presence: Vec<Presence>,
+    pub(super) commands: Vec<super::BoardCommand>,
+    pub(super) rows: Vec<BoardRow>,
+    pub(super) cycles: CycleStatistics,
+    pub(super) round_trips: Durations,
+    pub(super) start_ns: Option<u64>,
     /// Start of the cycle that has not been counted yet, ns.
-    open_cycle_ns: Option<u64>,
-    cpu_before_ns: u64,
-    outage: Option<Outage>,
+    pub(super) open_cycle_ns: Option<u64>,
+    pub(super) cpu_before_ns: u64,
+    pub(super) outage: Option<Outage>,
     /// Readings from before this are from before the line was lost, ns.
-    line_since_ns: u64,
+    pub(super) line_since_ns: u64,
     /// When the next cycle was due, ns.
-    due_ns: u64,
-    stale: bool,
+    pub(super) due_ns: u64,
+    pub(super) stale: bool,
     /// What had happened on the bus before.
-    before: Vec<Counters>,
-    unsolicited_before: u64,
+    pub(super) before: Vec<Counters>,
+    pub(super) unsolicited_before: u64,
 }
 
 impl<L: Line> Polling<L> {
@@ -254,87 +254,11 @@ impl<L: Line> Polling<L> {
         self.tell(&event);
     }
 
-    /// What the run has been like so far.
-    pub fn statistics(&self) -> Statistics {
-        let boards: Vec<_> = self
-            .rows
-            .iter()
-            .zip(&self.before)
-            .map(|(row, &before)| (row, self.bus.counters(row.board) - before))
-            .collect();
-        let now_ns = self.bus.line().now_ns();
-        let wall_ns = now_ns.saturating_sub(self.start_ns.unwrap_or(now_ns));
-        let cpu_ns = self.bus.line().cpu_time_ns().saturating_sub(self.cpu_before_ns);
-        Statistics {
-            devices: self.rows.len(),
-            seconds: self.cycles.seconds(),
-            cycles: self.cycles.count(),
-            loop_hz: self.cycles.rate(),
-            cycle_us: self.cycles.times(),
-            exchanges: boards.iter().map(|(_, counters)| counters.asked).sum(),
-            lost: boards.iter().map(|(_, counters)| counters.lost()).sum(),
-            rejected: boards.iter().map(|(_, counters)| counters.rejected()).sum(),
-            missed_ticks: self.schedule.missed(),
-            unsolicited_bytes: self.bus.unsolicited_bytes() - self.unsolicited_before,
-            cpu_share: if wall_ns == 0 { 0.0 } else { cpu_ns as f64 / wall_ns as f64 },
-            boards: boards
-                .iter()
-                .map(|(row, counters)| {
-                    BoardStatistics::new(row, *counters, self.bus.frames(row.board), now_ns)
-                })
-                .collect(),
-        }
-    }
-
-    /// How long answers took, from the request to the answer's last byte as the host saw them: counts in bins evenly spaced on a
-    /// logarithmic scale.
-    pub fn round_trips(&self) -> Vec<HistogramBin> {
-        self.round_trips.bins()
-    }
-
-    /// Ends the last cycle, so that it counts, and returns the statistics.
-    pub fn finish(&mut self) -> Statistics {
-        self.close_cycle(self.bus.line().now_ns());
-        self.statistics()
-    }
-
     /// A cycle lasts until the next one starts.
-    fn close_cycle(&mut self, now_ns: u64) {
+    pub(super) fn close_cycle(&mut self, now_ns: u64) {
         if let Some(started_ns) = self.open_cycle_ns.take() {
             self.cycles.add(now_ns.saturating_sub(started_ns));
         }
-    }
-
-    /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times. A line that is gone gets a last
-    /// try to come back.
-    ///
-    /// Returns the boards that did not confirm it.
-    ///
-    /// # Errors
-    /// The line failed.
-    pub fn make_safe(&mut self) -> Result<Vec<u8>, LineError> {
-        if self.outage.take().is_some() {
-            // If it fails, so does what follows, and says why.
-            let _ = self.bus.reopen();
-        }
-        let with = |present: bool| {
-            let rows = self.rows.iter();
-            rows.filter(move |row| {
-                (row.state == BoardState::Present || row.state == BoardState::Doubtful) == present
-            })
-            .map(|row| row.board)
-            .collect::<Vec<_>>()
-        };
-        let (present, others) = (with(true), with(false));
-        let mut silent = self.bus.make_safe(present.into_iter())?;
-        for board in others {
-            match self.bus.ping(board) {
-                Ok(_) => {}
-                Err(ExchangeError::Line(error)) => return Err(error),
-                Err(_) => silent.push(board),
-            }
-        }
-        Ok(silent)
     }
 
     /// The bus, between cycles.

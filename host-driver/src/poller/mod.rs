@@ -11,6 +11,7 @@
 
 mod commands;
 mod cycle;
+mod ending;
 mod filter;
 mod latest;
 mod outage;

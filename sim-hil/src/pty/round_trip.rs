@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Exchanges measured; the median is exact enough and it takes some 50 ms.
-const EXCHANGES: usize = 200;
+const EXCHANGES: u8 = 200;
 /// Pause between two, so that both sides sleep as they do between the packets of a bus.
 const PAUSE: Duration = Duration::from_micros(150);
 /// What an exchange may take before it is given up as lost to the scheduler, ns.
@@ -49,17 +49,21 @@ pub fn measure_round_trip_ns(spin: bool) -> Result<u64, SimError> {
 const END: u8 = 0xFF;
 
 fn measure(port: &VirtualPort, spin: bool) -> nix::Result<Vec<u64>> {
-    let mut times = Vec::with_capacity(EXCHANGES);
-    let mut buffer = [0; 64];
+    let mut times = Vec::with_capacity(EXCHANGES.into());
     let nap_ns = if spin { 0 } else { PATIENCE_NS };
-    for _ in 0..EXCHANGES {
+    for exchange in 0..EXCHANGES {
         thread::sleep(PAUSE);
         let start = Instant::now();
-        port.write(&[0; 10])?;
+        port.write(&[exchange; 10])?;
+        let mut buffer = [0; 64];
         let mut heard = 0;
         while heard < 10 && saturating_ns(start.elapsed()) < PATIENCE_NS {
             if port.wait(nap_ns)? == Wake::Bytes {
-                heard += port.read(&mut buffer)?.unwrap_or(0);
+                let count = port.read(&mut buffer)?.unwrap_or(0);
+                // An answer that comes after it was given up must not be taken for the next one.
+                heard += buffer[..count].iter().filter(|&&byte| byte == exchange).count();
+            } else if spin {
+                thread::yield_now();
             }
         }
         times.push(saturating_ns(start.elapsed()));
