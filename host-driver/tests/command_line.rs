@@ -330,6 +330,24 @@ fn timing_gives_the_originals_figures() {
     assert!(text.contains("976 ohm") && text.contains("107.4 us   +- 5.5 us"), "{text}");
 }
 
+/// `pneudrive-host .. | head -1`
+#[test]
+fn a_reader_that_has_seen_enough_is_no_panic() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap();
+    for args in [
+        &["bench", "--port", port, "-n", "1", "--cycles", "50", "--allowance-us", "1000000"][..],
+        &["ping", "--port", port],
+        &["timing"],
+        &["--port", port, "--duration", "0.3"],
+    ] {
+        let mut child = program(args).spawn().unwrap();
+        drop(child.stdout.take());
+        let stderr = String::from_utf8(child.wait_with_output().unwrap().stderr).unwrap();
+        assert!(!stderr.contains("panicked"), "{args:?}: {stderr}");
+    }
+}
+
 #[test]
 fn ping_names_each_board() {
     let boards = PtyBoards::start(3);
@@ -358,6 +376,10 @@ fn bench_prints_a_row_for_each_number_of_boards() {
     assert!(runs.iter().all(|run| run["cycles"] == 50), "{stdout}");
     assert_eq!(runs[1]["wire_limit_hz"], 2500.0);
     for run in runs {
+        let bins = run["round_trip_us"].as_array().unwrap();
+        let counted = bins.iter().map(|bin| bin["count"].as_u64().unwrap()).sum::<u64>();
+        assert_eq!(counted, run["exchanges"].as_u64().unwrap() - run["lost"].as_u64().unwrap(), "{stdout}");
+        assert!(bins.iter().all(|bin| bin["from_us"].as_f64() < bin["to_us"].as_f64()), "{stdout}");
         let (mean, p50, max) = (&run["loop_hz"]["mean"], &run["cycle_us"]["p50"], &run["cycle_us"]["max"]);
         let (mean, p50, max) = (mean.as_f64().unwrap(), p50.as_f64().unwrap(), max.as_f64().unwrap());
         assert!(p50 <= max && mean >= 0.999e6 / max, "{stdout}");

@@ -7,7 +7,7 @@ mod support;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardState, Event, Observer, PollerOptions, Polling, PressureFilter, Row, SetPoints,
+    BoardState, Event, Observer, PollerOptions, Polling, PressureFilter, Row, SetPoints, VENTED,
 };
 use pneudrive_protocol::{Echo, Packet, SensorScale};
 use std::sync::{Arc, Mutex};
@@ -182,6 +182,29 @@ fn an_answer_read_much_too_late_is_not_fresh() {
     assert_eq!(waited_us / 1_000, 2_000);
     assert_eq!(bus.counters(0).stale, 1);
     bus.exchange(0, counts(300)).unwrap();
+}
+
+/// The program that sets the commands gets stuck, the bus thread does not.
+#[test]
+fn commands_that_nobody_renews_become_0_kpa_and_that_is_said() {
+    let told = Told::default();
+    let points = SetPoints::new(1).vent_after(SECOND / 5);
+    let bus = Bus::new(VirtualLine::new(boards), options()).unwrap();
+    let source = Box::new(points.clone());
+    let mut polling = Polling::new(bus, PollerOptions::for_devices(1), source, vec![Box::new(told.clone())]);
+    let last_command = |polling: &mut Polling<VirtualLine>| {
+        let (_, request) = polling.bus_mut().line_mut().requests.last().cloned().unwrap();
+        Packet::decode(request.as_slice().try_into().unwrap()).unwrap().values
+    };
+    points.set(0, counts(300)).unwrap();
+    run(&mut polling, SECOND / 10);
+    assert_eq!(last_command(&mut polling), counts(300));
+    told.take();
+    run(&mut polling, SECOND);
+    assert_eq!((told.events(), last_command(&mut polling)), (vec!["CommandsStale".to_owned()], VENTED));
+    points.renew();
+    run(&mut polling, SECOND + SECOND / 10);
+    assert_eq!((told.events(), last_command(&mut polling)), (vec!["CommandsBack".to_owned()], counts(300)));
 }
 
 #[test]

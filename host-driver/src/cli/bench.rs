@@ -5,6 +5,7 @@ use crate::cli::bench_table;
 use crate::cli::connect::{Connection, connect_for_measurement, devices, is_sim};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
+use crate::cli::output::out;
 use crate::cli::output::print_json;
 use crate::cli::signals::StopSignal;
 use pneudrive_host::bus::Bus;
@@ -88,7 +89,7 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     if args.json {
         return print_json(&report);
     }
-    print!("{}", bench_table::below(&report.runs));
+    out!("{}", bench_table::below(&report.runs));
     Ok(())
 }
 

@@ -1,6 +1,7 @@
 //! The figures of `bench`, for people.
 
 use crate::cli::bench::BenchRun;
+use crate::cli::output::outln;
 use pneudrive_host::statistics::Statistics;
 use std::fmt::Write as _;
 
@@ -8,15 +9,15 @@ use std::fmt::Write as _;
 const BAR: usize = 14;
 
 pub fn print_header(port: &str, baud: u32, cycles: u32) {
-    println!("{port} at {baud} baud, {cycles} cycles each; loop rate in Hz, cycle time in us");
-    println!(
+    outln!("{port} at {baud} baud, {cycles} cycles each; loop rate in Hz, cycle time in us");
+    outln!(
         "boards  wire limit       mean +- std   share      p50     p99   p99.9     max    lost  rejected  CPU  us/exchange"
     );
 }
 
 pub fn print_row(run: &BenchRun) {
     let Statistics { devices, loop_hz, cycle_us, lost, rejected, cpu_share, .. } = &run.statistics;
-    println!(
+    outln!(
         "{devices:>6}  {:>10.1}  {:>8.1} +- {:<6.1} {:>5.1} %  {:>7.0} {:>7.0} {:>7.0} {:>7.0}  {lost:>6}  {rejected:>8}  {:>2.0} %  {:>11.1}",
         run.wire_limit_hz,
         loop_hz.mean,

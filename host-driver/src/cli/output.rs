@@ -5,6 +5,29 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
+/// `print!` without its panic: see [`put`].
+macro_rules! out {
+    ($($arg:tt)*) => { $crate::cli::output::put(format_args!($($arg)*)) };
+}
+
+/// `println!` without its panic: see [`put`].
+macro_rules! outln {
+    ($($arg:tt)*) => { $crate::cli::output::put(format_args!("{}\n", format_args!($($arg)*))) };
+}
+
+pub(crate) use {out, outln};
+
+/// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else is said and ends nothing, because
+/// what has been measured or recorded is not less for it.
+pub fn put(text: std::fmt::Arguments<'_>) {
+    match std::io::stdout().write_fmt(text) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            eprintln!("warning: standard output: {error}");
+        }
+        _ => {}
+    }
+}
+
 /// One JSON object and a line end on standard output.
 pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(Failure::running)?;

@@ -3,6 +3,7 @@ use crate::cli::connect::{connect, devices};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
+use crate::cli::output::{out, outln};
 use pneudrive_host::bus::{Bus, ExchangeError, Frames};
 use pneudrive_protocol::{Echo, SensorScale};
 use serde::Serialize;
@@ -91,14 +92,14 @@ fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
 }
 
 fn print(report: &PingReport) {
-    println!("{}{}", report.port, if report.echo { " (echoes what it sends)" } else { "" });
+    outln!("{}{}", report.port, if report.echo { " (echoes what it sends)" } else { "" });
     for board in &report.boards {
-        print!("board {}: {} of {} answered", board.board, board.answered, board.asked);
+        out!("board {}: {} of {} answered", board.board, board.answered, board.asked);
         if let (Some([first, median, last]), Some(kpa)) = (board.round_trip_us, board.pressures_kpa) {
-            print!(", {first:.0} / {median:.0} / {last:.0} us (fastest, median, slowest)");
-            print!(", {:.1} {:.1} {:.1} {:.1} kPa", kpa[0], kpa[1], kpa[2], kpa[3]);
+            out!(", {first:.0} / {median:.0} / {last:.0} us (fastest, median, slowest)");
+            out!(", {:.1} {:.1} {:.1} {:.1} kPa", kpa[0], kpa[1], kpa[2], kpa[3]);
         }
-        println!(
+        outln!(
             "{}",
             match board.frames {
                 Frames::Unknown => "",
@@ -107,7 +108,7 @@ fn print(report: &PingReport) {
             }
         );
         if let Some(error) = &board.error {
-            println!("  last error: {error}");
+            outln!("  last error: {error}");
         }
     }
 }

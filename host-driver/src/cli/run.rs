@@ -4,6 +4,7 @@ use crate::cli::args::{BusArgs, RunArgs};
 use crate::cli::command_arg::commands;
 use crate::cli::connect::{Behind, Connection, connect, devices, is_sim};
 use crate::cli::failure::Failure;
+use crate::cli::output::{out, outln};
 use crate::cli::output::{print_json, statistics_text};
 use crate::cli::signals::StopSignal;
 use crate::cli::view::{self, Events, Session};
@@ -98,9 +99,9 @@ fn conclude(
         });
         print_json(&RunReport { statistics: &finished.statistics, recording })?;
     } else {
-        print!("{}", statistics_text(&finished.statistics));
+        out!("{}", statistics_text(&finished.statistics));
         if let Some(recording) = recording {
-            println!("{}: {} rows, {} bytes", recording.file.display(), recording.rows, recording.bytes);
+            outln!("{}: {} rows, {} bytes", recording.file.display(), recording.rows, recording.bytes);
         }
     }
     drop(behind);

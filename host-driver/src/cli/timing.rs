@@ -1,6 +1,7 @@
 use crate::cli::args::{BusArgs, TimingArgs};
 use crate::cli::connect::bus_options;
 use crate::cli::failure::Failure;
+use crate::cli::output::outln;
 use crate::cli::output::print_json;
 use pneudrive_protocol::Baud;
 use pneudrive_protocol::pulse::{Parts, Pulse, pulse, resistor_for};
@@ -73,28 +74,29 @@ fn report(baud: Baud, timeout_ns: u64, resistor_ohm: u32, pulse: Pulse) -> Timin
 
 fn print(report: &TimingReport) -> Result<(), Failure> {
     let TimingReport { pulse, limit_hz, .. } = report;
-    println!("{} baud, 8N1", report.baud);
-    println!("  character          {:>10.1} us", report.character_us);
-    println!("  packet (10 bytes)  {:>10.1} us", report.packet_us);
-    println!("  request + answer   {:>10.1} us", report.exchange_us);
-    println!("  idle gap           {:>10.1} us   silence that starts a new frame", report.idle_gap_us);
-    println!(
+    outln!("{} baud, 8N1", report.baud);
+    outln!("  character          {:>10.1} us", report.character_us);
+    outln!("  packet (10 bytes)  {:>10.1} us", report.packet_us);
+    outln!("  request + answer   {:>10.1} us", report.exchange_us);
+    outln!("  idle gap           {:>10.1} us   silence that starts a new frame", report.idle_gap_us);
+    outln!(
         "  answer timeout     {:>10.1} us   what a missing board costs the others",
         report.answer_timeout_us
     );
-    println!("  loop rate at most");
+    outln!("  loop rate at most");
     for (boards, hz) in (1..).zip(limit_hz) {
-        println!("    {boards} board(s)       {hz:>10.1} Hz");
+        outln!("    {boards} board(s)       {hz:>10.1} Hz");
     }
-    println!("555 write-enable pulse, t = 1.1 R C");
-    println!(
+    outln!("555 write-enable pulse, t = 1.1 R C");
+    outln!(
         "  R                  {:>10} ohm  smallest E96 value that always covers a packet",
         pulse.resistor_ohm
     );
-    println!(
+    outln!(
         "  t                  {:>10.1} us   +- {:.1} us (root sum of squares)",
-        pulse.nominal_us, pulse.tolerance_us
+        pulse.nominal_us,
+        pulse.tolerance_us
     );
-    println!("  worst case         {:>10.1} us   to {:.1} us", pulse.shortest_us, pulse.longest_us);
+    outln!("  worst case         {:>10.1} us   to {:.1} us", pulse.shortest_us, pulse.longest_us);
     Ok(())
 }
