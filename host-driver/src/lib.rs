@@ -9,6 +9,7 @@
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file.
+//! - `web` (feature): a live page of a run.
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};
@@ -34,3 +35,5 @@ pub mod record;
 pub mod statistics;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
+#[cfg(feature = "web")]
+pub mod web;

@@ -387,3 +387,41 @@ fn bench_prints_a_row_for_each_number_of_boards() {
         assert!(run["loop_hz"]["std"].as_f64().unwrap() < 1e6, "{stdout}");
     }
 }
+
+#[cfg(feature = "web")]
+#[test]
+fn unusable_web_options_are_refused_before_the_port_is_touched() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let folder = tempfile::tempdir().unwrap();
+    let token = folder.path().join("token");
+    fs::write(&token, "short\n").unwrap();
+    let with = |more: &[&str], message: &str| {
+        refused(&[&["--port", "/dev/no-such-port"], more].concat(), 2, message);
+    };
+    with(&["--web", "nonsense"], "expected ADDRESS:PORT");
+    with(&["--web", &address], "choose another address or port");
+    with(&["--allow-control"], "--web");
+    with(&["--web=0", "--allow-control", "--control-limit", "700"], "at most 689.5 kPa");
+    with(&["--web=0", "--record-folder", "/no/such/folder"], "--record-folder /no/such/folder: No such file");
+    let file = token.to_str().unwrap();
+    with(&["--web=0", "--allow-control", "--control-token-file", file], "16 to 256 characters");
+}
+
+#[cfg(feature = "web")]
+#[test]
+fn the_pages_address_is_said_and_others_are_warned_about() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap();
+    let (code, _, stderr) = run(&["--port", port, "--duration", "0.2", "--web=0"]);
+    assert!(code == Some(0) && stderr.contains("live page: http://127.0.0.1:"), "{stderr}");
+    assert!(!stderr.contains("token") && !stderr.contains("warning"), "{stderr}");
+    let (code, _, stderr) =
+        run(&["--port", port, "--duration", "0.2", "--web", "0.0.0.0:0", "--allow-control"]);
+    assert!(
+        code == Some(0) && stderr.contains("can be reached by others: they can look, vent, and"),
+        "{stderr}"
+    );
+    let token = stderr.split("#token=").nth(1).unwrap().split_whitespace().next().unwrap();
+    assert!(token.len() == 32 && token.bytes().all(|byte| byte.is_ascii_hexdigit()), "{stderr}");
+}

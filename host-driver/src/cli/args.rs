@@ -13,13 +13,14 @@ Examples:
                                                            two boards, all chambers at 100 kPa
   pneudrive-host --port /dev/ttyUSB0 --rate 500 --duration 10 --command 0:50,50,120,120 --record run.csv.zst
   pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
+  pneudrive-host --port /dev/ttyUSB0 --devices 4 --web     the same in a browser, with a vent button (feature `web`)
   pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
   pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
   pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
   pneudrive-host --port /dev/ttyUSB0 --rate 1000 --realtime --lock-memory --pin-core 3
                                                            with real-time scheduling
 
-Ends on Ctrl-C, SIGTERM, q (in the live view), after --duration or a trajectory. Then 0 kPa is commanded to every board three
+In the live view v vents all boards for the rest of the run. Ends on Ctrl-C, SIGTERM, q (in the live view), after --duration or a trajectory. Then 0 kPa is commanded to every board three
 times, and the statistics are printed.
 
 Exit status: 0 done, 1 failed while running, 2 unusable arguments or input.";
@@ -193,6 +194,9 @@ pub struct RunArgs {
     /// Plain lines even on a terminal
     #[arg(long)]
     pub plain: bool,
+    #[cfg(feature = "web")]
+    #[command(flatten)]
+    pub web: crate::cli::web::WebArgs,
 }
 
 impl RunArgs {
@@ -263,6 +267,14 @@ pub struct BenchArgs {
     /// Cycles measured for each number of boards; the paper took 2044
     #[arg(long, value_name = "N", default_value_t = 2044, value_parser = clap::value_parser!(u32).range(2..=100_000_000))]
     pub cycles: u32,
+    /// Measure what a watched live page costs: runs of all boards without and with it, in turn
+    #[cfg(feature = "web")]
+    #[arg(long)]
+    pub web: bool,
+    /// Such pairs of runs
+    #[cfg(feature = "web")]
+    #[arg(long, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
+    pub pairs: u32,
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -50,6 +50,10 @@ pub(super) struct BenchRun {
 
 /// Measures 1 to `--devices` boards, commanding 0 kPa.
 pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
+    #[cfg(feature = "web")]
+    if bench.web {
+        return super::web::bench::run(args, bench);
+    }
     let most = devices(args, 4)?;
     let real_time = args.real_time();
     real_time.check()?;

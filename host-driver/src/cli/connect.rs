@@ -30,6 +30,11 @@ impl Behind {
     }
 }
 
+impl Behind {
+    /// Ends it. To be called when the bus is closed.
+    pub fn end(self) {}
+}
+
 /// The number of boards, checked: `default` if none is given.
 pub fn devices(args: &BusArgs, default: u16) -> Result<u16, Failure> {
     let devices = args.devices.unwrap_or(default.min(args.max_devices));

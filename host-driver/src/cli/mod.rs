@@ -17,6 +17,8 @@ mod sim;
 mod sources;
 mod timing;
 mod view;
+#[cfg(feature = "web")]
+mod web;
 
 use args::{Cli, Command};
 use clap::Parser;

@@ -9,7 +9,7 @@ use crate::cli::output::{print_json, statistics_text};
 use crate::cli::signals::StopSignal;
 use crate::cli::view::{self, Events, Session};
 use crate::cli::{find_boards, sources};
-use pneudrive_host::poller::{Finished, Observer, Pace, Poller, PollerOptions};
+use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{Baud, SensorScale};
@@ -34,12 +34,20 @@ struct RecordingReport {
 pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     let set_points = commands(&run.command, usize::from(devices)).map_err(Failure::input)?;
-    let source = sources::source(run, set_points)?;
+    let overriding = match &run.trajectory {
+        Some(_) => Override::following(set_points.len()),
+        None => Override::manual(&set_points),
+    };
+    let source = overriding.over(sources::source(run, set_points)?);
     let pace = pace(args, run, devices)?;
     if let Some(path) = &run.record {
         Recorder::check(path, run.overwrite)?;
     }
     args.real_time().check()?;
+    let events = Events::new();
+    let boards = PollerOptions::for_devices(devices).boards;
+    #[cfg(feature = "web")]
+    let mut page = super::web::prepare(&run.web, &boards, &overriding, &events)?;
     let stop = StopSignal::install()?;
     let Connection { mut bus, behind } = connect(args, devices)?;
     let mut options = PollerOptions {
@@ -64,19 +72,25 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
         }
         None => None,
     };
-    let events = Events::new();
     observers.push(Box::new(events.observer()));
+    #[cfg(feature = "web")]
+    observers.extend(page.as_mut().and_then(super::web::Prepared::observer));
     let session = Session {
         port: if is_sim(args) { "sim".to_owned() } else { bus.line().path().display().to_string() },
         recording: run.record.clone(),
         clock: bus.line().clock(),
+        overriding,
     };
     let poller = Poller::start(bus, options, source, observers)
         .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+    #[cfg(feature = "web")]
+    let page = page.map(|page| page.serve(&session, poller.monitor(), &events)).transpose()?;
     let ended = view::show(&session, args.json, run.plain, &poller, &events, || {
         stop.came() || recorder.as_ref().is_some_and(Recorder::has_failed)
     });
     let finished = poller.stop();
+    #[cfg(feature = "web")]
+    let ended = ended.and(page.map_or(Ok(()), |page| super::web::end(page, finished.as_ref())));
     let recorded = recorder.map(Recorder::finish).transpose();
     conclude(args.json, finished, recorded, ended, behind)
 }
@@ -104,7 +118,7 @@ fn conclude(
             outln!("{}: {} rows, {} bytes", recording.file.display(), recording.rows, recording.bytes);
         }
     }
-    drop(behind);
+    behind.end();
     if !finished.not_safe.is_empty() {
         let boards: Vec<_> = finished.not_safe.iter().map(u8::to_string).collect();
         eprintln!(

@@ -26,6 +26,13 @@ pub struct Poller {
     thread: Option<JoinHandle<Finished>>,
 }
 
+/// Looks at a poller without owning it. Clones look at the same one.
+#[derive(Debug, Clone)]
+pub struct Monitor {
+    shared: Arc<Shared>,
+    latest: Latest,
+}
+
 #[derive(Debug, Default)]
 struct Shared {
     stop: AtomicBool,
@@ -83,16 +90,19 @@ impl Poller {
         Ok(poller)
     }
 
-    /// The newest row. Look at its readings' age: a board that is gone keeps its last one.
+    /// For those who only look.
+    pub fn monitor(&self) -> Monitor {
+        Monitor { shared: Arc::clone(&self.shared), latest: self.latest.clone() }
+    }
+
+    /// As [`Monitor::latest`].
     pub fn latest(&self) -> Snapshot {
         self.latest.get()
     }
 
-    /// What the run has been like, as of the last time somebody asked; the bus thread then makes new figures at the end of its
-    /// cycle. Called twice a second it gives figures that are half a second old.
+    /// As [`Monitor::statistics`].
     pub fn statistics(&self) -> Option<Statistics> {
-        self.shared.statistics_wanted.store(true, Ordering::Relaxed);
-        self.shared.statistics.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.shared.statistics()
     }
 
     /// Whether the thread has ended by itself: the line failed, or the commands ended.
@@ -114,6 +124,26 @@ impl Poller {
 impl Drop for Poller {
     fn drop(&mut self) {
         self.join();
+    }
+}
+
+impl Monitor {
+    /// The newest row. Look at its readings' age: a board that is gone keeps its last one.
+    pub fn latest(&self) -> Snapshot {
+        self.latest.get()
+    }
+
+    /// What the run has been like, as of the last time somebody asked; the bus thread then makes new figures at the end of its
+    /// cycle. Called twice a second it gives figures that are half a second old.
+    pub fn statistics(&self) -> Option<Statistics> {
+        self.shared.statistics()
+    }
+}
+
+impl Shared {
+    fn statistics(&self) -> Option<Statistics> {
+        self.statistics_wanted.store(true, Ordering::Relaxed);
+        self.statistics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

@@ -14,8 +14,10 @@ mod error;
 mod file;
 mod recorder;
 mod rows;
+mod switch;
 mod writer;
 
 pub use block::Encoding;
 pub use error::RecordError;
 pub use recorder::{Recorder, RecordingSummary};
+pub use switch::{RecordSwitch, SwitchError, SwitchStatus};

@@ -11,6 +11,10 @@ pub struct Events {
     receiver: Mutex<Receiver<String>>,
 }
 
+/// Adds lines, from any thread.
+#[derive(Clone)]
+pub struct EventSender(Sender<String>);
+
 struct Tap {
     sender: Sender<String>,
     /// Boards that have been reported missing.
@@ -27,9 +31,28 @@ impl Events {
         Tap { sender: self.sender.clone(), missing: BTreeSet::new() }
     }
 
+    /// For others who have something to say.
+    #[cfg_attr(not(feature = "web"), allow(dead_code, reason = "only the web page speaks from elsewhere"))]
+    pub fn sender(&self) -> EventSender {
+        EventSender(self.sender.clone())
+    }
+
+    /// Adds a line.
+    pub fn say(&self, line: impl Into<String>) {
+        EventSender(self.sender.clone()).say(line);
+    }
+
     /// The next line that has not been shown.
     pub fn next(&self) -> Option<String> {
         self.receiver.lock().ok()?.try_recv().ok()
+    }
+}
+
+impl EventSender {
+    /// Adds a line.
+    pub fn say(&self, line: impl Into<String>) {
+        // Nobody listening any more is the end of the run.
+        let _ = self.0.send(line.into());
     }
 }
 

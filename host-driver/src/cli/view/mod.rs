@@ -8,7 +8,7 @@ pub use events::Events;
 
 use crate::cli::failure::Failure;
 use pneudrive_host::line::Clock;
-use pneudrive_host::poller::{BoardRow, Poller};
+use pneudrive_host::poller::{BoardRow, Override, Poller};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -22,6 +22,8 @@ pub struct Session {
     pub recording: Option<PathBuf>,
     /// The clock of rows and readings.
     pub clock: Clock,
+    /// For venting by key.
+    pub overriding: Override,
 }
 
 /// Shows the run until `stop`, the poller's own end, or the user ends it.

@@ -1,6 +1,6 @@
 use super::model::Model;
 use crate::cli::view::commands_kpa;
-use pneudrive_host::poller::{BoardRow, BoardState};
+use pneudrive_host::poller::{BoardRow, BoardState, Commanding};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -29,7 +29,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let newest: Vec<_> = model.events().rev().take(usize::from(EVENT_LINES)).collect();
     let lines: Vec<_> = newest.into_iter().rev().map(|event| Line::raw(event.as_str())).collect();
     frame.render_widget(Paragraph::new(lines).style(Style::new().fg(Color::Yellow)), events);
-    let keys = "q quit (boards go to 0 kPa)   up/down other boards   bar: pressure, │ command; right: last pressures";
+    let keys = "q quit (boards go to 0 kPa)   v vent all   up/down other boards   bar: pressure, │ command; right: last pressures";
     frame.render_widget(Paragraph::new(keys).style(Style::new().add_modifier(Modifier::DIM)), foot);
 }
 
@@ -44,6 +44,9 @@ fn summary(model: &Model) -> Vec<Line<'static>> {
     }
     let mut lines =
         vec![Line::from(vec![Span::styled("PneuDrive", bold), Span::raw(first)]), Line::styled(rate, bold)];
+    if model.session.overriding.commanding() == Commanding::Vented {
+        lines[0].push_span(Span::styled("  VENTED", bold.fg(Color::Red)));
+    }
     if let Some(statistics) = &model.statistics {
         let cycle = &statistics.cycle_us;
         lines[1].push_span(Span::styled(
@@ -154,13 +157,15 @@ mod tests {
     use super::*;
     use crate::cli::view::Session;
     use pneudrive_host::line::Clock;
-    use pneudrive_host::poller::{Outcome, Reading, Snapshot};
+    use pneudrive_host::poller::{Outcome, Override, Reading, Snapshot};
     use pneudrive_protocol::Counts;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
     fn screen(now_ns: u64, width: u16, height: u16) -> String {
-        let session = Session { port: "sim".into(), recording: Some("run.csv".into()), clock: Clock };
+        let overriding = Override::following(1);
+        let session =
+            Session { port: "sim".into(), recording: Some("run.csv".into()), clock: Clock, overriding };
         let mut model = Model::new(session);
         let command = [SensorScale::ORIGINAL.counts(344.7).unwrap(); CHANNELS];
         let reading = Reading { counts: [Counts::MIN; 4], kpa: [100.0, 200.0, 300.0, 689.0], asked_ns: 0 };

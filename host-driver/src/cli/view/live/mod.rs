@@ -66,6 +66,10 @@ fn wants_to_quit(model: &mut Model) -> std::io::Result<bool> {
     match key.code {
         KeyCode::Char('q') | KeyCode::Esc => return Ok(true),
         KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Ok(true),
+        KeyCode::Char('v') => {
+            model.session.overriding.vent();
+            model.happened("all boards vented (v)".into());
+        }
         KeyCode::Down => model.scroll(1),
         KeyCode::Up => model.scroll(-1),
         _ => {}

@@ -1,0 +1,86 @@
+use clap::{Args, ValueEnum};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+/// A live page of the run.
+#[derive(Debug, Clone, PartialEq, Args)]
+#[command(next_help_heading = "Live page")]
+pub struct WebArgs {
+    /// Serve a page of the run for browsers, with a vent button. Without an address, or with a port only, this computer alone can see it
+    /// [default address: 127.0.0.1:8080]
+    #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = "8080", value_parser = address)]
+    pub web: Option<SocketAddr>,
+    /// Name under which browsers ask for the page, besides addresses, localhost and this computer's own name; may be repeated
+    #[arg(long, value_name = "NAME", requires = "web")]
+    pub web_name: Vec<String>,
+    /// Let who has the token set pressures on the page and release a vent. The token is part of the address that is printed
+    #[arg(long, requires = "web")]
+    pub allow_control: bool,
+    /// Highest pressure that the page may command, kPa
+    #[arg(long, value_name = "KPA", requires = "allow_control", default_value_t = 200.0, value_parser = limit)]
+    pub control_limit: f64,
+    /// Take the token from this file's only line, and print none
+    #[arg(long, value_name = "FILE", requires = "allow_control")]
+    pub control_token_file: Option<PathBuf>,
+    /// Where the page's recording button puts its files [default: the working folder; none if others can reach the page]
+    #[arg(long, value_name = "FOLDER", requires = "web")]
+    pub record_folder: Option<PathBuf>,
+    /// What the page's recording button makes
+    #[arg(long, value_enum, requires = "web", default_value_t = RecordFormat::CsvZst)]
+    pub record_format: RecordFormat,
+}
+
+impl Default for WebArgs {
+    fn default() -> Self {
+        Self {
+            web: None,
+            web_name: Vec::new(),
+            allow_control: false,
+            control_limit: 200.0,
+            control_token_file: None,
+            record_folder: None,
+            record_format: RecordFormat::CsvZst,
+        }
+    }
+}
+
+/// Formats of recordings by button.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RecordFormat {
+    /// Text, larger
+    #[value(name = "csv")]
+    Csv,
+    /// Text, compressed
+    #[value(name = "csv.gz")]
+    CsvGz,
+    /// Text, compressed
+    #[value(name = "csv.zst")]
+    CsvZst,
+}
+
+impl RecordFormat {
+    /// How the names of such files end.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::CsvGz => "csv.gz",
+            Self::CsvZst => "csv.zst",
+        }
+    }
+}
+
+/// An address with its port, or a port of this computer's own address.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.parse().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port))).ok();
+    port.or_else(|| text.parse().ok()).ok_or_else(|| {
+        "expected ADDRESS:PORT such as 127.0.0.1:8080, 0.0.0.0:8080 (all addresses) or [::]:8080, or a port".to_owned()
+    })
+}
+
+fn limit(text: &str) -> Result<f64, String> {
+    let full_scale_kpa = pneudrive_protocol::SensorScale::ORIGINAL.full_scale_kpa();
+    match text.parse() {
+        Ok(kpa) if kpa > 0.0 && kpa <= full_scale_kpa => Ok(kpa),
+        _ => Err(format!("must be above 0 and at most {full_scale_kpa:.1} kPa, the sensor's full scale")),
+    }
+}

@@ -1,0 +1,148 @@
+//! `--web`: the live page of a run.
+
+mod args;
+pub mod bench;
+
+pub use args::WebArgs;
+
+use super::failure::Failure;
+use super::view::{Events, Session};
+use pneudrive_host::poller::{Finished, Monitor, Observer, Override};
+use pneudrive_host::record::{RecordSwitch, Recorder, RecordingSummary};
+use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
+use pneudrive_protocol::SensorScale;
+use std::fs;
+use std::path::PathBuf;
+
+/// An address that is taken and options that are checked, with nobody served yet.
+pub struct Prepared {
+    listener: Listener,
+    options: WebOptions,
+    tap: Option<Box<dyn Observer>>,
+    token_is_ours: bool,
+}
+
+/// Does everything that can fail before the first byte goes to a board. `None` without `--web`.
+pub fn prepare(
+    args: &WebArgs,
+    boards: &[u8],
+    overriding: &Override,
+    events: &Events,
+) -> Result<Option<Prepared>, Failure> {
+    let Some(address) = args.web else {
+        return Ok(None);
+    };
+    let control = control(args)?;
+    let token_is_ours = control.is_some() && args.control_token_file.is_none();
+    let (recording, tap) = recording(args, boards)?;
+    let listener = Listener::bind(address).map_err(|error| {
+        Failure::input(format!("--web {address}: {error}; choose another address or port"))
+    })?;
+    let notices = events.sender();
+    let options = WebOptions {
+        port: String::new(),
+        boards: boards.to_vec(),
+        names: args.web_name.clone(),
+        overriding: overriding.clone(),
+        control,
+        recording,
+        whole_run: None,
+        notice: Box::new(move |line| notices.say(line)),
+    };
+    Ok(Some(Prepared { listener, options, tap, token_is_ours }))
+}
+
+fn control(args: &WebArgs) -> Result<Option<Control>, Failure> {
+    if !args.allow_control {
+        return Ok(None);
+    }
+    let token = match &args.control_token_file {
+        None => Token::random().map_err(Failure::running)?,
+        Some(file) => {
+            let text = fs::read_to_string(file)
+                .map_err(|error| Failure::input(format!("{}: {error}", file.display())))?;
+            Token::new(text.trim()).map_err(|error| Failure::input(format!("{}: {error}", file.display())))?
+        }
+    };
+    Ok(Some(Control { token, limit_kpa: args.control_limit }))
+}
+
+type RecordingAndTap = (Option<Recording>, Option<Box<dyn Observer>>);
+
+/// The switch for recordings by button, and its end on the bus thread. On an address that others reach, the folder must have been
+/// named: there, everybody who sees the page can fill it.
+fn recording(args: &WebArgs, boards: &[u8]) -> Result<RecordingAndTap, Failure> {
+    let local = args.web.is_some_and(|address| address.ip().is_loopback());
+    let folder = match &args.record_folder {
+        None if !local => return Ok((None, None)),
+        None => PathBuf::from("."),
+        Some(folder) => folder.clone(),
+    };
+    let folder = folder
+        .canonicalize()
+        .map_err(|error| Failure::input(format!("--record-folder {}: {error}", folder.display())))?;
+    let ending = args.record_format.ending().to_owned();
+    Recorder::check(&folder.join(format!("run.{ending}")), true)?;
+    let (switch, tap) = RecordSwitch::new(boards, SensorScale::ORIGINAL);
+    Ok((Some(Recording { switch, folder, ending }), Some(tap)))
+}
+
+impl Prepared {
+    /// What is to be given to the poller.
+    pub fn observer(&mut self) -> Option<Box<dyn Observer>> {
+        self.tap.take()
+    }
+
+    /// Serves the run, and says where.
+    pub fn serve(mut self, session: &Session, monitor: Monitor, events: &Events) -> Result<Server, Failure> {
+        self.options.port.clone_from(&session.port);
+        self.options.whole_run.clone_from(&session.recording);
+        let address = self.listener.address();
+        if !address.ip().is_loopback() {
+            events.say(format!(
+                "warning: {address} can be reached by others: they can look, vent{}, and what passes between them and this \
+                 computer is not encrypted",
+                if self.options.recording.is_some() { " and record" } else { "" }
+            ));
+        }
+        let secret = match &self.options.control {
+            Some(control) if self.token_is_ours => format!("#token={}", control.token.reveal()),
+            _ => String::new(),
+        };
+        let server = self
+            .listener
+            .serve(self.options, monitor, session.clock)
+            .map_err(|error| Failure::running(format!("--web: {error}")))?;
+        events.say(format!("live page: {}{secret}", server.url()));
+        if address.ip().is_unspecified() {
+            let name = rustix::system::uname();
+            let name = name.nodename().to_string_lossy();
+            let port = address.port();
+            events.say(format!(
+                "from elsewhere, where it can be found by its name: http://{name}.local:{port}/{secret}"
+            ));
+        }
+        Ok(server)
+    }
+}
+
+/// Tells the clients how the run ended, and finishes a recording that was started by button.
+pub fn end(server: Server, finished: Option<&Finished>) -> Result<(), Failure> {
+    let reason = match finished {
+        None => Some("the bus thread panicked".to_owned()),
+        Some(Finished { error: Some(error), .. }) => Some(error.to_string()),
+        Some(Finished { not_safe, .. }) if !not_safe.is_empty() => {
+            let boards: Vec<_> = not_safe.iter().map(u8::to_string).collect();
+            Some(format!("0 kPa was not confirmed by board(s) {}", boards.join(", ")))
+        }
+        Some(_) => None,
+    };
+    match server.end(reason.as_deref()) {
+        Some(Ok(RecordingSummary { file, rows, bytes })) => {
+            eprintln!("{}: {rows} rows, {bytes} bytes (recorded from the page)", file.display());
+            Ok(())
+        }
+        Some(Err(error)) => Err(error.into()),
+        None => Ok(()),
+    }
+}

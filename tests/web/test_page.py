@@ -1,0 +1,238 @@
+"""The live page as its users meet it: real programs, real browser, virtual boards in a process of their own."""
+
+import http.server
+import os
+import signal
+import threading
+from pathlib import Path
+
+import pytest
+from conftest import PATIENCE_MS
+from playwright.sync_api import expect
+
+expect.set_options(timeout=PATIENCE_MS)
+
+PHONE = {"viewport": {"width": 375, "height": 740}, "device_scale_factor": 2, "is_mobile": True, "has_touch": True}
+SCREENSHOTS = os.environ.get("PNEUDRIVE_SCREENSHOTS")
+
+
+def pressure(page, chamber):
+    """Waits for nothing: the number shown, or NaN."""
+    text = page.locator(f"[data-chamber='{chamber}'] .pressure").inner_text()
+    try:
+        return float(text.split()[0])
+    except ValueError:
+        return float("nan")
+
+
+def until_pressure(page, chamber, condition):
+    script = f"""() => {{
+        const kpa = parseFloat(document.querySelector("[data-chamber='{chamber}'] .pressure")?.textContent);
+        return {condition};
+    }}"""
+    page.wait_for_function(script)
+
+
+def picture(page, name):
+    if SCREENSHOTS:
+        page.screenshot(path=Path(SCREENSHOTS) / f"{name}.png")
+
+
+def test_numbers_move(start, visit):
+    run = start(1, "--command", "100,50,100,150")
+    page = visit(run.url)
+    until_pressure(page, "0.0", "kpa > 90")
+    until_pressure(page, "0.1", "kpa > 40 && kpa < 60")
+    expect(page.locator("[data-chamber='0.3'] .set")).to_have_text("command 150.3")  # as sent: a whole count
+    expect(page.locator("[data-board='0'] .pill")).to_have_text("present")
+    expect(page.locator("#link")).to_have_text("live")
+    page.wait_for_function("() => parseFloat(document.getElementById('hz').textContent) > 1")
+    before = page.locator("#time").inner_text()
+    expect(page.locator("#time")).not_to_have_text(before)
+    # Both lines are drawn: the chart has pixels of their colours.
+    colours = page.evaluate("""() => {
+        const canvas = document.querySelector("[data-chamber='0.3'] canvas");
+        const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+        const wanted = colours(), found = { measured: 0, command: 0 };
+        for (const name of Object.keys(found)) {
+            const [r, g, b] = wanted[name].match(/[0-9a-f]{2}/gi).map((hex) => parseInt(hex, 16));
+            for (let i = 0; i < data.length; i += 4) {
+                const near = Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 60;
+                if (near && data[i + 3] > 100) found[name]++;
+            }
+        }
+        return found;
+    }""")
+    assert colours["measured"] > 20 and colours["command"] > 20, colours
+
+
+def test_who_comes_later_sees_the_last_minute(start, visit):
+    run = start(1, "--command", "100")
+    first = visit(run.url)
+    first.wait_for_function("() => page.picture?.t > 4")
+    second = visit(run.url)
+    second.wait_for_function("() => page.picture !== null")
+    oldest, newest = second.evaluate("() => [page.history.times[0], page.picture.t]")
+    assert newest - oldest > 3, (oldest, newest)
+
+
+def test_vent_vents_and_every_client_sees_it(start, visit):
+    run = start(2, "--command", "100")
+    one, two = visit(run.url), visit(run.url, **PHONE)
+    for page in (one, two):
+        until_pressure(page, "1.3", "kpa > 80")
+    # No token was given to anybody.
+    two.locator("#vent").tap()
+    for page in (one, two):
+        expect(page.locator("#banner")).to_contain_text("VENTED: 0 kPa is commanded to all chambers until the run ends")
+        expect(page.locator("#vent")).to_have_text("VENTED")
+        for chamber in ("0.0", "1.3"):
+            until_pressure(page, chamber, "kpa < 8")
+            expect(page.locator(f"[data-chamber='{chamber}'] .set")).to_have_text("command 0.0")
+        expect(page.locator("#release")).to_be_hidden()
+    assert run.host.line("all boards vented from the web page")
+    # It holds, also for a page that is loaded again.
+    one.reload()
+    expect(one.locator("#vent")).to_have_text("VENTED")
+
+
+def test_vent_beats_a_trajectory(start, visit, tmp_path):
+    steps = tmp_path / "steps.csv"
+    steps.write_text("t_s,b0_cmd0_kpa\n" + "".join(f"{second},{100 + second % 2}\n" for second in range(600)))
+    run = start(1, "--trajectory", steps, "--allow-control")
+    page = visit(f"{run.url}#token={run.token}")
+    until_pressure(page, "0.0", "kpa > 80")
+    slider = page.locator("[data-chamber='0.0'] input[type=range]")
+    expect(page.locator("#commanding")).to_have_text("trajectory")
+    expect(slider).to_be_disabled()
+    page.locator("#vent").click()
+    until_pressure(page, "0.0", "kpa < 8")
+    page.locator("#release").click()
+    # What the trajectory would command now does not come back.
+    expect(page.locator("#commanding")).to_have_text("set points")
+    expect(slider).to_be_enabled()
+    expect(page.locator("[data-chamber='0.0'] .set")).to_have_text("command 0.0")
+
+
+def test_set_points_with_the_token(start, visit):
+    run = start(1, "--allow-control", "--control-limit", "120")
+    page = visit(f"{run.url}#token={run.token}")
+    slider = page.locator("[data-chamber='0.2'] input[type=range]")
+    expect(slider).to_be_enabled()
+    assert "token" not in page.url and slider.get_attribute("max") == "120"
+    slider.fill("90")
+    until_pressure(page, "0.2", "kpa > 75")
+    assert not pressure(page, "0.1") > 20, "the other chambers stay"
+    page.locator("#vent").click()
+    until_pressure(page, "0.2", "kpa < 8")
+    expect(slider).to_be_disabled()
+    page.locator("#release").click()
+    expect(slider).to_be_enabled()
+    expect(slider).to_have_value("0")
+    picture(page, "control-desktop")
+
+
+def test_a_wrong_token_is_refused(start, visit):
+    run = start(1, "--allow-control")
+    wrong = visit(f"{run.url}#token={'0' * 32}")
+    expect(wrong.locator("#log")).to_contain_text("that is not the token")
+    expect(wrong.locator("#token-form")).to_be_visible()
+    expect(wrong.locator("[data-chamber='0.0'] .slider")).to_be_hidden()
+    refused = wrong.evaluate("""async (token) => {
+        const headers = { "Content-Type": "application/json", Authorization: "Bearer " + token };
+        const body = JSON.stringify({ board: 0, channel: 0, kpa: 50 });
+        return (await fetch("/api/set", { method: "POST", headers, body })).status;
+    }""", run.token[:-1])
+    assert refused == 403
+    expect(wrong.locator("[data-chamber='0.0'] .set")).to_have_text("command 0.0")
+    # The right one, typed in.
+    wrong.locator("#token").fill(run.token)
+    wrong.locator("#token-form button").click()
+    expect(wrong.locator("[data-chamber='0.0'] .slider")).to_be_visible()
+
+
+def test_a_foreign_page_can_do_nothing(start, visit, tmp_path):
+    run = start(1, "--command", "100")
+    (tmp_path / "index.html").write_text("<title>foreign</title>")
+    handler = lambda *args: http.server.SimpleHTTPRequestHandler(*args, directory=tmp_path)
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        foreign = visit(f"http://localhost:{server.server_port}/")
+        reached = foreign.evaluate("""async (url) => {
+            await fetch(url + "api/vent", { method: "POST", mode: "no-cors" });
+            return fetch(url + "api/state").then(() => "read", () => "not readable");
+        }""", run.url)
+        server.shutdown()
+    assert reached == "not readable"
+    page = visit(run.url)
+    expect(page.locator("#commanding")).to_have_text("set points")
+    until_pressure(page, "0.0", "kpa > 80")
+
+
+def test_a_dead_bus_is_said(start, visit):
+    run = start(2, "--command", "100")
+    page = visit(run.url)
+    until_pressure(page, "1.0", "kpa > 50")
+    # Boards that say nothing: the port is still there.
+    run.sim.process.send_signal(signal.SIGSTOP)
+    expect(page.locator("#banner")).to_contain_text("The bus is dead: no board answers")
+    expect(page.locator("[data-board='1'] .pill")).to_have_text("MISSING")
+    expect(page.locator("[data-chamber='1.0'] .pressure")).to_have_text("---")
+    picture(page, "dead-desktop")
+    run.sim.process.send_signal(signal.SIGCONT)
+    expect(page.locator("[data-board='1'] .pill")).to_have_text("present")
+    expect(page.locator("#banner")).to_be_hidden()
+    # A port that is gone.
+    run.sim.kill()
+    expect(page.locator("#banner")).to_contain_text("The bus is dead")
+    expect(page.locator("#link")).to_have_text("ended")
+
+
+def test_a_dead_host_is_said(start, visit):
+    run = start(1)
+    page = visit(run.url)
+    until_pressure(page, "0.0", "kpa < 20")
+    run.host.kill()
+    expect(page.locator("#banner")).to_contain_text("Nothing from the host for")
+    expect(page.locator("#link")).to_have_text("no connection")
+    page.locator("#vent").click()
+    expect(page.locator("#banner")).to_contain_text("NOT VENTED, the host does not answer")
+
+
+def test_a_recording_by_button(start, visit, tmp_path):
+    run = start(1, "--record-folder", tmp_path, "--record-format", "csv")
+    page = visit(run.url)
+    expect(page.locator("#record-text")).to_contain_text(str(tmp_path))
+    page.locator("#record-name").fill("take-1")
+    page.locator("#record-button").click()
+    expect(page.locator("#record-button")).to_have_text("Stop recording")
+    page.wait_for_function("() => parseInt(document.getElementById('record-text').textContent.split(', ')[1]) > 2")
+    page.locator("#record-button").click()
+    expect(page.locator("#record-text")).to_contain_text("rows,")
+    [file] = tmp_path.glob("*-take-1.csv")
+    rows = len(file.read_text().splitlines()) - 1
+    expect(page.locator("#record-text")).to_contain_text(f"{file.name}: {rows} rows")
+    assert rows > 10
+
+
+@pytest.mark.parametrize("size", ["desktop", "phone"])
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_sixteen_chambers_fit(start, visit, size, scheme):
+    """Nothing to scroll sideways, and the vent button always in reach of a thumb."""
+    commands = [f"{board}:{40 + 20 * board},{60 + 20 * board},{80 + 20 * board},0" for board in range(4)]
+    run = start(4, "--allow-control", *(part for command in commands for part in ("--command", command)))
+    options = {**(PHONE if size == "phone" else {}), "color_scheme": scheme}
+    foreign = []
+    page = visit("about:blank", **options)
+    page.on("request", lambda request: request.url.startswith(run.url) or foreign.append(request.url))
+    page.goto(run.url)
+    until_pressure(page, "3.2", "kpa > 120")
+    page.wait_for_function("() => page.picture.t > 9")
+    assert page.locator(".chamber canvas").count() == 16
+    width, scrolled = page.evaluate("() => [document.documentElement.clientWidth, document.documentElement.scrollWidth]")
+    assert scrolled <= width
+    box, screen = page.locator("#vent").bounding_box(), page.viewport_size
+    assert box["height"] >= 44 and box["y"] + box["height"] <= screen["height"] and box["x"] >= 0
+    assert box["x"] + box["width"] <= screen["width"]
+    assert foreign == []
+    picture(page, f"sixteen-{size}-{scheme}")
