@@ -11,8 +11,8 @@
 //! seconds, and neither is waited for by anything but its own thread.
 //!
 //! Pictures go out as server-sent events (WHATWG HTML, 9.2), actions come in as POST requests. `httparse` reads the requests.
-//! Connections are our own ([`http`]): the blocking server libraries there are either have no limit on how long a client may take,
-//! or collect what is streamed in buffers.
+//! Connections are our own (`http.rs`): blocking server libraries have no limit on how long a client may take, or collect what is
+//! streamed in buffers.
 //!
 //! | request | what it does | needs |
 //! | --- | --- | --- |
@@ -26,7 +26,7 @@
 //! | `POST /api/record/start` | a new recording: `{"name": "grasp"}` or nothing | a folder |
 //! | `POST /api/record/stop` | ends it | |
 //!
-//! [`access`] says who is let in.
+//! `access.rs` says who is let in.
 
 mod access;
 mod api;
