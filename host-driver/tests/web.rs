@@ -55,6 +55,7 @@ impl Rig {
             control: control.then(|| Control { token: Token::new(TOKEN).unwrap(), limit_kpa: 150.0 }),
             recording: Some(Recording { switch, folder: folder.path().into(), ending: "csv".into() }),
             whole_run: None,
+            lines: None,
             notice: Box::new(move |line| heard.lock().unwrap().push(line)),
         };
         let pace = Pace::Every { period_ns: 5_000_000, missed: Default::default() };

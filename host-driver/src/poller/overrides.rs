@@ -146,13 +146,14 @@ impl CommandSource for Overridden {
     fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
         let supply = self.source.fill(since_start_ns, commands);
         match self.handle.commanding() {
-            Commanding::Following => {}
+            Commanding::Following => return supply,
             Commanding::Vented => commands.fill(VENTED),
             Commanding::Manual => {
                 self.handle.set_points.fill(since_start_ns, commands);
             }
         }
-        supply
+        // How fresh commands are that nobody follows does not matter.
+        if supply == Supply::Ended { supply } else { Supply::Continues }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Where the newest picture lies, for any number of clients.
 
 use super::history::History;
+use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -15,6 +16,9 @@ pub(super) struct Hub {
 struct State {
     pictures: Newest,
     figures: Newest,
+    /// The last lines about what happened, and how many there were before them.
+    lines: VecDeque<Arc<str>>,
+    lines_before: u64,
     end: Option<Arc<str>>,
     history: History,
 }
@@ -30,6 +34,7 @@ struct Newest {
 pub(super) struct Seen {
     pictures: u64,
     figures: u64,
+    lines: u64,
 }
 
 /// What is new to a reader.
@@ -37,6 +42,7 @@ pub(super) struct Seen {
 pub(super) struct News {
     pub(super) picture: Option<Arc<str>>,
     pub(super) figures: Option<Arc<str>>,
+    pub(super) lines: Vec<Arc<str>>,
     /// The run has ended, and why. Nothing comes after it.
     pub(super) end: Option<Arc<str>>,
 }
@@ -54,6 +60,9 @@ impl Newest {
 }
 
 impl Hub {
+    /// Lines that are kept for who comes later.
+    const LINES: usize = 20;
+
     /// Replaces the picture; `remember` may add to the history.
     pub(super) fn picture(&self, text: String, remember: impl FnOnce(&mut History)) {
         let mut state = self.state();
@@ -66,6 +75,16 @@ impl Hub {
     /// Replaces the figures. They go out with the next picture.
     pub(super) fn figures(&self, text: String) {
         self.state().figures.replace(text);
+    }
+
+    /// Adds a line. It goes out with the next picture.
+    pub(super) fn line(&self, text: String) {
+        let mut state = self.state();
+        state.lines.push_back(text.into());
+        if state.lines.len() > Self::LINES {
+            state.lines.pop_front();
+            state.lines_before += 1;
+        }
     }
 
     /// Tells everybody that it is over.
@@ -85,7 +104,10 @@ impl Hub {
             .changed
             .wait_timeout_while(self.state(), patience, nothing)
             .unwrap_or_else(PoisonError::into_inner);
+        let skip = usize::try_from(seen.lines.saturating_sub(state.lines_before)).unwrap_or(usize::MAX);
+        seen.lines = state.lines_before + state.lines.len() as u64;
         News {
+            lines: state.lines.iter().skip(skip).cloned().collect(),
             picture: state.pictures.after(&mut seen.pictures),
             figures: state.figures.after(&mut seen.figures),
             end: state.end.clone(),
@@ -118,6 +140,12 @@ mod tests {
         let news = hub.news(&mut seen, Duration::ZERO);
         assert_eq!((news.picture.as_deref(), news.figures), (Some("three"), None));
         assert!(hub.news(&mut seen, Duration::ZERO).picture.is_none());
+        (0..25).for_each(|number| hub.line(number.to_string()));
+        let lines = hub.news(&mut seen, Duration::ZERO).lines;
+        assert_eq!((lines.len(), lines.first().map(|line| &**line)), (20, Some("5")));
+        hub.line("25".into());
+        assert_eq!(hub.news(&mut seen, Duration::ZERO).lines.len(), 1);
+        assert!(hub.news(&mut seen, Duration::ZERO).lines.is_empty());
         hub.end("over".into());
         assert_eq!(hub.news(&mut seen, Duration::ZERO).end.as_deref(), Some("over"));
     }

@@ -46,6 +46,8 @@ pub use server::{Listener, Server};
 use crate::poller::Override;
 use crate::record::RecordSwitch;
 use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::mpsc::Receiver;
 
 /// What is served.
 pub struct WebOptions {
@@ -63,6 +65,8 @@ pub struct WebOptions {
     pub recording: Option<Recording>,
     /// File to which the whole run is recorded anyway.
     pub whole_run: Option<PathBuf>,
+    /// Lines about what happens on the bus, to be shown on the page.
+    pub lines: Option<Mutex<Receiver<String>>>,
     /// Gets a line about everything that was done from the page. Called on the server's threads.
     pub notice: Box<dyn Fn(String) + Send + Sync>,
 }

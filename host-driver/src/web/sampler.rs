@@ -8,6 +8,7 @@ use crate::poller::Monitor;
 use crate::statistics::Statistics;
 use serde::Serialize;
 use std::collections::VecDeque;
+use std::sync::PoisonError;
 use std::time::{Duration, Instant};
 
 pub(super) const PICTURES_HZ: u32 = 30;
@@ -64,6 +65,9 @@ pub(super) fn run(hub: &Hub, options: &WebOptions, monitor: &Monitor, clock: Clo
             hub.figures(figures(options, monitor));
         }
         let snapshot = monitor.latest();
+        for text in lines(options) {
+            hub.line(line(snapshot.since_start_ns, &text));
+        }
         if let Some(cycle) = snapshot.cycle {
             let hz = rate.add(snapshot.since_start_ns, cycle);
             let picture = Picture::new(&snapshot, clock, hz, options.overriding.commanding());
@@ -79,6 +83,18 @@ pub(super) fn run(hub: &Hub, options: &WebOptions, monitor: &Monitor, clock: Clo
             None => due = Instant::now(),
         }
     }
+}
+
+/// A line as it is sent, JSON.
+fn line(since_start_ns: u64, text: &str) -> String {
+    let tenths = since_start_ns / 100_000_000;
+    serde_json::json!({ "t": tenths as f64 / 10.0, "text": text }).to_string()
+}
+
+/// What has happened on the bus since last time.
+fn lines(options: &WebOptions) -> Vec<String> {
+    let lines = options.lines.as_ref().map(|lines| lines.lock().unwrap_or_else(PoisonError::into_inner));
+    lines.map_or_else(Vec::new, |lines| lines.try_iter().collect())
 }
 
 fn figures(options: &WebOptions, monitor: &Monitor) -> String {

@@ -127,7 +127,9 @@ impl Drop for Server {
 }
 
 fn thread(name: &str) -> std::thread::Builder {
-    std::thread::Builder::new().name(name.into())
+    // A process that is locked in memory pays for every byte of a stack.
+    const STACK: usize = 256 * 1024;
+    std::thread::Builder::new().name(name.into()).stack_size(STACK)
 }
 
 /// Until the run has ended.

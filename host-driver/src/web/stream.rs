@@ -26,8 +26,11 @@ pub(super) fn serve(stream: &mut TcpStream, hub: &Hub, options: &WebOptions) -> 
     write!(stream, "event: past\ndata: {}\n\n", json(&hub.history().past()))?;
     let mut seen = Seen::default();
     loop {
-        let News { picture, figures, end } = hub.news(&mut seen, Duration::from_secs(1));
+        let News { picture, figures, lines, end } = hub.news(&mut seen, Duration::from_secs(1));
         let mut text = String::new();
+        for line in lines {
+            text += &format!("event: line\ndata: {line}\n\n");
+        }
         for (event, data) in [("figures", figures), ("picture", picture), ("end", end.clone())] {
             if let Some(data) = data {
                 text += &format!("event: {event}\ndata: {data}\n\n");

@@ -9,14 +9,17 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 pub struct Events {
     sender: Sender<String>,
     receiver: Mutex<Receiver<String>>,
+    /// Others who hear what happens on the bus.
+    listeners: Vec<Sender<String>>,
 }
 
 /// Adds lines, from any thread.
+#[cfg(feature = "web")]
 #[derive(Clone)]
 pub struct EventSender(Sender<String>);
 
 struct Tap {
-    sender: Sender<String>,
+    senders: Vec<Sender<String>>,
     /// Boards that have been reported missing.
     missing: BTreeSet<u8>,
 }
@@ -24,20 +27,31 @@ struct Tap {
 impl Events {
     pub fn new() -> Self {
         let (sender, receiver) = channel();
-        Self { sender, receiver: Mutex::new(receiver) }
+        Self { sender, receiver: Mutex::new(receiver), listeners: Vec::new() }
     }
 
     pub fn observer(&self) -> impl Observer + use<> {
-        Tap { sender: self.sender.clone(), missing: BTreeSet::new() }
+        let senders = self.listeners.iter().chain([&self.sender]).cloned().collect();
+        Tap { senders, missing: BTreeSet::new() }
+    }
+
+    /// What happens on the bus from now on, for somebody else too: from observers that are made after this, and nothing that is
+    /// said by [`say`](Self::say).
+    #[cfg(feature = "web")]
+    pub fn listen(&mut self) -> Receiver<String> {
+        let (sender, receiver) = channel();
+        self.listeners.push(sender);
+        receiver
     }
 
     /// For others who have something to say.
-    #[cfg_attr(not(feature = "web"), allow(dead_code, reason = "only the web page speaks from elsewhere"))]
+    #[cfg(feature = "web")]
     pub fn sender(&self) -> EventSender {
         EventSender(self.sender.clone())
     }
 
     /// Adds a line.
+    #[cfg(feature = "web")]
     pub fn say(&self, line: impl Into<String>) {
         EventSender(self.sender.clone()).say(line);
     }
@@ -48,6 +62,7 @@ impl Events {
     }
 }
 
+#[cfg(feature = "web")]
 impl EventSender {
     /// Adds a line.
     pub fn say(&self, line: impl Into<String>) {
@@ -85,8 +100,10 @@ impl Observer for Tap {
             Event::CommandsBack => "the commands are renewed again".to_owned(),
             _ => return,
         };
-        // Nobody listening any more is the end of the run.
-        let _ = self.sender.send(line);
+        for sender in &self.senders {
+            // Nobody listening any more is the end of the run.
+            let _ = sender.send(line.clone());
+        }
     }
 }
 

@@ -143,6 +143,7 @@ fn start(
         control: None,
         recording: None,
         whole_run: None,
+        lines: None,
         notice: Box::new(|_| {}),
     };
     let server = listener.serve(web, poller.monitor(), clock).map_err(failed)?;

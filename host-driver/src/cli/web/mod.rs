@@ -13,6 +13,7 @@ use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOption
 use pneudrive_protocol::SensorScale;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 /// An address that is taken and options that are checked, with nobody served yet.
 pub struct Prepared {
@@ -22,12 +23,13 @@ pub struct Prepared {
     token_is_ours: bool,
 }
 
-/// Does everything that can fail before the first byte goes to a board. `None` without `--web`.
+/// Does everything that can fail before the first byte goes to a board. Observers of `events` that shall be heard on the page are made
+/// after this. `None` without `--web`.
 pub fn prepare(
     args: &WebArgs,
     boards: &[u8],
     overriding: &Override,
-    events: &Events,
+    events: &mut Events,
 ) -> Result<Option<Prepared>, Failure> {
     let Some(address) = args.web else {
         return Ok(None);
@@ -47,6 +49,7 @@ pub fn prepare(
         control,
         recording,
         whole_run: None,
+        lines: Some(Mutex::new(events.listen())),
         notice: Box::new(move |line| notices.say(line)),
     };
     Ok(Some(Prepared { listener, options, tap, token_is_ours }))

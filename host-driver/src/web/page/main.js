@@ -3,8 +3,9 @@
 const at = (id) => document.getElementById(id);
 const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, ventError: null };
 
-function log(text) {
-  const line = element("li", {}, new Date().toLocaleTimeString() + "  " + text);
+// `time` is that of the run.
+function log(text, time = page.picture ? duration(page.picture.t) : "") {
+  const line = element("li", {}, time + "  " + text);
   at("log").prepend(line);
   while (at("log").children.length > 8) at("log").lastChild.remove();
 }
@@ -22,6 +23,7 @@ function begin(hello) {
   page.ended = null;
   page.picture = null;
   page.ahead = Infinity;
+  at("log").replaceChildren();
   page.history = new Minute(hello.boards.length * hello.channels, hello.pictures_hz);
   page.boards = hello.boards.map((number) => new Board(number, hello.channels, hello.control_limit_kpa, refused));
   at("boards").replaceChildren(...page.boards.map((board) => board.root));
@@ -44,12 +46,6 @@ function take(picture) {
   const before = page.picture;
   page.picture = picture;
   page.history.add(picture.t, picture.boards.flatMap((board) => board.c), picture.boards.flatMap((board) => board.p));
-  picture.boards.forEach((board, n) => {
-    const state = before?.boards[n].state;
-    if (state && state !== board.state && (state === "missing" || board.state === "missing")) {
-      log("board " + page.boards[n].number + ": " + STATES[board.state][0]);
-    }
-  });
   if (before?.commanding === picture.commanding) return;
   if (before) log(picture.commanding === "vented" ? "all boards vented" : "released: set points are 0 kPa");
   showControl();
@@ -168,6 +164,7 @@ on("hello", begin);
 on("past", remember);
 on("picture", take);
 on("figures", showFigures);
+on("line", (line) => log(line.text, duration(line.t)));
 on("end", (end) => {
   page.ended = end;
   log(end.reason ?? "the run has ended");
