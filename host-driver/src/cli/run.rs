@@ -46,9 +46,8 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     args.real_time().check()?;
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
-    let boards = PollerOptions::for_devices(devices).boards;
     #[cfg(feature = "web")]
-    let mut page = super::web::prepare(&run.web, &boards, &overriding, &mut events)?;
+    let mut page = super::web::prepare(&run.web, devices, &overriding, &mut events)?;
     let stop = StopSignal::install()?;
     let Connection { mut bus, behind } = connect(args, devices)?;
     let mut options = PollerOptions {

@@ -7,7 +7,7 @@ pub use args::WebArgs;
 
 use super::failure::Failure;
 use super::view::{Events, Session};
-use pneudrive_host::poller::{Finished, Monitor, Observer, Override};
+use pneudrive_host::poller::{Finished, Monitor, Observer, Override, PollerOptions};
 use pneudrive_host::record::{RecordSwitch, Recorder, RecordingSummary};
 use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
 use pneudrive_protocol::SensorScale;
@@ -27,23 +27,24 @@ pub struct Prepared {
 /// after this. `None` without `--web`.
 pub fn prepare(
     args: &WebArgs,
-    boards: &[u8],
+    devices: u16,
     overriding: &Override,
     events: &mut Events,
 ) -> Result<Option<Prepared>, Failure> {
     let Some(address) = args.web else {
         return Ok(None);
     };
+    let boards = PollerOptions::for_devices(devices).boards;
     let control = control(args)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
-    let (recording, tap) = recording(args, boards)?;
+    let (recording, tap) = recording(args, &boards)?;
     let listener = Listener::bind(address).map_err(|error| {
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
     let notices = events.sender();
     let options = WebOptions {
         port: String::new(),
-        boards: boards.to_vec(),
+        boards,
         names: args.web_name.clone(),
         overriding: overriding.clone(),
         control,
