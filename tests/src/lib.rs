@@ -5,3 +5,4 @@
 pub mod blind;
 pub mod chip_bench;
 pub mod firmware;
+pub mod regulator;

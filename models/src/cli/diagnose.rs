@@ -4,37 +4,59 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use indicatif::ProgressBar;
-use pneudrive_model::data::write;
-use pneudrive_model::diagnosis::{EXTENDED_FILE, ExtendedFile, diagnose, page};
+use pneudrive_model::data::{ChannelId, Recording, write};
+use pneudrive_model::diagnosis::{
+    Diagnosis, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, diagnose_with, page,
+};
 use pneudrive_model::report::Table;
+use pneudrive_model::rig::Rig;
 
-use super::input::DataArgs;
-use super::{Failure, origin, output};
+use super::{Failure, input, origin, output};
 
 /// Say what the simulation gets wrong, why, and what modelling it gains
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
 pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/\n  \
-pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/ --reference calibrated/extended.toml\n\n\
-DIR receives report.html, report.json and extended.toml. Without --reference the question is which physical effect the model \
+pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/ --reference calibrated/extended.toml\n  \
+pneudrive-model diagnose run.csv next.csv --rig rig.toml --out both/\n  \
+pneudrive-model diagnose regulator.csv --out diagnosis/\n\n\
+DIR receives report.html, report.json and extended.toml, and next_experiment.csv where another recording would tell more: play it \
+with `pneudrive-host --trajectory DIR/next_experiment.csv --record next.csv`, then diagnose both recordings together. Without --reference the question is which physical effect the model \
 lacks; with it, which calibrated parameter has moved. The exit status is 0 whatever the verdict.")]
 pub struct Args {
-    #[command(flatten)]
-    input: DataArgs,
+    /// Recordings of one rig: CSV, plain or compressed with gzip or zstd. Several are diagnosed together
+    #[arg(value_name = "DATA", required = true)]
+    data: Vec<PathBuf>,
+    /// Rig description (TOML); without it the channels are taken for regulators and compared with the linear model
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
+    /// Channels to use, as in b0c0,b0c1 [default: all]
+    #[arg(long, value_name = "CHANNELS", value_delimiter = ',')]
+    channels: Vec<ChannelId>,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Calibrated model: the extended.toml of an earlier diagnosis of the same rig
+    /// Calibrated model of the same rig: extended.toml of an earlier diagnosis, or the parameter file that `fit` wrote
     #[arg(long, value_name = "CALIBRATED.toml")]
     reference: Option<PathBuf>,
+    /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the highest in DATA]
+    #[arg(long, value_name = "KPA", value_parser = pressure)]
+    highest_kpa: Option<f64>,
+}
+
+fn pressure(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a pressure above 0 kPa gauge".to_owned()),
+    }
 }
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
-        let rig = self.input.load_rig()?;
+        let rig = input::rig(self.rig.as_deref())?;
         let reference =
             self.reference.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
-        let loaded = self.input.load(&rig)?;
+        let (recording, remarks) = self.load(&rig)?;
         let name = self.reference.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
         let spinner = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
         let progress = |what: &str, _: u64| match (&spinner, what.is_empty()) {
@@ -44,14 +66,15 @@ impl Args {
             (None, true) => {}
         };
         let pair = reference.as_ref().map(|file| (name.as_str(), file));
-        let mut diagnosis = diagnose(&loaded.recording, &rig, pair, &progress).map_err(Failure::input)?;
+        let request = Request { reference: pair, highest_kpa: self.highest_kpa };
+        let mut diagnosis = diagnose_with(&recording, &rig, request, &progress).map_err(Failure::input)?;
         if let Some(bar) = &spinner {
             bar.finish_and_clear();
         }
-        diagnosis.report.notes.extend(loaded.quality.sentences());
+        diagnosis.report.notes.extend(remarks);
+        diagnosis.extended.provenance = Some(origin::provenance(&recording.source, self.rig.as_deref()));
         output::folder(&self.out)?;
-        let extended = toml::to_string(&diagnosis.extended).map_err(Failure::running)?;
-        write::text_atomically(&self.out.join(EXTENDED_FILE), &extended)?;
+        diagnosis.extended.save(&self.out.join(EXTENDED_FILE))?;
         output::json(&self.out.join("report.json"), &diagnosis.report)?;
         let from = origin::origin();
         let footer = format!("{} | {} | {}", from.program, from.created, from.command);
@@ -61,8 +84,45 @@ impl Args {
         if !diagnosis.report.causes.is_empty() {
             println!("\n{}", causes(&diagnosis.report));
         }
+        self.next_experiment(&diagnosis)?;
         println!("\n{}", self.out.join("report.html").display());
         Ok(())
+    }
+
+    /// Writes the commands of the next experiment and says what it is for; takes away those of an earlier diagnosis.
+    fn next_experiment(&self, diagnosis: &Diagnosis) -> Result<(), Failure> {
+        let path = self.out.join(TRAJECTORY_FILE);
+        let Some(plan) = &diagnosis.plan else {
+            return match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                    Err(Failure::running(format!("{}: cannot be removed: {e}", path.display())))
+                }
+                _ => Ok(()),
+            };
+        };
+        write::text_atomically(&path, &plan.trajectory)?;
+        println!("\nNext experiment: {}\n{}", plan.experiment.reason, plan.experiment.instruction);
+        Ok(())
+    }
+
+    /// All recordings as one, and what was noticed about their quality.
+    fn load(&self, rig: &Rig) -> Result<(Recording, Vec<String>), Failure> {
+        let mut remarks = Vec::new();
+        let mut joined: Option<Recording> = None;
+        for path in &self.data {
+            let loaded = input::recording(path, &self.channels, rig)?;
+            let of = |sentence: String| match self.data.len() {
+                1 => sentence,
+                _ => format!("{}: {sentence}", path.display()),
+            };
+            remarks.extend(loaded.quality.sentences().into_iter().map(of));
+            joined = Some(match joined {
+                None => loaded.recording,
+                Some(first) => first.followed_by(loaded.recording).map_err(Failure::input)?,
+            });
+        }
+        // The arguments ask for one file at least.
+        joined.map(|recording| (recording, remarks)).ok_or_else(|| Failure::input("no recording is given"))
     }
 }
 

@@ -106,7 +106,7 @@ impl Args {
         let rows = &ranges[0];
         let file = ParameterFile {
             schema: ParameterFile::SCHEMA.to_owned(),
-            provenance: origin::provenance(&recording.source, &self.input),
+            provenance: origin::provenance(&recording.source, self.input.rig.as_deref()),
             settings: Settings {
                 objective: if self.fit.objective == ObjectiveArg::Rollout { "rollout" } else { "rate" }
                     .to_owned(),

@@ -1,6 +1,6 @@
 //! Arguments that name the recording and the rig, and loading both.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load};
 use pneudrive_model::rig::Rig;
@@ -25,27 +25,37 @@ pub struct DataArgs {
 impl DataArgs {
     /// The rig, or an empty description.
     pub fn load_rig(&self) -> Result<Rig, Failure> {
-        Ok(self.rig.as_deref().map(Rig::load).transpose()?.unwrap_or_default())
+        rig(self.rig.as_deref())
     }
 
     /// Reads and checks the recording, and says on standard error what was found in it.
     pub fn load(&self, rig: &Rig) -> Result<Loaded, Failure> {
-        let bar = LoadingBar::new(&self.data);
-        let mut progress = |done: u64, size: u64| bar.set(done, size);
-        let channels = (!self.channels.is_empty()).then_some(self.channels.as_slice());
-        let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
-        let loaded = load(&self.data, LoadOptions { channels, limits, progress: Some(&mut progress) })?;
-        bar.finish();
-        eprintln!(
-            "{}: {} rows, {:.2} s, {} channel(s)",
-            self.data.display(),
-            loaded.recording.rows(),
-            loaded.recording.duration_s(),
-            loaded.recording.channels.len()
-        );
-        for sentence in loaded.quality.sentences() {
-            eprintln!("  {sentence}");
-        }
-        Ok(loaded)
+        recording(&self.data, &self.channels, rig)
     }
+}
+
+/// The rig, or an empty description.
+pub fn rig(path: Option<&Path>) -> Result<Rig, Failure> {
+    Ok(path.map(Rig::load).transpose()?.unwrap_or_default())
+}
+
+/// Reads and checks a recording, and says on standard error what was found in it. No `channels` means all.
+pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loaded, Failure> {
+    let bar = LoadingBar::new(data);
+    let mut progress = |done: u64, size: u64| bar.set(done, size);
+    let channels = (!channels.is_empty()).then_some(channels);
+    let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
+    let loaded = load(data, LoadOptions { channels, limits, progress: Some(&mut progress) })?;
+    bar.finish();
+    eprintln!(
+        "{}: {} rows, {:.2} s, {} channel(s)",
+        data.display(),
+        loaded.recording.rows(),
+        loaded.recording.duration_s(),
+        loaded.recording.channels.len()
+    );
+    for sentence in loaded.quality.sentences() {
+        eprintln!("  {sentence}");
+    }
+    Ok(loaded)
 }

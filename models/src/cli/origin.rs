@@ -1,13 +1,12 @@
 //! The one place that reads the clocks: dates for files, seconds for timings.
 
+use std::path::Path;
 use std::sync::LazyLock;
 use std::time::{Instant, SystemTime};
 
 use pneudrive_model::data::Source;
 use pneudrive_model::experiment::Origin;
 use pneudrive_model::store::{Provenance, RigSource};
-
-use super::input::DataArgs;
 
 /// Program, date and command line of this run.
 pub fn origin() -> Origin {
@@ -19,9 +18,9 @@ pub fn origin() -> Origin {
 }
 
 /// Where the parameters of this run come from.
-pub fn provenance(data: &Source, args: &DataArgs) -> Provenance {
+pub fn provenance(data: &Source, rig: Option<&Path>) -> Provenance {
     let Origin { program, created, command } = origin();
-    let rig = args.rig.as_ref().map(|path| RigSource { file: path.display().to_string() });
+    let rig = rig.map(|path| RigSource { file: path.display().to_string() });
     Provenance { program, created, command, data: data.clone(), rig }
 }
 

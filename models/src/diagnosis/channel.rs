@@ -2,11 +2,12 @@
 
 use crate::data::ChannelId;
 use crate::effects::catalogue::{AnyEffect, CATALOGUE};
-use crate::effects::{ChannelInputs, Disturbance, Plant, Undisturbed, simulate};
+use crate::effects::{ChannelInputs, Disturbance, DriveInput, Plant, Undisturbed, simulate};
 use crate::model::{Parameter, Scale};
 use crate::numeric::{Dual, Scalar};
 
 use super::blocks::Block;
+use super::correction::{Corrected, Correction};
 use super::dependence::HATS;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
@@ -48,9 +49,23 @@ pub struct Extended {
     pub effects: Vec<usize>,
     /// Values: the base model's parameters, then those of each effect.
     pub values: Vec<f64>,
+    /// A smooth correction of what no effect explains.
+    pub correction: Option<Correction>,
 }
 
 impl Extended {
+    /// A base model without effects.
+    #[must_use]
+    pub fn base(values: Vec<f64>) -> Self {
+        Self { effects: Vec::new(), values, correction: None }
+    }
+
+    /// The model without its correction.
+    #[must_use]
+    pub fn uncorrected(&self) -> Self {
+        Self { correction: None, ..self.clone() }
+    }
+
     /// The model with one more effect.
     #[must_use]
     pub fn with(&self, plant: &Plant, effect: usize, parameters: &[f64]) -> Self {
@@ -139,10 +154,21 @@ pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Vec<u32>, Vec
 }
 
 impl ChannelData {
+    /// What drives it: `spool`, `separate` (fill and vent), `board` (the board's loop, from commands) or `command` (a regulator).
+    #[must_use]
+    pub fn driven_by(&self) -> &'static str {
+        match &self.inputs.drive {
+            DriveInput::Spool(_) => "spool",
+            DriveInput::Separate { .. } => "separate",
+            DriveInput::Controlled => "board",
+            DriveInput::Command => "command",
+        }
+    }
+
     /// Simulated readings at the compared rows, kPa gauge.
     #[must_use]
     pub fn readings(&self, model: &Extended) -> Vec<f64> {
-        self.run(&model.effects, &model.values, &Undisturbed)
+        self.run(model, &model.values, &Undisturbed)
     }
 
     /// Residuals (measured minus simulated) at the compared rows, kPa.
@@ -154,12 +180,25 @@ impl ChannelData {
     /// Readings of every row with drive and flow drawn: reading (kPa gauge), drive (-1 to 1), flow (mm^2 Pa).
     #[must_use]
     pub fn trace(&self, model: &Extended) -> Vec<[f64; 3]> {
+        self.traced(model, &self.correction_rates(model))
+    }
+
+    fn traced(&self, model: &Extended, rates: &[f64]) -> Vec<[f64; 3]> {
+        let shape = Corrected { inner: &Undisturbed, rates, interval_s: &self.inputs.interval_s };
         let mut effects = install(&self.plant, &model.effects, &model.values);
         let mut trace = Vec::with_capacity(self.inputs.rows());
-        simulate(&self.plant, &model.values, &mut effects, &self.inputs, &Undisturbed, |row| {
+        simulate(&self.plant, &model.values, &mut effects, &self.inputs, &shape, |row| {
             trace.push([row.reading * 1e-3, row.drive, row.draw]);
         });
         trace
+    }
+
+    /// What a model's correction adds to the rate of pressure, kPa/s, row by row; empty without one.
+    fn correction_rates(&self, model: &Extended) -> Vec<f64> {
+        match &model.correction {
+            Some(correction) => correction.rates(self, &self.traced(model, &[])),
+            None => Vec::new(),
+        }
     }
 
     /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
@@ -195,7 +234,7 @@ impl ChannelData {
                 Scale::Logarithmic => model.values[position],
             };
         }
-        let run = self.run(&model.effects, &values, &Undisturbed);
+        let run = self.run(model, &values, &Undisturbed);
         readings.clear();
         for (row, reading) in run.iter().enumerate() {
             readings.push(reading.value);
@@ -210,7 +249,7 @@ impl ChannelData {
     pub fn disturbances(&self, model: &Extended) -> Vec<[f64; 3]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
         let shape = BlockDisturbance::new(&self.inputs, &self.blocks);
-        let run = self.run(&model.effects, &values, &shape);
+        let run = self.run(model, &values, &shape);
         run.iter().map(|reading| [reading.gradient[0], reading.gradient[1], reading.gradient[2]]).collect()
     }
 
@@ -219,8 +258,7 @@ impl ChannelData {
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let run =
-            self.run(&model.effects, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
+        let run = self.run(model, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
         run.iter().map(|reading| reading.gradient).collect()
     }
 
@@ -230,20 +268,22 @@ impl ChannelData {
     pub fn rate_derivatives(&self, model: &Extended, functions: &[[f64; HATS]]) -> Vec<[f64; HATS]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
         let shape = RateDisturbance { interval_s: &self.inputs.interval_s, functions };
-        let run = self.run(&model.effects, &values, &shape);
+        let run = self.run(model, &values, &shape);
         run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
     }
 
     fn run<S: Scalar<Real = f64>>(
         &self,
-        effects: &[usize],
+        model: &Extended,
         values: &[S],
         shape: &impl Disturbance<S>,
     ) -> Vec<S> {
-        let mut effects = install(&self.plant, effects, values);
+        let rates = self.correction_rates(model);
+        let shape = Corrected { inner: shape, rates: &rates, interval_s: &self.inputs.interval_s };
+        let mut effects = install(&self.plant, &model.effects, values);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut next = 0;
-        simulate(&self.plant, values, &mut effects, &self.inputs, shape, |row| {
+        simulate(&self.plant, values, &mut effects, &self.inputs, &shape, |row| {
             if self.rows.get(next).is_some_and(|&r| r as usize == row.row) {
                 readings.push(row.reading.times(1e-3));
                 next += 1;

@@ -1,4 +1,4 @@
-//! What a residual depends on, and a smooth correction of it.
+//! What a residual depends on.
 //!
 //! A missing term `f(x)` in the rate of pressure is looked for as a sum of hat functions of a variable `x` (drive, pressure, time,
 //! ...). The readings' derivatives by the hats' heights follow from the simulation; the heights are fitted on the fit blocks
@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::blocks::Role;
 use super::channel::ChannelData;
@@ -17,7 +18,8 @@ pub const HATS: usize = 6;
 const DRAWS: usize = 999;
 
 /// A variable the residual may depend on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Variable {
     /// Value of the drive.
     Drive,
@@ -81,10 +83,6 @@ pub struct Dependence {
     pub share: f64,
     /// Positions of the hats, in the variable's own unit.
     pub knots: Vec<f64>,
-    /// Heights of the hats, kPa/s.
-    pub heights: Vec<f64>,
-    /// What it adds to the readings at the compared rows, kPa.
-    pub correction: Vec<f64>,
     scores: Vec<f64>,
 }
 
@@ -122,7 +120,8 @@ pub fn series(data: &ChannelData, trace: &[[f64; 3]], variable: Variable) -> Opt
 }
 
 /// Weights of the hats at a value: the two neighbours share it.
-fn hats(knots: &[f64], value: f64) -> [f64; HATS] {
+#[must_use]
+pub fn hats(knots: &[f64], value: f64) -> [f64; HATS] {
     let mut weights = [0.0; HATS];
     let x = value.clamp(knots[0], knots[HATS - 1]);
     let k = knots[1..HATS - 1].partition_point(|knot| *knot <= x);
@@ -243,7 +242,6 @@ fn dependence(
     if length > 0.0 {
         scores.iter_mut().for_each(|z| *z /= length);
     }
-    let correction = raw.iter().map(|d| (0..HATS).map(|h| d[h] * heights[h]).sum()).collect();
     Some(Dependence {
         variable,
         channel,
@@ -251,8 +249,6 @@ fn dependence(
         p_value: 1.0,
         share: (1.0 - after / before).max(0.0),
         knots,
-        heights: heights.as_slice().to_vec(),
-        correction,
         scores,
     })
 }

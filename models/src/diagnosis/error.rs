@@ -43,33 +43,73 @@ pub enum DiagnosisError {
     },
     /// Command and pressure differ by the factor between two units.
     #[error(
-        "{file}: {channel} moves {ratio:.3} times as far as its command: {explanation}; convert it (`pneudrive-model import` knows the units)"
+        "{file}: the pressure of {channel} is on average {ratio:.3} times its command: {explanation}; convert it (`pneudrive-model import` knows the units)"
     )]
     Units {
         /// The recording.
         file: String,
         /// The channel.
         channel: String,
-        /// Movement of the pressure over that of the command.
+        /// Mean pressure over mean command.
         ratio: f64,
         /// What it looks like.
         explanation: String,
     },
     /// A pressure follows another channel's command.
     #[error(
-        "{file}: the pressure of {channel} follows the command of {other} (correlation {theirs:.2}, with its own {own:.2}): two channels are swapped, in the columns or in the tubing"
+        "{file}: the pressure of {channel} follows the {what} of {other} (correlation {theirs:.2}, with its own {own:.2}): two channels are swapped, in the columns or in the tubing"
     )]
     Swapped {
         /// The recording.
         file: String,
         /// The channel.
         channel: String,
-        /// Whose command it follows.
+        /// Whose command or drive it follows.
         other: String,
+        /// Command or drive.
+        what: &'static str,
         /// Correlation with its own command.
         own: f64,
         /// Correlation with the other's.
         theirs: f64,
+    },
+    /// A pressure moves against its own input.
+    #[error(
+        "{file}: the pressure of {channel} falls where its {what} rises (correlation {correlation:.2}): a positive drive must mean filling; change the sign of the column"
+    )]
+    Reversed {
+        /// The recording.
+        file: String,
+        /// The channel.
+        channel: String,
+        /// Command or drive.
+        what: &'static str,
+        /// Correlation of the two.
+        correlation: f64,
+    },
+    /// Too few samples a second.
+    #[error(
+        "{file}: {rate_hz:.2} samples a second are too few to see valves and lags; at least {wanted_hz:.0} are needed (and t_s must be in seconds)"
+    )]
+    TooSlow {
+        /// The recording.
+        file: String,
+        /// Its rate, Hz.
+        rate_hz: f64,
+        /// Least rate, Hz.
+        wanted_hz: f64,
+    },
+    /// Most of a channel's readings cannot be compared.
+    #[error(
+        "{file}: {percent:.0} % of the pressure readings of {channel} are missing, stuck or at a limit of the sensor: too many to diagnose anything from the rest; leave the channel out with --channels, or record within the sensor's range"
+    )]
+    Unusable {
+        /// The recording.
+        file: String,
+        /// The channel.
+        channel: String,
+        /// How many, percent.
+        percent: f64,
     },
     /// The fit of the base model fails.
     #[error("{file}: the {model} model cannot be fitted to {channel}: {hint}")]

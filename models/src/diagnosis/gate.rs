@@ -68,7 +68,9 @@ pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool
         "valve_asymmetry" => !matches!(data.inputs.drive, DriveInput::Separate { .. }),
         _ => true,
     };
-    domain && known && info.question == question
+    // A regulator's base model has no parameters of its parts: what has changed in it is an effect that was not there.
+    let asked = info.question == question || data.plant.kind == Kind::Linear;
+    domain && known && asked
 }
 
 /// Tries every effect in question on every channel.

@@ -156,23 +156,58 @@ pub struct Unexplained {
     pub test_rmse_kpa: f64,
     /// What the remaining residual depends on.
     pub depends_on: Vec<Symptom>,
-    /// What a smooth correction of the strongest dependence gains, where there is one.
-    pub correction: Option<Gain>,
+    /// A smooth correction without a name, where one helps. It is part of the extended model.
+    pub correction: Option<Corrected>,
+}
+
+/// A smooth correction of what no name fits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Corrected {
+    /// What it depends on, by channel, in words.
+    pub along: BTreeMap<String, String>,
+    /// What it gains on the test blocks, beyond the causes.
+    #[serde(flatten)]
+    pub gain: Gain,
 }
 
 /// An experiment that tells rivals apart.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
-    /// The rivals.
+    /// The cause it is about.
+    pub cause: String,
+    /// The explanations it tells apart, the cause's own first; `nothing` stands for no effect at all.
     pub rivals: Vec<String>,
     /// Name of the excitation.
     pub excitation: String,
-    /// Command file beside the report.
+    /// Command file beside the report, for `pneudrive-host --trajectory`.
     pub trajectory: String,
-    /// Expected difference of the rivals' predictions, RMS kPa, after refitting.
+    /// Length, s.
+    pub seconds: f64,
+    /// Lowest and highest command, kPa gauge.
+    pub range_kpa: [f64; 2],
+    /// Expected difference of the predictions of the two nearest rivals, RMS kPa, after refitting.
     pub separation_kpa: f64,
+    /// The same over the noise of the measurement.
+    pub separation_noise: f64,
+    /// Is that enough to settle the question, by the rule for ties?
+    pub expected_to_settle: bool,
+    /// Why this one, in words.
+    pub reason: String,
     /// What to do.
     pub instruction: String,
+    /// All that were considered, the best first.
+    pub considered: Vec<ConsideredExperiment>,
+}
+
+/// An excitation that was considered.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ConsideredExperiment {
+    /// Its name.
+    pub excitation: String,
+    /// Its length, s.
+    pub seconds: f64,
+    /// Expected difference of the two nearest rivals, RMS kPa, after refitting.
+    pub separation_kpa: f64,
 }
 
 /// Checks of the simulation itself.

@@ -3,7 +3,8 @@
 //! ```text
 //! recording, rig -> prepare (channels, blocks) -> base (fitted first) -> search
 //!     search: gate (scores of the whole catalogue) -> candidate (refits) -> stage, again until nothing passes
-//! -> outcome (gain on test blocks, intervals, unexplained rest) -> report.json, report.html, extended.toml
+//! -> outcome (gain on test blocks, intervals, unexplained rest) -> experiment (what would settle a tie)
+//! -> report.json, report.html, extended.toml, next_experiment.csv
 //! ```
 
 mod base;
@@ -11,30 +12,39 @@ mod blocks;
 mod candidate;
 mod channel;
 mod check;
+mod correction;
 mod dependence;
 mod error;
+mod experiment;
 mod extended;
 mod fit;
 mod gain;
 mod gate;
 mod interval;
 pub mod json;
+mod neighbours;
+mod noise;
 pub mod page;
 mod prepare;
 mod random;
+mod rest;
 mod ripple;
 mod run;
 mod search;
+mod simulation;
 mod stage;
 mod verdict;
 mod whiten;
 
 pub use blocks::{Block, Role};
 pub use channel::{ChannelData, Extended};
+pub use correction::Correction;
 pub use dependence::{Dependence, Variable};
 pub use error::DiagnosisError;
-pub use extended::{ExtendedChannel, ExtendedFile};
-pub use prepare::prepare;
-pub use run::{Diagnosis, EXTENDED_FILE, diagnose};
+pub use experiment::{Excitation, NOTHING, Plan, TRAJECTORY_FILE};
+pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA};
+pub use prepare::{Purpose, prepare, prepare_for};
+pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose, diagnose_with};
 pub use search::{Considered, Found, Outcome, Progress, search};
+pub use simulation::{SimulatedChannel, simulate_extended};
 pub use stage::ChannelStage;

@@ -1,13 +1,16 @@
 //! From a recording and a rig to channels that can be simulated.
 
-use crate::data::{Channel, Drive, Recording};
+use crate::data::{Channel, Drive, Flags, Recording};
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant};
 use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
 use crate::rig::Rig;
 
 use super::blocks::split;
 use super::channel::{ChannelData, compared_rows};
+use super::check::clipped_rows;
 use super::error::DiagnosisError;
+use super::neighbours::Pressures;
+use super::noise::noise;
 
 /// Longest integration step, s. The verdict is checked against half of it.
 pub const LONGEST_STEP_S: f64 = 0.005;
@@ -18,18 +21,48 @@ const SEARCH_STEP_S: f64 = 0.0025;
 const CRITICAL_RATIO: f64 = 0.3;
 /// Volume of a rig that gives none, m^3: only its product with the openings matters.
 const VOLUME_M3: f64 = 1e-4;
-/// Rows on each side over which a neighbour's pressure is averaged.
-const SMOOTH_ROWS: usize = 2;
+
+/// What the channels are prepared for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Purpose {
+    /// To be compared with measured pressures.
+    Compare,
+    /// To be simulated from drives or commands alone, from this pressure (kPa gauge) where none is measured.
+    Simulate {
+        /// Pressure to start from, kPa gauge.
+        start_kpa: f64,
+        /// Simulate the board's loop even where the drive is recorded.
+        controller: bool,
+    },
+}
 
 /// Everything about the channels of a recording.
 ///
 /// # Errors
-/// [`DiagnosisError`] when no channel can be simulated, or the recording is too short to be split.
+/// [`DiagnosisError`] when no channel can be simulated.
 pub fn prepare(recording: &Recording, rig: &Rig) -> Result<Vec<ChannelData>, DiagnosisError> {
+    Ok(prepare_for(recording, rig, Purpose::Compare)?.0)
+}
+
+/// As [`prepare`], for any purpose, with a remark on every channel that is left out.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_for(
+    recording: &Recording,
+    rig: &Rig,
+    purpose: Purpose,
+) -> Result<(Vec<ChannelData>, Vec<String>), DiagnosisError> {
+    let starts = starts(recording);
+    let start_kpa = match purpose {
+        Purpose::Compare => None,
+        Purpose::Simulate { start_kpa, .. } => Some(start_kpa),
+    };
+    let pressures = Pressures::measured(recording, start_kpa);
     let mut channels = Vec::new();
     let mut reasons = Vec::new();
     for channel in &recording.channels {
-        match prepare_channel(recording, rig, channel) {
+        match prepare_channel(recording, rig, channel, (&starts, &pressures), purpose) {
             Ok(data) => channels.push(data),
             Err(reason) => reasons.push(format!("{}: {reason}", channel.id)),
         }
@@ -40,38 +73,54 @@ pub fn prepare(recording: &Recording, rig: &Rig) -> Result<Vec<ChannelData>, Dia
             reasons: reasons.join("; "),
         });
     }
-    Ok(channels)
+    let left_out = reasons.into_iter().map(|reason| format!("Left out: {reason}.")).collect();
+    Ok((channels, left_out))
 }
 
-fn prepare_channel(recording: &Recording, rig: &Rig, channel: &Channel) -> Result<ChannelData, String> {
-    let Some(pressure) = &channel.pressure_kpa else {
-        return Err(format!("column {} is missing", channel.id.pressure_column()));
-    };
+/// Rows at which all simulations start anew: after missing time, and where an input is there again.
+fn starts(recording: &Recording) -> Vec<usize> {
+    let missing = |row: usize| recording.channels.iter().any(|c| c.flags[row].contains(Flags::INPUT_MISSING));
+    let back = (1..recording.rows()).filter(|&row| missing(row - 1) && !missing(row));
+    let mut starts: Vec<usize> =
+        std::iter::once(0).chain(recording.breaks.iter().copied()).chain(back).collect();
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
+fn prepare_channel(
+    recording: &Recording,
+    rig: &Rig,
+    channel: &Channel,
+    (starts, pressures): (&[usize], &Pressures),
+    purpose: Purpose,
+) -> Result<ChannelData, String> {
     let ambient = rig.ambient_or_standard();
     let ambient_pa = ambient.pressure_kpa_abs * 1e3;
     let rows = recording.rows();
-    let drive = match (&channel.drive, &channel.command_kpa) {
-        (Some(Drive::Spool(u)), _) => DriveInput::Spool(to_f64(u)),
-        (Some(Drive::Separate { fill, vent }), _) => {
-            DriveInput::Separate { fill: to_f64(fill), vent: to_f64(vent) }
+    let (start_kpa, controller) = match purpose {
+        Purpose::Compare => (0.0, false),
+        Purpose::Simulate { start_kpa, controller } => (start_kpa, controller),
+    };
+    let unmeasured;
+    let pressure = match (&channel.pressure_kpa, purpose) {
+        (Some(pressure), _) => pressure,
+        (None, Purpose::Compare) => {
+            return Err(format!("column {} is missing", channel.id.pressure_column()));
         }
-        (None, Some(_)) if rig.controller.is_some() && rig.supply.is_some() => DriveInput::Controlled,
-        (None, Some(_)) => DriveInput::Command,
-        (None, None) => {
-            return Err(format!(
-                "neither a drive ({}) nor a command ({}) is recorded",
-                channel.id.drive_column(),
-                channel.id.command_column()
-            ));
+        (None, Purpose::Simulate { .. }) => {
+            unmeasured = vec![f32::NAN; rows];
+            &unmeasured
         }
     };
+    let drive = drive_of(rig, channel, controller)?;
     let kind = match drive {
         DriveInput::Spool(_) | DriveInput::Controlled => Kind::Nonlinear(ValveDrive::Spool),
         DriveInput::Separate { .. } => Kind::Nonlinear(ValveDrive::Separate),
         DriveInput::Command => Kind::Linear,
     };
     let supply_pa = match (&recording.supply_kpa, &rig.supply) {
-        (Some(measured), _) => measured.iter().map(|p| f64::from(*p) * 1e3 + ambient_pa).collect(),
+        (Some(measured), _) => to_f64(measured).iter().map(|p| p * 1e3 + ambient_pa).collect(),
         (None, Some(supply)) => vec![supply.pressure_kpa * 1e3 + ambient_pa; rows],
         (None, None) if kind == Kind::Linear => vec![ambient_pa; rows],
         (None, None) => {
@@ -80,12 +129,13 @@ fn prepare_channel(recording: &Recording, rig: &Rig, channel: &Channel) -> Resul
     };
     let (volume_m3, volume_rate_m3_s, interval_s) = volumes(recording, rig, channel);
     let command_pa: Vec<f64> = match &channel.command_kpa {
-        Some(command) => command.iter().map(|c| f64::from(*c) * 1e3 + ambient_pa).collect(),
+        Some(command) => to_f64(command).iter().map(|c| c * 1e3 + ambient_pa).collect(),
         None => vec![ambient_pa; rows],
     };
-    let usable: Vec<bool> =
-        channel.flags.iter().zip(pressure).map(|(f, p)| f.pressure_usable() && p.is_finite()).collect();
-    let mut last = pressure.iter().zip(&usable).find(|(_, u)| **u).map_or(0.0, |(p, _)| f64::from(*p));
+    let counts =
+        |f: &Flags, p: &f32| f.pressure_usable() && !f.contains(Flags::INPUT_MISSING) && p.is_finite();
+    let mut usable: Vec<bool> = channel.flags.iter().zip(pressure).map(|(f, p)| counts(f, p)).collect();
+    let mut last = pressure.iter().zip(&usable).find(|(_, u)| **u).map_or(start_kpa, |(p, _)| f64::from(*p));
     let measured_kpa: Vec<f64> = pressure
         .iter()
         .zip(&usable)
@@ -96,24 +146,31 @@ fn prepare_channel(recording: &Recording, rig: &Rig, channel: &Channel) -> Resul
             last
         })
         .collect();
+    for row in clipped_rows(
+        &drive,
+        &command_pa,
+        &measured_kpa.iter().map(|p| p * 1e3 + ambient_pa).collect::<Vec<_>>(),
+        &usable,
+    ) {
+        usable[row] = false;
+    }
     let step_kpa = rig.sensor.as_ref().map_or(0.0, |s| s.kpa_per_count);
     let noise_kpa = noise(&measured_kpa, &usable).max(step_kpa / 12.0_f64.sqrt() * 0.5).max(1e-4);
+    let jointed = recording.joint_angle(channel.id).is_some();
     let origin = recording.time_s.first().copied().unwrap_or(0.0);
-    let mut starts = recording.breaks.clone();
-    starts.insert(0, 0);
     let inputs = ChannelInputs {
         time_s: recording.time_s.iter().map(|t| t - origin).collect(),
         interval_s,
         duration_s: recording.duration_s(),
-        starts,
+        starts: starts.to_vec(),
         drive,
         supply_pa,
         volume_m3,
         volume_rate_m3_s,
         measured_pa: measured_kpa.iter().map(|p| p * 1e3 + ambient_pa).collect(),
         usable,
-        opposite_pa: opposite(recording, channel),
-        sampled_before_pa: sampled_before(recording, channel),
+        opposite_pa: if jointed { Vec::new() } else { pressures.opposite_pa(channel.id) },
+        sampled_before_pa: pressures.sampled_before_pa(channel.id),
         others_draw: vec![0.0; rows],
         noise_pa: noise_kpa * 1e3,
         ambient_pa,
@@ -147,8 +204,43 @@ pub fn loops_together(channels: &mut [ChannelData], together: bool) {
     }
 }
 
+/// What drives the channel.
+fn drive_of(rig: &Rig, channel: &Channel, controller: bool) -> Result<DriveInput, String> {
+    let has_loop = rig.controller.is_some() && rig.sensor.is_some() && rig.supply.is_some();
+    let drive = channel.drive.as_ref().filter(|_| !controller);
+    Ok(match (drive, &channel.command_kpa) {
+        (Some(Drive::Spool(u)), _) => DriveInput::Spool(to_f64(u)),
+        (Some(Drive::Separate { fill, vent }), _) => {
+            DriveInput::Separate { fill: to_f64(fill), vent: to_f64(vent) }
+        }
+        (None, Some(_)) if has_loop => DriveInput::Controlled,
+        (None, Some(_)) if controller => {
+            return Err(
+                "the rig file has no [controller], [sensor] and [supply] to simulate the board's loop with"
+                    .to_owned(),
+            );
+        }
+        (None, Some(_)) => DriveInput::Command,
+        (None, None) => {
+            return Err(format!(
+                "neither a drive ({}) nor a command ({}) is recorded",
+                channel.id.drive_column(),
+                channel.id.command_column()
+            ));
+        }
+    })
+}
+
+/// The values; where one is missing, the one before (no row there is compared).
 fn to_f64(values: &[f32]) -> Vec<f64> {
-    values.iter().map(|v| f64::from(*v)).collect()
+    let mut last = values.iter().copied().find(|v| v.is_finite()).map_or(0.0, f64::from);
+    let hold = |v: &f32| {
+        if v.is_finite() {
+            last = f64::from(*v);
+        }
+        last
+    };
+    values.iter().map(hold).collect()
 }
 
 fn board_loop(rig: &Rig) -> Option<BoardLoop> {
@@ -178,7 +270,8 @@ fn volumes(recording: &Recording, rig: &Rig, channel: &Channel) -> (Vec<f64>, Ve
     let per_rad = rig.chamber.as_ref().map_or(0.0, |c| c.volume_per_rad_m3());
     match recording.joint_angle(channel.id) {
         Some((angle, sign)) if per_rad > 0.0 => {
-            let at = |k: usize| f64::from(angle[k.min(rows - 1)]);
+            let angle = to_f64(angle);
+            let at = |k: usize| angle[k.min(rows - 1)];
             let floor = 0.05 * rest;
             let volume = (0..rows).map(|k| (rest + sign * per_rad * 0.5 * (at(k) + at(k + 1))).max(floor));
             let rate = (0..rows).map(|k| sign * per_rad * (at(k + 1) - at(k)) / interval[k]);
@@ -186,69 +279,4 @@ fn volumes(recording: &Recording, rig: &Rig, channel: &Channel) -> (Vec<f64>, Ve
         }
         _ => (vec![rest; rows], vec![0.0; rows], interval),
     }
-}
-
-/// Smoothed pressure of the chamber on the other side of the joint, unless the joint is measured.
-fn opposite(recording: &Recording, channel: &Channel) -> Vec<f64> {
-    if recording.joint_angle(channel.id).is_some() {
-        return Vec::new();
-    }
-    neighbour(recording, channel, channel.id.channel ^ 1, SMOOTH_ROWS)
-}
-
-/// Pressure of the channel that the converter samples before this one; channel 0 follows the board's last.
-fn sampled_before(recording: &Recording, channel: &Channel) -> Vec<f64> {
-    let last =
-        recording.channels.iter().filter(|c| c.id.board == channel.id.board).map(|c| c.id.channel).max();
-    let before = if channel.id.channel == 0 { last.unwrap_or(0) } else { channel.id.channel - 1 };
-    if before == channel.id.channel { Vec::new() } else { neighbour(recording, channel, before, 0) }
-}
-
-fn neighbour(recording: &Recording, channel: &Channel, number: u8, smooth: usize) -> Vec<f64> {
-    let wanted = |c: &&Channel| c.id.board == channel.id.board && c.id.channel == number;
-    let Some(pressure) = recording.channels.iter().find(wanted).and_then(|c| c.pressure_kpa.as_ref()) else {
-        return Vec::new();
-    };
-    let mut last = 0.0;
-    let held: Vec<f64> = pressure
-        .iter()
-        .map(|p| {
-            if p.is_finite() {
-                last = f64::from(*p) * 1e3;
-            }
-            last
-        })
-        .collect();
-    (0..held.len())
-        .map(|k| {
-            let window = &held[k.saturating_sub(smooth)..(k + smooth + 1).min(held.len())];
-            window.iter().sum::<f64>() / window.len() as f64
-        })
-        .collect()
-}
-
-/// Noise of a measurement from what a parabola over nine samples leaves, in the quieter quarter of the recording (where the
-/// lower quartile of chi-squared with six degrees of freedom, 3.455, stands for its mean).
-fn noise(measured: &[f64], usable: &[bool]) -> f64 {
-    const N: usize = 9;
-    const QUARTILE: f64 = 3.455 / 6.0;
-    let x: Vec<f64> = (0..N).map(|k| k as f64 - 4.0).collect();
-    let square: Vec<f64> = x.iter().map(|v| v * v - 60.0 / 9.0).collect();
-    let (sx, sq) = (60.0, square.iter().map(|v| v * v).sum::<f64>());
-    let mut variances: Vec<f64> = measured
-        .chunks_exact(N)
-        .zip(usable.chunks_exact(N))
-        .filter(|(_, u)| u.iter().all(|u| *u))
-        .map(|(y, _)| {
-            let mean = y.iter().sum::<f64>() / N as f64;
-            let dot = |w: &[f64]| y.iter().zip(w).map(|(y, w)| (y - mean) * w).sum::<f64>();
-            let total: f64 = y.iter().map(|v| (v - mean) * (v - mean)).sum();
-            (total - dot(&x).powi(2) / sx - dot(&square).powi(2) / sq).max(0.0) / 6.0
-        })
-        .collect();
-    if variances.is_empty() {
-        return 0.0;
-    }
-    variances.sort_by(f64::total_cmp);
-    (variances[variances.len() / 4] / QUARTILE).sqrt()
 }

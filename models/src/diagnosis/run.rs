@@ -7,15 +7,17 @@ use rayon::prelude::*;
 use super::blocks::{Role, block_length_s};
 use super::channel::{ChannelData, Extended};
 use super::check::check;
-use super::dependence::{Dependence, dependences};
+use super::dependence::Dependence;
 use super::error::DiagnosisError;
+use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
 use super::gain::{TestErrors, rollout_residuals};
 use super::interval::{coordinates, interval, pool};
 use super::json::{
-    Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Symptom, Unexplained, Verdict,
+    Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Unexplained, Verdict,
 };
-use super::prepare::{LONGEST_STEP_S, loops_together, prepare};
+use super::prepare::{LONGEST_STEP_S, Purpose, loops_together, prepare_for};
+use super::rest::{Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search};
 use super::stage::ChannelStage;
 use super::verdict;
@@ -27,10 +29,6 @@ use crate::rig::Rig;
 
 /// File name of the extended model.
 pub const EXTENDED_FILE: &str = "extended.toml";
-/// A dependence that accounts for less than this part of the squared residual is not worth mention.
-const DEPENDENCE_SHARE: f64 = 0.03;
-/// Level of the dependence tests.
-const DEPENDENCE_LEVEL: f64 = 0.05;
 /// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
 const FLAT: f64 = 0.8;
 
@@ -45,6 +43,8 @@ pub struct Diagnosis {
     pub channels: Vec<ChannelData>,
     /// Base models.
     pub base: Vec<Extended>,
+    /// Final models, with their corrections: what `extended` holds.
+    pub extended_models: Vec<Extended>,
     /// Final stages.
     pub stages: Vec<ChannelStage>,
     /// Stages of the base models.
@@ -57,6 +57,17 @@ pub struct Diagnosis {
     pub outcome: Outcome,
     /// Was a reference given?
     pub change: bool,
+    /// The next experiment, where one would tell more.
+    pub plan: Option<Plan>,
+}
+
+/// What is asked beside the recording and the rig.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Request<'a> {
+    /// A calibrated model of the same rig, with its name for messages: then the question is what has changed since.
+    pub reference: Option<(&'a str, &'a ExtendedFile)>,
+    /// Highest pressure that a next experiment may command, kPa gauge; without it, the highest so far.
+    pub highest_kpa: Option<f64>,
 }
 
 /// Diagnoses a recording.
@@ -69,10 +80,23 @@ pub fn diagnose(
     reference: Option<(&str, &ExtendedFile)>,
     progress: &Progress<'_>,
 ) -> Result<Diagnosis, DiagnosisError> {
-    let mut channels = prepare(recording, rig)?;
+    diagnose_with(recording, rig, Request { reference, highest_kpa: None }, progress)
+}
+
+/// As [`diagnose`], with everything that can be asked.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_with(
+    recording: &Recording,
+    rig: &Rig,
+    request: Request<'_>,
+    progress: &Progress<'_>,
+) -> Result<Diagnosis, DiagnosisError> {
+    let (mut channels, mut notes) = prepare_for(recording, rig, Purpose::Compare)?;
     let file = recording.source.file.clone();
-    let notes = check(&file, &channels)?;
-    let calibrated = reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
+    notes.extend(check(&file, &channels)?);
+    let calibrated = request.reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
     let change = calibrated.is_some();
     loops_together(&mut channels, true);
     let mut outcome = search(&mut channels, calibrated, progress);
@@ -94,36 +118,29 @@ pub fn diagnose(
         loops_together(&mut channels, false);
         outcome.refine(&mut channels, change);
     }
-    Ok(assemble(recording, rig, channels, outcome, rest, notes, change))
+    let mut diagnosis = assemble(recording, rig, channels, outcome, rest, notes, change);
+    progress("planning the next experiment", 0);
+    diagnosis.plan_next(rig, request.highest_kpa);
+    Ok(diagnosis)
 }
 
 fn controlled(data: &ChannelData) -> bool {
     data.inputs.drive == DriveInput::Controlled
 }
 
-/// What depends on what, before and after.
-struct Rest {
-    base_stages: Vec<ChannelStage>,
-    symptoms: Vec<Dependence>,
-    left: Vec<Dependence>,
-    share: f64,
-}
-
-impl Rest {
-    fn new(channels: &[ChannelData], outcome: &Outcome, change: bool) -> Self {
-        let base_stages: Vec<ChannelStage> = channels
-            .par_iter()
-            .zip(&outcome.base)
-            .map(|(data, model)| {
-                let free = if change { Vec::new() } else { super::base::free_base(data) };
-                ChannelStage::new(data, model.clone(), free)
-            })
-            .collect();
-        let symptoms = dependences(channels, &base_stages);
-        let left =
-            if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
-        let share = share_left(channels, &base_stages, &outcome.stages);
-        Self { base_stages, symptoms, left, share }
+impl Diagnosis {
+    /// Plans the next experiment, or notes why there is none.
+    fn plan_next(&mut self, rig: &Rig, highest_kpa: Option<f64>) {
+        // As in the search, where a difference of rivals is looked for and not a size.
+        loops_together(&mut self.channels, true);
+        match plan(&self.channels, &self.outcome, &self.report.causes, rig, highest_kpa) {
+            Ok(plan) => {
+                self.report.next_experiment = plan.as_ref().map(|p| p.experiment.clone());
+                self.plan = plan;
+            }
+            Err(why) => self.report.notes.push(why),
+        }
+        loops_together(&mut self.channels, false);
     }
 }
 
@@ -154,6 +171,8 @@ fn assemble(
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
     let depends_on = significant(&channels, &left);
+    let extended_models = corrected(&channels, &outcome.stages, &left);
+    let correction = steps.last().and_then(|plain| correction_gain(&channels, plain, &extended_models));
     let halved = halved_step(&channels, &finals);
     let gained = base_errors.all() - steps.last().map_or(0.0, TestErrors::all);
     if !causes.is_empty() && halved > 0.2 * gained {
@@ -202,7 +221,7 @@ fn assemble(
         unexplained: Unexplained {
             share,
             test_rmse_kpa: steps.last().map_or(0.0, TestErrors::all),
-            correction: correction(&channels, &finals, &left, !depends_on.is_empty()),
+            correction,
             depends_on,
         },
         next_experiment: None,
@@ -215,11 +234,12 @@ fn assemble(
         },
     };
     report.sentence = verdict::sentence(&report, change);
-    let extended = extended_file(&channels, &finals, rig);
+    let extended = extended_file(&channels, &extended_models, rig);
     Diagnosis {
         report,
         extended,
         base: outcome.base.clone(),
+        extended_models,
         stages: outcome.stages.clone(),
         base_stages,
         symptoms,
@@ -227,6 +247,7 @@ fn assemble(
         channels,
         outcome,
         change,
+        plan: None,
     }
 }
 
@@ -283,43 +304,6 @@ fn estimate(p: &EffectParameter, c: &super::interval::Coordinate) -> Estimate {
     }
 }
 
-/// What passes the test and is worth mention, each variable once.
-fn significant(channels: &[ChannelData], found: &[Dependence]) -> Vec<Symptom> {
-    let mut named = Vec::new();
-    let mut list: Vec<Symptom> = Vec::new();
-    for d in found {
-        if d.p_value > DEPENDENCE_LEVEL || d.share < DEPENDENCE_SHARE || named.contains(&d.variable.words()) {
-            continue;
-        }
-        named.push(d.variable.words());
-        list.push(Symptom {
-            channel: channels[d.channel].id.to_string(),
-            what: format!("the residual depends on {}", d.variable.words()),
-            statistic: "sum of half-block scores over their root sum of squares".to_owned(),
-            value: d.statistic,
-            p_value: d.p_value,
-            share: d.share,
-        });
-    }
-    list
-}
-
-/// Part of the base models' squared whitened test residual above the noise that the final models leave.
-fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelStage]) -> f64 {
-    let mean = |stages: &[ChannelStage]| {
-        let (mut sum, mut count) = (0.0, 0.0_f64);
-        for (data, stage) in channels.iter().zip(stages) {
-            for row in super::dependence::rows_of(data, &[Role::Test]) {
-                sum += stage.residuals[row].powi(2);
-                count += 1.0;
-            }
-        }
-        sum / count.max(1.0)
-    };
-    let above = mean(base) - 1.0;
-    if above <= 0.05 { 0.0 } else { ((mean(last) - 1.0) / above).clamp(0.0, 1.0) }
-}
-
 /// RMS change of the final simulation when the integration step is halved, kPa.
 fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
@@ -337,32 +321,4 @@ fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
         }
     }
     (sum / count.max(1.0)).sqrt()
-}
-
-/// What a smooth correction of the strongest remaining dependence of each channel gains on the test blocks.
-fn correction(
-    channels: &[ChannelData],
-    models: &[Extended],
-    left: &[Dependence],
-    wanted: bool,
-) -> Option<super::json::Gain> {
-    if !wanted {
-        return None;
-    }
-    let plain: Vec<Vec<f64>> = channels.iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
-    let corrected: Vec<Vec<f64>> = channels
-        .iter()
-        .enumerate()
-        .map(|(k, data)| {
-            let best = left.iter().find(|d| d.channel == k && d.p_value <= DEPENDENCE_LEVEL);
-            let Some(best) = best else {
-                return plain[k].clone();
-            };
-            let mut r: Vec<f64> =
-                data.residuals(&models[k]).iter().zip(&best.correction).map(|(r, c)| r - c).collect();
-            super::whiten::Whitening::start_only(data, &data.disturbances(&models[k])).apply(&mut r);
-            r
-        })
-        .collect();
-    Some(TestErrors::new(channels, &plain).gain(&TestErrors::new(channels, &corrected)))
 }

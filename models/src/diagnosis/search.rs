@@ -35,7 +35,7 @@ const LARGE_ERROR: f64 = 2.0;
 /// Names that leave more than this part of it are withdrawn.
 const FORCED: f64 = 0.5;
 /// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
-const TIE_SHARE: f64 = 0.01;
+pub const TIE_SHARE: f64 = 0.01;
 /// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
 const TIE_GAIN: f64 = 0.25;
 

@@ -22,7 +22,7 @@ pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};
 pub use prepare::{Prepared, prepare, simulation};
 pub use result::{ChannelComparison, Comparison, ModelResult, Overall, Trace};
-pub use score::{Score, score};
+pub use score::{Sample, Score, score, score_samples};
 pub use split::{Split, SplitError};
 pub use subject::{Objective, Subject};
 pub use table::comparison_text;

@@ -55,17 +55,41 @@ pub(super) fn score_on(series: &Series<1>, predicted_pa: &[f64], basis: Basis) -
         })
         .filter(|&row| usable(row) && (basis == Basis::Pressure || usable(row - 1)))
         .collect();
-    let (mut count, mut mean, mut spread) = (0.0, 0.0, 0.0);
-    let (mut squares, mut absolute, mut integral, mut largest, mut seconds) = (0.0, 0.0, 0.0, 0.0_f64, 0.0);
-    for &row in &rows {
+    let samples = rows.iter().map(|&row| {
         let value = match basis {
             Basis::Pressure => measured(row),
             Basis::Change => measured(row) - measured(row - 1),
         };
-        let error = predicted_pa[row] * KPA_PER_PA - measured(row);
+        Sample {
+            measured_kpa: value,
+            error_kpa: predicted_pa[row] * KPA_PER_PA - measured(row),
+            interval_s: series.row(row)[column::INTERVAL_S],
+        }
+    });
+    score_samples(samples)
+}
+
+/// One compared row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// What was measured, kPa.
+    pub measured_kpa: f64,
+    /// Predicted minus measured, kPa.
+    pub error_kpa: f64,
+    /// Time the row stands for, s.
+    pub interval_s: f64,
+}
+
+/// The score of some rows; `None` when there is none.
+#[must_use]
+pub fn score_samples(samples: impl IntoIterator<Item = Sample>) -> Option<Score> {
+    let (mut count, mut mean, mut spread) = (0.0, 0.0, 0.0);
+    let (mut squares, mut absolute, mut integral, mut largest, mut seconds) = (0.0, 0.0, 0.0, 0.0_f64, 0.0);
+    let mut samples_seen = 0;
+    for Sample { measured_kpa: value, error_kpa, interval_s: interval } in samples {
+        samples_seen += 1;
         // A rollout that ran away is infinitely wrong, not skipped.
-        let error = if error.is_nan() { f64::INFINITY } else { error.abs() };
-        let interval = series.row(row)[column::INTERVAL_S];
+        let error = if error_kpa.is_nan() { f64::INFINITY } else { error_kpa.abs() };
         count += 1.0;
         let off = value - mean;
         mean += off / count;
@@ -82,7 +106,7 @@ pub(super) fn score_on(series: &Series<1>, predicted_pa: &[f64], basis: Basis) -
         mae_kpa: absolute / count,
         iae_kpa_s: integral,
         largest_kpa: largest,
-        samples: rows.len(),
+        samples: samples_seen,
         seconds,
     })
 }

@@ -7,6 +7,7 @@
 
 pub mod decimate;
 mod format;
+mod intervals;
 mod page;
 mod palette;
 mod plot;
@@ -14,8 +15,9 @@ mod svg;
 mod table;
 
 pub use format::{duration_text, number, significant};
+pub use intervals::{Interval, Intervals};
 pub use maud::{Markup, PreEscaped, html};
-pub use page::{Page, notes, paragraph};
+pub use page::{Page, notes, paragraph, with_code};
 pub use palette::Colour;
 pub use plot::{Mark, Plot, PlotSeries, Shade};
 pub use svg::PlotError;

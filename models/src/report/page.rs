@@ -55,6 +55,16 @@ pub fn paragraph(text: &str) -> Markup {
     html! { p { (text) } }
 }
 
+/// A paragraph of plain text in which what stands between backticks is code.
+#[must_use]
+pub fn with_code(text: &str) -> Markup {
+    html! {
+        p { @for (k, part) in text.split('`').enumerate() {
+            @if k % 2 == 1 { code { (part) } } @else { (part) }
+        } }
+    }
+}
+
 /// A list of remarks; nothing when there are none.
 #[must_use]
 pub fn notes<T: AsRef<str>>(lines: &[T]) -> Markup {
@@ -64,6 +74,11 @@ pub fn notes<T: AsRef<str>>(lines: &[T]) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn code_is_marked() {
+        assert_eq!(with_code("play `a b` <now>").into_string(), "<p>play <code>a b</code> &lt;now&gt;</p>");
+    }
 
     #[test]
     fn a_page_is_complete_escaped_and_asks_nobody() {

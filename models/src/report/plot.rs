@@ -147,7 +147,7 @@ impl PlotSeries {
     /// The dots to draw.
     pub(super) fn cloud(&self, x: (f64, f64), y: (f64, f64), size: Size) -> Vec<(f64, f64)> {
         /// Dots closer than this many pixels are one.
-        const CELL: u32 = 6;
+        const CELL: u32 = 9;
         let cells = ((size.width / CELL) as usize, (size.height / CELL) as usize);
         decimate::thin(self.points.iter().copied(), x, y, cells)
     }

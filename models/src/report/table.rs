@@ -17,6 +17,7 @@ pub struct Table {
     caption: Option<String>,
     columns: Vec<(String, Align)>,
     rows: Vec<(bool, Vec<Markup>)>,
+    stacked: bool,
 }
 
 impl Table {
@@ -24,13 +25,20 @@ impl Table {
     #[must_use]
     pub fn new(columns: &[(&str, Align)]) -> Self {
         let columns = columns.iter().map(|(head, align)| ((*head).to_owned(), *align)).collect();
-        Self { caption: None, columns, rows: Vec::new() }
+        Self { caption: None, columns, rows: Vec::new(), stacked: false }
     }
 
     /// A sentence above the table.
     #[must_use]
     pub fn caption(mut self, text: impl Into<String>) -> Self {
         self.caption = Some(text.into());
+        self
+    }
+
+    /// On a narrow screen each row becomes a list of its cells with their heads, instead of scrolling sideways.
+    #[must_use]
+    pub fn stacked(mut self) -> Self {
+        self.stacked = true;
         self
     }
 
@@ -56,14 +64,15 @@ impl Table {
             Some((_, Align::Right)) => "n",
             _ => "w",
         };
+        let head = |index: usize| self.columns.get(index).filter(|_| self.stacked).map(|(head, _)| head);
         html! {
             @if let Some(caption) = &self.caption { p.caption { (caption) } }
             div.scroll tabindex="0" {
-                table {
+                table.stacked[self.stacked] {
                     thead { tr { @for (i, (head, _)) in self.columns.iter().enumerate() { th class=(class(i)) { (head) } } } }
                     tbody {
                         @for (best, cells) in &self.rows {
-                            tr.best[*best] { @for (i, cell) in cells.iter().enumerate() { td class=(class(i)) { (cell) } } }
+                            tr.best[*best] { @for (i, cell) in cells.iter().enumerate() { td class=(class(i)) data-head=[head(i)] { (cell) } } }
                         }
                     }
                 }

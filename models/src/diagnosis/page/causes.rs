@@ -1,9 +1,12 @@
-//! The table of causes.
+//! The table of causes, and for each what it is, how large, and where to look.
 
-use crate::diagnosis::json::{Cause, Report};
+use std::collections::BTreeMap;
+
+use crate::diagnosis::json::{Cause, Estimate, Report};
 use crate::diagnosis::verdict;
 use crate::effects::catalogue::{CATALOGUE, index_of};
-use crate::report::{Align, Markup, Table, html, significant};
+use crate::effects::{EffectInfo, EffectParameter};
+use crate::report::{Align, Interval, Intervals, Markup, Table, html, significant};
 
 /// Table and, for every cause, what it is and where to look.
 pub fn markup(report: &Report) -> Markup {
@@ -11,20 +14,23 @@ pub fn markup(report: &Report) -> Markup {
         ("Cause", Align::Left),
         ("Channels", Align::Left),
         ("Size (95 % interval)", Align::Left),
-        ("Error before, kPa", Align::Right),
-        ("after, kPa", Align::Right),
-        ("Gain (95 % interval)", Align::Right),
+        ("Error without it, kPa", Align::Right),
+        ("with it, kPa", Align::Right),
+        ("Error less by (95 % interval)", Align::Right),
         ("Fits as well", Align::Left),
-    ]);
+    ])
+    .stacked();
     for cause in &report.causes {
         let g = &cause.gain;
+        // Adding zero makes -0 a 0.
+        let [low, high] = g.ci95.map(|part| (100.0 * part).round() + 0.0);
         table.markup_row(vec![
             html! { (verdict::title(&cause.effect)) br; code { (cause.effect) } },
             html! { (channels(report, cause)) },
             html! { @for line in sizes(cause) { (line) br; } },
             html! { (format!("{:.2}", g.test_rmse_before_kpa)) },
             html! { (format!("{:.2}", g.test_rmse_after_kpa)) },
-            html! { (format!("{:.0} % ({:.0} to {:.0})", 100.0 * g.reduction, 100.0 * g.ci95[0], 100.0 * g.ci95[1])) },
+            html! { (format!("{:.0} %", 100.0 * g.reduction)) br; (format!("({low:.0} to {high:.0})")) },
             html! { @if cause.equivalent.is_empty() { "nothing else" } @else {
                 @for id in &cause.equivalent { (verdict::title(id)) br; }
             } },
@@ -33,20 +39,58 @@ pub fn markup(report: &Report) -> Markup {
     html! {
         (table.markup())
         @for cause in &report.causes {
-            @if let Some(info) = index_of(&cause.effect).map(|k| CATALOGUE[k]) {
-                h3 { (info.title) }
-                p { (info.physics) " " code { (info.equation) } }
-                p { "Look at: " (info.check) "." }
-                @if !cause.equivalent.is_empty() {
-                    p { "This recording cannot tell it from " (rivals(cause)) ". What would: " (info.separated_by) "." }
-                }
-            }
+            @if let Some(info) = index_of(&cause.effect).map(|k| CATALOGUE[k]) { (details(info, cause)) }
         }
     }
 }
 
+fn details(info: &EffectInfo, cause: &Cause) -> Markup {
+    html! {
+        h3 { (info.title) }
+        p { (info.physics) }
+        p { "Look at: " (info.check) "." }
+        @if !cause.equivalent.is_empty() {
+            p { "This recording cannot tell it from " (rivals(cause)) ". What would: " (info.separated_by) "." }
+        }
+        @for parameter in info.parameters { (intervals(parameter, cause)) }
+        p.caption { "As it is simulated: " code { (info.equation) } }
+    }
+}
+
+/// The values of one parameter on all channels; where there is only one, the table says it all.
+fn intervals(parameter: &EffectParameter, cause: &Cause) -> Markup {
+    let line = |label: &str, estimates: &BTreeMap<String, Estimate>, bold: bool| {
+        let e = estimates.get(parameter.name)?;
+        Some(Interval { label: label.to_owned(), value: e.value, range: e.ci95, bold })
+    };
+    let mut lines: Vec<Interval> =
+        cause.by_channel.iter().filter_map(|(id, estimates)| line(id, estimates, false)).collect();
+    if lines.len() > 1 {
+        lines.extend(line("all", &cause.parameters, true));
+    }
+    // Where the effect is absent belongs in the picture unless that is at infinity, which the bounds only stand for.
+    let first = index_of(&cause.effect).is_some_and(|k| CATALOGUE[k].parameters[0].name == parameter.name);
+    let absent = first && (parameter.null <= parameter.lower || parameter.null >= parameter.upper);
+    let near = lines.iter().all(|l| (l.value - parameter.null).abs() <= 20.0 * l.value.abs());
+    Intervals {
+        title: format!("{}{}", capitalised(parameter.meaning), unit(parameter.unit)),
+        lines,
+        mark: (absent && near).then(|| (parameter.null, "where the effect would be absent".to_owned())),
+    }
+    .markup()
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn unit(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(", {unit}") }
+}
+
 fn rivals(cause: &Cause) -> String {
-    cause.equivalent.iter().map(|id| verdict::title(id)).collect::<Vec<_>>().join(" or ")
+    cause.equivalent.iter().map(|id| format!("\"{}\"", verdict::title(id))).collect::<Vec<_>>().join(" or ")
 }
 
 fn channels(report: &Report, cause: &Cause) -> String {
@@ -73,7 +117,7 @@ fn sizes(cause: &Cause) -> Vec<String> {
                         significant(high, 3)
                     )
                 }
-                None => format!("{name} not identifiable here"),
+                None => format!("{name} not determined here"),
             }
         })
         .collect()

@@ -11,10 +11,17 @@ const DRAWN: usize = 4;
 /// One figure pair a channel: its most telling test block.
 pub fn markup(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
     let mut figures = Vec::new();
-    let several = !diagnosis.report.causes.is_empty();
-    for (k, data) in diagnosis.channels.iter().enumerate().take(DRAWN) {
+    let corrected = diagnosis.extended_models.iter().any(|m| m.correction.is_some());
+    let name = match (diagnosis.report.causes.is_empty(), corrected) {
+        (true, false) => None,
+        (false, false) => Some("causes modelled"),
+        (false, true) => Some("causes and correction modelled"),
+        (true, true) => Some("with the smooth correction"),
+    };
+    for k in worst(diagnosis) {
+        let data = &diagnosis.channels[k];
         let before = rollout_residuals(data, &diagnosis.base[k]);
-        let after = rollout_residuals(data, &diagnosis.stages[k].model);
+        let after = rollout_residuals(data, &diagnosis.extended_models[k]);
         let energy = |span: &std::ops::Range<usize>| before[span.clone()].iter().map(|r| r * r).sum::<f64>();
         let tests =
             data.blocks.iter().zip(&data.spans).filter(|(b, s)| b.role == Role::Test && !s.is_empty());
@@ -34,20 +41,37 @@ pub fn markup(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
             "measured - simulated, kPa",
         )
         .line("base model", Colour::Orange, points(&|r| before[r]));
-        if several {
+        if let Some(name) = name {
             pressures = pressures.line(
-                "simulated, causes modelled",
+                format!("simulated, {name}"),
                 Colour::Blue,
                 points(&|r| data.measured_kpa[r] - after[r]),
             );
-            errors = errors.line("causes modelled", Colour::Blue, points(&|r| after[r]));
+            errors = errors.line(name, Colour::Blue, points(&|r| after[r]));
         }
         figures.push(pressures.markup()?);
         figures.push(errors.markup()?);
     }
-    let note = if diagnosis.channels.len() > DRAWN { "The first four channels are drawn. " } else { "" };
+    let which = if diagnosis.channels.len() > DRAWN {
+        "the four channels with the largest error"
+    } else {
+        "each channel"
+    };
     Ok(html! {
-        (paragraph(&format!("{note}For each channel, the test block with the largest error of the base model. Test blocks were used for nothing but measuring the gain.")))
+        (paragraph(&format!("For {which}, the stretch of test data with the largest error of the base model. Test data were used for nothing but measuring the gain. The simulation is given drives or commands and the pressure at the start of the stretch, nothing else.")))
         @for figure in figures { (figure) }
     })
+}
+
+/// The channels that are drawn: those with the largest error of the base model, in their order.
+fn worst(diagnosis: &Diagnosis) -> Vec<usize> {
+    let error = |k: &usize| {
+        let id = diagnosis.channels[*k].id.to_string();
+        diagnosis.report.baseline.channels.get(&id).map_or(0.0, |c| c.test_rmse_kpa)
+    };
+    let mut all: Vec<usize> = (0..diagnosis.channels.len()).collect();
+    all.sort_by(|a, b| error(b).total_cmp(&error(a)));
+    all.truncate(DRAWN);
+    all.sort_unstable();
+    all
 }

@@ -4,9 +4,9 @@ mod causes;
 mod measured;
 mod symptoms;
 
-use super::json::Verdict;
+use super::json::{NextExperiment, Verdict};
 use super::run::Diagnosis;
-use crate::report::{Page, PlotError, html, notes, paragraph};
+use crate::report::{Align, Markup, Page, PlotError, Table, html, notes, paragraph, significant, with_code};
 
 /// The page. `footer` names the program, the data and the date.
 ///
@@ -21,17 +21,12 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
         Verdict::Unexplained => "Diagnosis: something no name fits",
     };
     let mut page = Page::new(title, report.sentence.clone(), footer);
+    page.section("How large the error is", error_bars(diagnosis));
     if !report.causes.is_empty() {
         page.section("Causes", causes::markup(report));
     }
     if let Some(next) = &report.next_experiment {
-        page.section(
-            "Next experiment",
-            html! {
-                (paragraph(&next.instruction))
-                p { "Command file: " code { (next.trajectory) } }
-            },
-        );
+        page.section("Next experiment", next_experiment(next));
     }
     page.section("Measured and simulated", measured::markup(diagnosis)?);
     page.section("Symptoms of the model without causes", symptoms::markup(diagnosis, true)?);
@@ -40,7 +35,60 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     Ok(page.html())
 }
 
-fn unexplained(diagnosis: &Diagnosis) -> Result<crate::report::Markup, PlotError> {
+/// The error before and after beside the sensor's noise, as bars.
+fn error_bars(diagnosis: &Diagnosis) -> Markup {
+    let report = &diagnosis.report;
+    let mut bars = vec![("the model as it was", "before", report.baseline.test_rmse_kpa)];
+    if !report.causes.is_empty() {
+        bars.push(("with the causes", "after", report.unexplained.test_rmse_kpa));
+    }
+    if let Some(corrected) = &report.unexplained.correction {
+        bars.push(("with the smooth correction", "after", corrected.gain.test_rmse_after_kpa));
+    }
+    bars.push(("sensor noise", "noise", report.baseline.noise_floor_kpa));
+    let longest = bars.iter().map(|b| b.2).fold(f64::MIN_POSITIVE, f64::max);
+    html! {
+        div.bars {
+            @for (what, class, kpa) in &bars {
+                div.bar {
+                    span.what { (what) }
+                    span.track {
+                        i class=(class) style=(format!("width:{:.1}%", 68.0 * kpa / longest)) {}
+                        b { (significant(*kpa, 2)) " kPa" }
+                    }
+                }
+            }
+        }
+        p.caption {
+            "Root mean square difference between measured and simulated pressure on test data. No simulation can be better than the noise of the sensor."
+        }
+    }
+}
+
+fn next_experiment(next: &NextExperiment) -> Markup {
+    let mut table = Table::new(&[
+        ("Considered", Align::Left),
+        ("length, s", Align::Right),
+        ("difference, kPa", Align::Right),
+        ("over the noise", Align::Right),
+    ]);
+    let noise = next.separation_kpa / next.separation_noise;
+    for c in &next.considered {
+        let row = [
+            c.excitation.replace('_', " "),
+            format!("{:.0}", c.seconds),
+            significant(c.separation_kpa, 2),
+            significant(c.separation_kpa / noise, 2),
+        ];
+        if c.excitation == next.excitation { table.highlighted_row(row) } else { table.row(row) }
+    }
+    html! {
+        div.todo { (with_code(&next.reason)) (with_code(&next.instruction)) }
+        (table.caption("How far the predictions of the two nearest rivals would be apart after each is refitted:").markup())
+    }
+}
+
+fn unexplained(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
     let report = &diagnosis.report;
     let left = &report.unexplained;
     let words = if left.depends_on.is_empty() {
@@ -64,9 +112,12 @@ fn unexplained(diagnosis: &Diagnosis) -> Result<crate::report::Markup, PlotError
         "Of the base model's squared error above the sensor noise, {:.0} % is left (slow wander of the supply by 1 % and uncertain start pressures set aside).",
         100.0 * left.share
     );
-    let corrected = left.correction.as_ref().map(|g| {
+    let corrected = left.correction.as_ref().map(|corrected| {
+        let g = &corrected.gain;
+        let along: std::collections::BTreeSet<&str> = corrected.along.values().map(String::as_str).collect();
+        let along = along.into_iter().collect::<Vec<_>>().join(", ");
         format!(
-            "A smooth correction of it, fitted without a name, changes the error on the test blocks from {:.2} to {:.2} kPa ({:.0} % less, 95 % interval {:.0} to {:.0} %).",
+            "A smooth correction of it ({along}), fitted without a name and part of the extended model, changes the error on the test blocks from {:.2} to {:.2} kPa ({:.0} % less, 95 % interval {:.0} to {:.0} %).",
             g.test_rmse_before_kpa,
             g.test_rmse_after_kpa,
             100.0 * g.reduction,
@@ -87,7 +138,7 @@ fn unexplained(diagnosis: &Diagnosis) -> Result<crate::report::Markup, PlotError
     })
 }
 
-fn method(diagnosis: &Diagnosis) -> crate::report::Markup {
+fn method(diagnosis: &Diagnosis) -> Markup {
     let report = &diagnosis.report;
     let [fit, select, test] = report.checks.blocks;
     let lines = [

@@ -1,0 +1,25 @@
+#!/bin/sh
+# The table of docs/diagnosis.md: all sixteen ventilator runs diagnosed.
+# usage: PNEUDRIVE_DATA=... diagnose_ventilator.sh OUT [MORE ARGUMENTS OF diagnose]
+set -eu
+: "${PNEUDRIVE_DATA:?set PNEUDRIVE_DATA to the folder that holds respiraworks/}"
+here=$(cd "$(dirname "$0")" && pwd)
+model=${PNEUDRIVE_MODEL:-pneudrive-model}
+out=$1
+shift
+mkdir -p "$out"
+echo '| recording | verdict | named | rest depends on | error before and after, kPa | with the correction |'
+echo '|---|---|---|---|--:|--:|'
+for valve in solenoid pinch_valve; do
+    for k in 1 2 3 4 5 6 7 8; do
+        "$model" diagnose "$PNEUDRIVE_DATA/respiraworks/$valve/run$k.csv" --rig "$here/ventilator_$valve.toml" \
+            --out "$out/$valve$k" "$@" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
+        jq -r --arg run "$valve $k" '
+            def names: .effect as $e | [$e] + .equivalent | map("`" + . + "`") | join(" or ");
+            def rest: .unexplained.depends_on | map(.what | sub("the residual depends on "; "")) | unique | join("; ");
+            def kpa: . * 1000 | round / 1000 | tostring;
+            "| \($run) | \(.verdict | gsub("_"; " ")) | \([.causes[] | names] | join("; ")) | \(rest) | \(.baseline.test_rmse_kpa | kpa) to \(.unexplained.test_rmse_kpa | kpa) | \(.unexplained.correction | if . then .test_rmse_after_kpa | kpa else "" end) |"
+        ' "$out/$valve$k/report.json"
+    done
+done
+rm -f "$out/log"

@@ -1,0 +1,67 @@
+//! A recording that has not been made: the channels as they would be under an excitation.
+
+use super::menu::{Excitation, PERIOD_S};
+use crate::diagnosis::blocks::split;
+use crate::diagnosis::channel::{ChannelData, compared_rows};
+use crate::effects::{ChannelInputs, DriveInput, Kind};
+use crate::model::ValveDrive;
+
+/// Can this channel be driven by commands alone in a simulation?
+#[must_use]
+pub fn realisable(data: &ChannelData) -> bool {
+    match data.plant.kind {
+        Kind::Linear => true,
+        Kind::Nonlinear(drive) => drive == ValveDrive::Spool && data.plant.board.is_some(),
+    }
+}
+
+/// The channels under an excitation between two pressures (kPa gauge), sampled as they were; nothing is measured yet.
+#[must_use]
+pub fn planned(channels: &[ChannelData], excitation: Excitation, range_kpa: [f64; 2]) -> Vec<ChannelData> {
+    channels
+        .iter()
+        .enumerate()
+        .map(|(k, data)| one(data, &excitation.commands(k, channels.len(), range_kpa), excitation.seconds()))
+        .collect()
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts of rows
+fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
+    let old = &data.inputs;
+    let period = middle(&old.interval_s);
+    let rows = (seconds / period).round() as usize;
+    let time_s: Vec<f64> = (0..rows).map(|k| k as f64 * period).collect();
+    let command = |t: &f64| commands[((t / PERIOD_S + 1e-6) as usize).min(commands.len() - 1)];
+    let rest = |values: &Vec<f64>| if values.is_empty() { Vec::new() } else { vec![0.0; rows] };
+    let inputs = ChannelInputs {
+        command_pa: time_s.iter().map(|t| command(t) * 1e3 + old.ambient_pa).collect(),
+        interval_s: vec![period; rows],
+        duration_s: seconds,
+        starts: vec![0],
+        drive: match data.plant.kind {
+            Kind::Linear => DriveInput::Command,
+            Kind::Nonlinear(_) => DriveInput::Controlled,
+        },
+        supply_pa: vec![middle(&old.supply_pa); rows],
+        volume_m3: vec![middle(&old.volume_m3); rows],
+        volume_rate_m3_s: vec![0.0; rows],
+        measured_pa: vec![commands[0] * 1e3 + old.ambient_pa; rows],
+        usable: vec![true; rows],
+        opposite_pa: rest(&old.opposite_pa),
+        sampled_before_pa: rest(&old.sampled_before_pa),
+        others_draw: vec![0.0; rows],
+        noise_pa: old.noise_pa,
+        ambient_pa: old.ambient_pa,
+        time_s,
+    };
+    let blocks = split(&inputs);
+    let (rows, spans) = compared_rows(&inputs, &blocks);
+    let measured_kpa = vec![0.0; rows.len()];
+    ChannelData { plant: data.plant.clone(), inputs, blocks, rows, spans, measured_kpa, ..*data }
+}
+
+fn middle(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,126 @@
+//! What stays unexplained: what the residual still depends on, how much it is, and a smooth correction of it.
+
+use rayon::prelude::*;
+
+use super::base::free_base;
+use super::blocks::Role;
+use super::channel::{ChannelData, Extended};
+use super::correction::fit_correction;
+use super::dependence::{Dependence, dependences, rows_of};
+use super::gain::{TestErrors, rollout_residuals};
+use super::json::{Corrected, Symptom};
+use super::search::Outcome;
+use super::stage::ChannelStage;
+
+/// A dependence that accounts for less than this part of the squared residual is not worth mention.
+const DEPENDENCE_SHARE: f64 = 0.03;
+/// Level of the dependence tests.
+const DEPENDENCE_LEVEL: f64 = 0.05;
+
+fn matters(d: &Dependence) -> bool {
+    d.p_value <= DEPENDENCE_LEVEL && d.share >= DEPENDENCE_SHARE
+}
+
+/// What depends on what, before and after.
+#[derive(Debug)]
+pub struct Rest {
+    /// Stages of the base models.
+    pub base_stages: Vec<ChannelStage>,
+    /// What their residuals depend on.
+    pub symptoms: Vec<Dependence>,
+    /// What those of the final models depend on.
+    pub left: Vec<Dependence>,
+    /// Part of the base models' error above the noise that is left.
+    pub share: f64,
+}
+
+impl Rest {
+    /// Of the models that a search found.
+    #[must_use]
+    pub fn new(channels: &[ChannelData], outcome: &Outcome, change: bool) -> Self {
+        let base_stages: Vec<ChannelStage> = channels
+            .par_iter()
+            .zip(&outcome.base)
+            .map(|(data, model)| {
+                let free = if change { Vec::new() } else { free_base(data) };
+                ChannelStage::new(data, model.clone(), free)
+            })
+            .collect();
+        let symptoms = dependences(channels, &base_stages);
+        let left =
+            if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
+        let share = share_left(channels, &base_stages, &outcome.stages);
+        Self { base_stages, symptoms, left, share }
+    }
+}
+
+/// What passes the test and is worth mention, each variable once.
+#[must_use]
+pub fn significant(channels: &[ChannelData], found: &[Dependence]) -> Vec<Symptom> {
+    let mut named = Vec::new();
+    let mut list: Vec<Symptom> = Vec::new();
+    for d in found {
+        if !matters(d) || named.contains(&d.variable.words()) {
+            continue;
+        }
+        named.push(d.variable.words());
+        list.push(Symptom {
+            channel: channels[d.channel].id.to_string(),
+            what: format!("the residual depends on {}", d.variable.words()),
+            statistic: "sum of half-block scores over their root sum of squares".to_owned(),
+            value: d.statistic,
+            p_value: d.p_value,
+            share: d.share,
+        });
+    }
+    list
+}
+
+/// Part of the base models' squared whitened test residual above the noise that the final models leave.
+fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelStage]) -> f64 {
+    let mean = |stages: &[ChannelStage]| {
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for (data, stage) in channels.iter().zip(stages) {
+            for row in rows_of(data, &[Role::Test]) {
+                sum += stage.residuals[row].powi(2);
+                count += 1.0;
+            }
+        }
+        sum / count.max(1.0)
+    };
+    let above = mean(base) - 1.0;
+    if above <= 0.05 { 0.0 } else { ((mean(last) - 1.0) / above).clamp(0.0, 1.0) }
+}
+
+/// The final models, each with a smooth correction along what its channel's residual depends on most, where that helps.
+#[must_use]
+pub fn corrected(channels: &[ChannelData], stages: &[ChannelStage], left: &[Dependence]) -> Vec<Extended> {
+    channels
+        .par_iter()
+        .zip(stages)
+        .enumerate()
+        .map(|(k, (data, stage))| {
+            let along = left.iter().find(|d| d.channel == k && matters(d));
+            let fitted = along.and_then(|d| fit_correction(data, stage, d));
+            fitted.unwrap_or_else(|| stage.model.clone())
+        })
+        .collect()
+}
+
+/// What the corrections gain on the test blocks; `None` where there is none.
+#[must_use]
+pub fn correction_gain(
+    channels: &[ChannelData],
+    plain: &TestErrors,
+    corrected: &[Extended],
+) -> Option<Corrected> {
+    if corrected.iter().all(|m| m.correction.is_none()) {
+        return None;
+    }
+    let residuals: Vec<Vec<f64>> =
+        channels.par_iter().zip(corrected).map(|(d, m)| rollout_residuals(d, m)).collect();
+    let by_channel = channels.iter().zip(corrected).filter_map(|(data, model)| {
+        Some((data.id.to_string(), model.correction.as_ref()?.variable.words().to_owned()))
+    });
+    Some(Corrected { along: by_channel.collect(), gain: plain.gain(&TestErrors::new(channels, &residuals)) })
+}
