@@ -6,7 +6,8 @@ use crate::line::Line;
 /// What to do when the line fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReopenPolicy {
-    /// Time between two tries to open it again, ns. Meanwhile there is a row without fresh readings for each try.
+    /// Time between two tries to open it again, ns; less than 1 ms counts as 1 ms. Meanwhile there is a row without fresh readings
+    /// for each try.
     pub every_ns: u64,
 }
 
@@ -16,6 +17,9 @@ impl Default for ReopenPolicy {
         Self { every_ns: 250_000_000 }
     }
 }
+
+/// Trying all the time would be a busy-wait, ns.
+const SHORTEST_NS: u64 = 1_000_000;
 
 #[derive(Debug)]
 pub(super) struct Outage {
@@ -41,6 +45,7 @@ pub(super) enum Try {
 
 impl Outage {
     pub(super) fn new(policy: ReopenPolicy, now_ns: u64) -> Self {
+        let policy = ReopenPolicy { every_ns: policy.every_ns.max(SHORTEST_NS) };
         Self { policy, since_ns: now_ns, next_try_ns: now_ns + policy.every_ns, reason: String::new() }
     }
 
