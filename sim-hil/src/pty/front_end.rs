@@ -177,8 +177,6 @@ impl FrontEnd {
                 if self.look(0)? {
                     return Ok(());
                 }
-                // The kernel's thread that carries the answer to the client may be waiting for this core.
-                thread::yield_now();
             }
         }
         let (deadline_ns, close) = self.next_deadline_ns();
