@@ -52,7 +52,9 @@ impl ControlLoop {
         self.count_step(now);
         let before = self.supervisor.state();
         let state = self.supervisor.step(now, orders.last_request);
-        let host_lost = before == BoardState::Running && matches!(state, BoardState::Hold | BoardState::Vent);
+        let silent = |state| matches!(state, BoardState::Hold | BoardState::Vent);
+        // From whatever state: steps that come very late can skip the one in between.
+        let host_lost = !silent(before) && silent(state);
         if host_lost {
             count(&mut self.command_timeouts);
         }

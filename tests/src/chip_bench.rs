@@ -21,7 +21,8 @@ pub const CHARACTER: Ticks = Ticks::from_micros(10);
 /// More than the time from power-on to the first control step, which is the crystal's start-up delay and little more.
 pub const BOOT: Ticks = Ticks::from_millis(140);
 
-/// A chip that runs the firmware.
+/// A chip that runs the firmware. A clone goes on from the same state.
+#[derive(Clone)]
 pub struct ChipBench {
     /// The chip.
     pub chip: Chip,
@@ -158,6 +159,31 @@ impl ChipBench {
         let first = characters.first()?;
         assert!(first.start >= request_end, "the board spoke before it was asked");
         Some(Answer { delay: first.start.saturating_sub(request_end), characters })
+    }
+
+    /// Lets time pass until `seen`, looked at every 8 ns; gives how long it took.
+    ///
+    /// # Panics
+    /// If it is not seen within `limit`.
+    pub fn run_until_seen(&mut self, limit: Ticks, mut seen: impl FnMut(&Self) -> bool) -> Ticks {
+        let start = self.chip.now();
+        while !seen(self) {
+            let passed = self.chip.now().saturating_sub(start);
+            assert!(passed < limit, "not seen within {} us", limit.as_micros());
+            // Nothing changes before the chip's next event.
+            let next = self.chip.next_event().min(start + limit).max(self.chip.now() + Ticks::new(1));
+            self.chip.run_until(next);
+        }
+        self.chip.now().saturating_sub(start)
+    }
+
+    /// Whether both pins of every valve are driven high: vent, whatever the pull-ups do.
+    pub fn drives_vent(&self) -> bool {
+        let high = |pin: &usize| {
+            self.chip.pin_output(*pin) == Level::High
+                && self.chip.pwm_duty(*pin).is_none_or(|duty| duty == 1.0)
+        };
+        DIR.iter().chain(&PWM).all(high)
     }
 
     /// Voltage across the four coils as a share of the supply: 1 fills fully, -1 vents fully.

@@ -4,5 +4,7 @@
 
 pub mod blind;
 pub mod chip_bench;
+pub mod fault_table;
 pub mod firmware;
 pub mod regulator;
+pub mod virtual_bus;

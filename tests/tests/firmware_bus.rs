@@ -57,6 +57,30 @@ fn answers_begin_after_the_hosts_pulse_and_within_20_us_and_go_out_back_to_back(
     assert_eq!(bench.chip.uart_overruns(BUS), 0);
 }
 
+/// Once a second the log is written, in critical sections of some 20 us each: they must leave the bus's interrupts alone.
+#[test]
+fn an_answer_does_not_wait_for_the_log() {
+    let mut bench = ChipBench::running(0);
+    let _ = bench.chip.take_rtt();
+    let mut before = bench.clone();
+    while bench.chip.take_rtt().is_empty() {
+        before = bench.clone();
+        bench.run(Ticks::from_micros(100));
+    }
+    let mut delays: Vec<Ticks> = (0..150)
+        .map(|n| {
+            let mut bench = before.clone();
+            bench.run(Ticks::from_micros(n * 3));
+            let answer = bench.exchange(packet(0, [102; 4]));
+            let answer = answer.unwrap_or_else(|| panic!("not answered {} us after the log began", n * 3));
+            assert_on_time_and_back_to_back(&answer);
+            answer.delay
+        })
+        .collect();
+    delays.sort();
+    report("while the log is written", &delays);
+}
+
 #[test]
 fn so_do_checked_answers() {
     let mut bench = ChipBench::booted(3);
@@ -162,6 +186,23 @@ fn an_idle_gap_starts_a_frame_and_a_shorter_pause_does_not() {
             assert!(bench.exchange_bytes(&request).is_some(), "a request {pause_us} us after half of one");
         }
         bench.run(Ticks::from_micros(100));
+    }
+}
+
+/// Whether a pause is a gap depends on the bytes' times, not on when the interrupt runs: the limit is the same at all phases
+/// of the control loop, which holds the interrupt back.
+#[test]
+fn the_gap_is_found_from_the_times_of_the_bytes() {
+    let request = packet(0, [200; 4]).encode();
+    let mut bench = ChipBench::booted(0);
+    for n in 0..2_000 {
+        // From end to end 35 us of stamps, which have a resolution of 1 us, are a gap: below 34 us never, from 36 us on always.
+        let (pause, whole) = if n % 2 == 0 { (Ticks::new(2_985), true) } else { (Ticks::new(3_250), false) };
+        let end = bench.send(&request[..5]);
+        bench.chip.run_until(end + pause);
+        let answered = bench.exchange_bytes(&request[5..]).is_some();
+        assert_eq!(answered, whole, "request {n}, with a pause of {:.2} us", pause.as_micros());
+        bench.run(Ticks::new(5_000 + n * 61 % 125_003 / 2));
     }
 }
 

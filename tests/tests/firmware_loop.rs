@@ -50,7 +50,8 @@ fn the_loop_runs_at_1_khz_with_little_jitter_on_a_busy_bus() {
         let (mean, worst) = mean_and_jitter_us(&times);
         println!("{what} every {mean:.3} us on average; the worst interval is {worst:.1} us off");
         assert!((mean - 1_000.0).abs() < 0.1, "{what}: mean period {mean} us");
-        assert!(worst < 50.0, "{what}: jitter {worst} us");
+        // Which line of the log meets which step depends on every instruction: unrelated changes were seen to make it 34 us.
+        assert!(worst < 40.0, "{what}: jitter {worst} us");
     }
 }
 
@@ -60,6 +61,36 @@ fn a_step_reads_each_sensor_sixteen_times() {
     let before = bench.chip.adc_conversions(3).count;
     bench.run(Ticks::from_millis(100));
     assert_eq!(bench.chip.adc_conversions(3).count - before, 100 * 16);
+}
+
+/// The voltage changes in the middle of each step's readings: what is answered is their average.
+#[test]
+fn a_step_averages_its_readings() {
+    let (low, high) = (300, 400);
+    let mut bench = ChipBench::running(0);
+    for readings_low in [4, 8, 12] {
+        bench.read([low; 4]);
+        // The filter's time constant is 5 steps.
+        for _ in 0..60 {
+            let before = bench.chip.adc_conversions(0).count;
+            bench.run_until_seen(PERIOD * 2, |bench| {
+                bench.chip.adc_conversions(0).count == before + readings_low
+            });
+            bench.read([high; 4]);
+            bench.run(Ticks::from_micros(300));
+            bench.read([low; 4]);
+        }
+        let average = low + (high - low) * (16 - readings_low as u16) / 16;
+        let values = bench.exchange(packet(0, [102; 4])).map(|answer| answer.packet().values);
+        // The channels are read one after the other, and the change falls between two of them.
+        for value in values.unwrap_or_default() {
+            let off = i32::from(value.get()) - i32::from(average);
+            assert!(
+                off.abs() <= 7,
+                "{readings_low} of 16 readings at {low}: answered {value:?}, not {average}"
+            );
+        }
+    }
 }
 
 #[test]

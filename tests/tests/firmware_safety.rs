@@ -1,8 +1,8 @@
 //! The firmware when things go wrong: no host, no sensor, no program.
 
 use pneudrive_chip::{Level, ResetReason, Ticks};
-use pneudrive_protocol::Counts;
-use system_tests::chip_bench::{ChipBench, DIR, LED, PWM, packet};
+use pneudrive_protocol::{CheckedPacket, Counts, Direction, Sequence};
+use system_tests::chip_bench::{BOOT, ChipBench, DIR, LED, PWM, packet};
 use system_tests::firmware;
 
 const VENT: [f64; 4] = [-1.0; 4];
@@ -80,6 +80,42 @@ fn the_led_tells_running_from_waiting() {
     assert_eq!(bench.chip.pin_level(LED), Level::High);
     bench.run(MS * 3_000);
     assert!(bench.chip.take_pin_edges().len() >= 4, "it blinks when the host is gone");
+}
+
+/// Returns at once, as if there were nothing to do.
+const RETURN: u16 = 0x4770;
+
+/// A fault in the middle of a run: the function is first used by a checked request, and the valves fill until then.
+#[test]
+fn a_hard_fault_while_filling_vents_at_once_and_not_at_the_reset() {
+    let mut bench = ChipBench::power_on_with(&firmware::with_broken("CheckedPacket5parse", UNDEFINED), 0);
+    bench.run(BOOT + MS * 2_000);
+    assert!(bench.exchange(packet(0, [500; 4])).is_some());
+    bench.run(MS * 5);
+    assert_eq!(bench.coils(), FILL);
+    let request = CheckedPacket { packet: packet(0, [500; 4]), sequence: Sequence::new(1) };
+    let request_end = bench.send(&request.encode(Direction::Request));
+    bench.chip.run_until(request_end);
+    let vented = bench.run_until_seen(MS, ChipBench::drives_vent);
+    println!("from the faulty instruction's request to all valve pins high: {:.1} us", vented.as_micros());
+    assert!(vented < Ticks::from_micros(100), "{} us", vented.as_micros());
+    assert_eq!((bench.chip.hard_faults(), bench.chip.resets().len()), (1, 1), "not by a reset");
+    bench.run(MS * 60);
+    assert_eq!(bench.chip.resets().len(), 2, "and then the watchdog resets it");
+    assert_eq!(bench.coils(), VENT);
+}
+
+/// A control loop that does not hang but is simply no longer called: interrupts and the thread go on, and only its missing
+/// report keeps the watchdog from being fed.
+#[test]
+fn the_watchdog_resets_a_control_loop_that_stops() {
+    is_reset_and_vents("SWI_IRQ_0", RETURN);
+}
+
+/// The same for the bus.
+#[test]
+fn the_watchdog_resets_a_bus_interrupt_that_stops() {
+    is_reset_and_vents("DMA_IRQ_1", RETURN);
 }
 
 /// A program that hangs or faults in this function: the watchdog resets the chip again and again, and no valve pin is

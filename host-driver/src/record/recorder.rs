@@ -26,6 +26,7 @@ pub struct RecordingSummary {
 pub struct Recorder {
     path: PathBuf,
     lost: Arc<AtomicU64>,
+    waiting: Arc<AtomicU64>,
     thread: JoinHandle<Result<(u64, u64), RecordError>>,
 }
 
@@ -36,6 +37,7 @@ struct Tap {
     full: SyncSender<Batch>,
     empty: Receiver<Batch>,
     lost: Arc<AtomicU64>,
+    waiting: Arc<AtomicU64>,
 }
 
 impl Recorder {
@@ -63,21 +65,36 @@ impl Recorder {
         scale: SensorScale,
         overwrite: bool,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
-        let writer = Writer::new(BlockFile::create(path, overwrite)?, Formatter::new(boards, scale))?;
+        let waiting = Arc::new(AtomicU64::new(0));
+        let formatter = Formatter::new(boards, scale);
+        let writer = Writer::new(BlockFile::create(path, overwrite)?, formatter, Arc::clone(&waiting))?;
         let (full, batches) = sync_channel(Self::QUEUE);
         let (used, empty) = sync_channel(4);
         let lost = Arc::new(AtomicU64::new(0));
-        let tap = Tap { batch: Batch::default(), batch_since_ns: 0, full, empty, lost: Arc::clone(&lost) };
+        let tap = Tap {
+            batch: Batch::default(),
+            batch_since_ns: 0,
+            full,
+            empty,
+            lost: Arc::clone(&lost),
+            waiting: Arc::clone(&waiting),
+        };
         let thread = std::thread::Builder::new()
             .name("pneudrive-record".into())
             .spawn(move || writer.run(&batches, &used))
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
-        Ok((Self { path: path.to_owned(), lost, thread }, Box::new(tap)))
+        Ok((Self { path: path.to_owned(), lost, waiting, thread }, Box::new(tap)))
     }
 
     /// Whether writing has failed: no more rows will be recorded.
     pub fn has_failed(&self) -> bool {
         self.thread.is_finished()
+    }
+
+    /// Rows that have been handed over and not been taken by the writing thread yet. Rows are lost when it is behind by 5 s:
+    /// whoever polls faster than real time, in virtual time, waits for it.
+    pub fn rows_waiting(&self) -> u64 {
+        self.waiting.load(Ordering::Relaxed)
     }
 
     /// Waits until everything is written. To be called when the poller has ended.
@@ -105,8 +122,13 @@ impl Tap {
     fn hand_over(&mut self) {
         let next = self.empty.try_recv().unwrap_or_default();
         let batch = std::mem::replace(&mut self.batch, next);
-        if let Err(TrySendError::Full(batch)) = self.full.try_send(batch) {
-            self.lost.fetch_add(batch.rows() as u64, Ordering::Relaxed);
+        let rows = batch.rows() as u64;
+        self.waiting.fetch_add(rows, Ordering::Relaxed);
+        if let Err(refused) = self.full.try_send(batch) {
+            self.waiting.fetch_sub(rows, Ordering::Relaxed);
+            if matches!(refused, TrySendError::Full(_)) {
+                self.lost.fetch_add(rows, Ordering::Relaxed);
+            }
         }
     }
 }

@@ -4,6 +4,8 @@ use super::RecordError;
 use super::file::BlockFile;
 use super::rows::{Batch, Formatter};
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender};
 use std::time::{Duration, Instant};
 
@@ -20,13 +22,19 @@ pub(super) struct Writer {
     text: Vec<u8>,
     rows_in_text: u64,
     rows_written: u64,
+    /// Rows that this thread has yet to take.
+    waiting: Arc<AtomicU64>,
 }
 
 impl Writer {
     /// Writes the header at once, so that a full disk is known before anything moves.
-    pub(super) fn new(file: BlockFile, formatter: Formatter) -> Result<Self, RecordError> {
+    pub(super) fn new(
+        file: BlockFile,
+        formatter: Formatter,
+        waiting: Arc<AtomicU64>,
+    ) -> Result<Self, RecordError> {
         let text = formatter.header();
-        let mut writer = Self { file, formatter, text, rows_in_text: 0, rows_written: 0 };
+        let mut writer = Self { file, formatter, text, rows_in_text: 0, rows_written: 0, waiting };
         writer.append().map_err(|error| writer.explain(&error))?;
         Ok(writer)
     }
@@ -48,7 +56,9 @@ impl Writer {
             match batches.recv_timeout(BLOCK_EVERY) {
                 Ok(mut batch) => {
                     self.formatter.append(&batch, &mut self.text);
-                    self.rows_in_text += batch.rows() as u64;
+                    let rows = batch.rows() as u64;
+                    self.rows_in_text += rows;
+                    self.waiting.fetch_sub(rows, Ordering::Relaxed);
                     batch.clear();
                     // If the bus thread has enough empty ones, this one goes.
                     let _ = empty.try_send(batch);

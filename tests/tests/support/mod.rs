@@ -1,6 +1,6 @@
 //! What the host's system tests share: a bus to test on, and the simulator's bus in virtual time.
 
-#![allow(dead_code, reason = "every test binary uses its own part")]
+#![allow(dead_code, unused_imports, reason = "every test binary uses its own part")]
 
 pub mod target;
-pub mod virtual_bus;
+pub use system_tests::virtual_bus;

@@ -1,6 +1,11 @@
 //! The simulator's bus as a line of the host, in virtual time: same boards, plant and faults as behind the pty, but no
 //! wall clock, so that results do not depend on the machine.
 
+#![allow(
+    clippy::unwrap_used,
+    reason = "what tests are built on: a rig or bus that is not as the test says is a failure"
+)]
+
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::line::{Line, LineError};
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
@@ -8,6 +13,7 @@ use pneudrive_protocol::Counts;
 use pneudrive_sim::bus::BusCounters;
 use pneudrive_sim::rig::RigOptions;
 
+/// Adapter, wire and boards, seen from the host.
 pub struct VirtualBus {
     rig: pneudrive_sim::bus::Bus,
     /// Bytes that have come and were not asked for yet.
@@ -15,6 +21,12 @@ pub struct VirtualBus {
 }
 
 impl VirtualBus {
+    /// The host's end of `rig`, as it stands.
+    pub fn new(rig: pneudrive_sim::bus::Bus) -> Self {
+        Self { rig, heard: Vec::new() }
+    }
+
+    /// What has happened on the wire.
     pub fn counters(&self) -> &BusCounters {
         self.rig.counters()
     }
@@ -69,13 +81,19 @@ impl Line for VirtualBus {
 }
 
 /// Host and boards, run for half a second: the boards have booted, and vent for the rest of their first two seconds.
+///
+/// # Panics
+/// The rig cannot be built, or the host does not find the bus quiet.
 pub fn bus(rig: &RigOptions, options: BusOptions) -> Bus<VirtualBus> {
     let mut rig = rig.build().unwrap();
     rig.run_until(500_000_000);
-    Bus::new(VirtualBus { rig, heard: Vec::new() }, options).unwrap()
+    Bus::new(VirtualBus::new(rig), options).unwrap()
 }
 
 /// Polls for `seconds` of virtual time, commanding `counts` on all channels.
+///
+/// # Panics
+/// `counts` is above 1023, or the line failed, which a virtual one does not.
 pub fn poll(bus: Bus<VirtualBus>, boards: u16, counts: u16, seconds: f64) -> Polling<VirtualBus> {
     let points = SetPoints::new(usize::from(boards));
     for board in 0..usize::from(boards) {

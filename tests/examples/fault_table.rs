@@ -1,0 +1,74 @@
+//! Makes the fault table of docs/reliability.md.
+//!
+//! ```console
+//! $ cargo run -p system-tests --example fault_table             # prints it
+//! $ cargo run -p system-tests --example fault_table -- --write  # and puts it into docs/reliability.md
+//! ```
+//!
+//! `--only TEXT` runs the faults whose name contains it. Virtual time and fixed seeds: equal code gives an equal table.
+
+use pneudrive_host::bus::FrameMode;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use system_tests::fault_table::{Boards, Case, HEADER, Setting, cases, row, run, written_into};
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let only = arguments.iter().position(|a| a == "--only").and_then(|at| arguments.get(at + 1));
+    let wanted = |case: &&Case| only.is_none_or(|only| case.fault.contains(only.as_str()));
+    let rows: Vec<(Boards, Case)> = [Boards::Native, Boards::Chips]
+        .into_iter()
+        .flat_map(|boards| {
+            cases().iter().filter(move |case| boards.have(case)).map(move |case| (boards, case))
+        })
+        .filter(|(_, case)| wanted(case))
+        .map(|(boards, case)| (boards, *case))
+        .collect();
+    let table = HEADER.to_owned() + &made_by_all_cores(&rows).concat();
+    print!("{table}");
+    if arguments.iter().any(|argument| argument == "--write") {
+        return write(&table);
+    }
+    ExitCode::SUCCESS
+}
+
+/// The rows' text, in order.
+fn made_by_all_cores(rows: &[(Boards, Case)]) -> Vec<String> {
+    let next = AtomicUsize::new(0);
+    let made = Mutex::new(vec![String::new(); rows.len()]);
+    let work = || {
+        while let Some(&(boards, case)) = rows.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let [unchecked, checked] = [FrameMode::Unchecked, FrameMode::Checked]
+                .map(|frames| run(Setting { boards, frames, case }));
+            let row = row(case, boards, &unchecked, &checked);
+            let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(place) = rows.iter().position(|other| *other == (boards, case)) {
+                made[place] = row;
+            }
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(work);
+        }
+    });
+    made.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write(table: &str) -> ExitCode {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability.md");
+    let written = std::fs::read_to_string(&page)
+        .map_err(|error| error.to_string())
+        .and_then(|text| written_into(&text, table).ok_or_else(|| "it has no place for the table".to_owned()))
+        .and_then(|text| std::fs::write(&page, text).map_err(|error| error.to_string()));
+    match written {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}: {error}", page.display());
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The fault table of docs/reliability.md: what stands there is what happens, and nothing wrong is believed or obeyed.
+
+#![allow(clippy::unwrap_used)]
+
+use pneudrive_host::bus::FrameMode;
+use system_tests::fault_table::{Boards, Case, Outcome, Setting, cases, row, run};
+
+const PAGE: &str = include_str!("../../docs/reliability.md");
+
+fn outcomes(boards: Boards, case: Case) -> [Outcome; 2] {
+    [FrameMode::Unchecked, FrameMode::Checked].map(|frames| run(Setting { boards, frames, case }))
+}
+
+fn kind(case: &Case) -> &str {
+    case.fault.split('=').next().unwrap()
+}
+
+/// One rate of every kind on native boards, exactly as printed: virtual time and fixed seeds leave nothing to chance.
+#[test]
+fn the_page_has_what_happens() {
+    let mut kinds = std::collections::BTreeSet::new();
+    for &case in cases().iter().filter(|case| kinds.insert(kind(case))) {
+        let [unchecked, checked] = outcomes(Boards::Native, case);
+        let row = row(case, Boards::Native, &unchecked, &checked);
+        assert!(
+            PAGE.contains(&row),
+            "docs/reliability.md has another row for {}; now it is\n{row}If that is right, renew the table: \
+             cargo run -p system-tests --example fault_table -- --write",
+            case.fault
+        );
+    }
+    assert_eq!(
+        kinds.len(),
+        pneudrive_sim::fault::FaultKind::ALL.len(),
+        "a kind of fault is not in the table"
+    );
+}
+
+/// The rates that hit most, with checked packets: on chips too nothing wrong is believed or obeyed, and the unchecked runs
+/// show that there was something to believe.
+#[test]
+fn checked_packets_let_nothing_wrong_through() {
+    for boards in [Boards::Native, Boards::Chips] {
+        let case = Case { fault: "bit_flip=1e-2", lasts_ms: 0, on_chips: true };
+        let [unchecked, checked] = outcomes(boards, case);
+        assert!(unchecked.wrong_pressures > 50 && unchecked.wrong_commands > 50, "{boards:?}: {unchecked:?}");
+        assert_eq!((checked.wrong_pressures, checked.wrong_commands), (0, 0), "{boards:?}: {checked:?}");
+        assert!(checked.struck > 300 && checked.tried > 2_000, "{boards:?}: {checked:?}");
+    }
+}
+
+/// What was reviewed: every row of the page, both kinds of boards.
+#[test]
+fn no_row_of_the_page_has_anything_wrong_with_checked_packets() {
+    let rows: Vec<Vec<&str>> = PAGE
+        .lines()
+        .filter(|line| line.contains("| native |") || line.contains("| chips |"))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    assert_eq!(rows.len(), cases().len() + cases().iter().filter(|case| case.on_chips).count());
+    for row in rows {
+        for cell in [row[6], row[7]] {
+            assert_eq!(cell.split_once(" / ").unwrap().1, "0", "{row:?}");
+        }
+    }
+}
