@@ -44,8 +44,9 @@ struct Report {
     pairs: Vec<Pair>,
     /// Relative change of the mean loop rate, percent: mean over the pairs and its standard error.
     loop_hz_change_percent: [f64; 2],
-    /// Relative change of the bus thread's CPU time for a cycle, percent: mean over the pairs and its standard error. A busy computer
-    /// disturbs it less than it disturbs the rate.
+    /// Relative change of the median cycle time, percent: mean over the pairs and its standard error.
+    median_cycle_change_percent: [f64; 2],
+    /// Relative change of the bus thread's CPU time for a cycle, percent: mean over the pairs and its standard error.
     cpu_change_percent: [f64; 2],
 }
 
@@ -68,14 +69,20 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     }
     let change = |of: fn(&Pair) -> f64| mean_and_error(&pairs.iter().map(of).collect::<Vec<_>>());
     let rates = change(|pair| 100.0 * (pair.with.loop_hz.mean / pair.without.loop_hz.mean - 1.0));
+    let medians = change(|pair| 100.0 * (pair.with.cycle_us.p50 / pair.without.cycle_us.p50 - 1.0));
     let cpu = change(|pair| 100.0 * (cpu_us(&pair.with) / cpu_us(&pair.without) - 1.0));
     if args.json {
-        let report =
-            Report { cycles: bench.cycles, pairs, loop_hz_change_percent: rates, cpu_change_percent: cpu };
-        return print_json(&report);
+        return print_json(&Report {
+            cycles: bench.cycles,
+            pairs,
+            loop_hz_change_percent: rates,
+            median_cycle_change_percent: medians,
+            cpu_change_percent: cpu,
+        });
     }
     println!("change with a watched page, mean +- standard error of {} pairs:", bench.pairs);
     println!("  loop rate                   {:+.2} +- {:.2} %", rates[0], rates[1]);
+    println!("  median cycle                {:+.2} +- {:.2} %", medians[0], medians[1]);
     println!("  bus thread, CPU of a cycle  {:+.2} +- {:.2} %", cpu[0], cpu[1]);
     Ok(())
 }

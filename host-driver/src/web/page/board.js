@@ -7,6 +7,9 @@ function element(name, attributes, ...children) {
   return made;
 }
 
+// 12345678 as 12.3M.
+const compact = new Intl.NumberFormat("en", { notation: "compact", maximumFractionDigits: 1 });
+
 const STATES = {
   present: ["present", "good"],
   doubtful: ["did not answer", "warn"],
@@ -79,6 +82,6 @@ class Board {
   figures(statistics) {
     if (!statistics) return;
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
-    this.text.textContent = old + statistics.lost + " lost of " + (statistics.answered + statistics.lost);
+    this.text.textContent = old + statistics.lost + " lost of " + compact.format(statistics.answered + statistics.lost);
   }
 }

@@ -67,7 +67,7 @@ function showFigures(figures) {
   if (run) {
     const us = run.cycle_us.p99;
     at("p99").textContent = us < 9999.5 ? Math.round(us) + " us" : (us / 1000).toFixed(1) + " ms";
-    at("lost").textContent = run.lost + " of " + run.exchanges;
+    at("lost").textContent = run.lost + " of " + compact.format(run.exchanges);
     at("lost").className = run.lost === 0 ? "good" : "warn";
     at("rejected").textContent = run.rejected;
     at("cpu").textContent = (100 * run.cpu_share).toFixed(0) + " % CPU";
