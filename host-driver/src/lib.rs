@@ -8,7 +8,7 @@
 //! - [`real_time`]: scheduling of the bus thread on a machine that has other things to do.
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
-//! - `trajectory` and `record` (features): set points from a file, measurements to a file.
+//! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
 //! - `web` (feature): a live page of a run.
 //!
 //! ```no_run
@@ -28,6 +28,8 @@
 
 pub mod bus;
 pub mod line;
+#[cfg(feature = "mcap")]
+pub mod messages;
 pub mod poller;
 pub mod real_time;
 #[cfg(feature = "record")]

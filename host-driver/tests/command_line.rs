@@ -74,7 +74,7 @@ fn unusable_arguments_are_refused_with_advice() {
         refused(&["--port", "x", "--command", command], 2, "--command");
     }
     refused(&["--port", "x", "--command", "1:5"], 2, "boards 0 to 0");
-    refused(&["--port", "x", "--record", "run.txt"], 2, "ends in .csv, .csv.gz or .csv.zst");
+    refused(&["--port", "x", "--record", "run.txt"], 2, "ends in .csv, .csv.gz, .csv.zst or .mcap");
     refused(&["--port", "x", "--record", "/no/such/folder/run.csv"], 2, "no such folder");
     refused(&["--port", "x", "--record", "run.csv", "ping"], 2, "not to `ping`");
     refused(&["timing", "--capacitor-nf", "0"], 2, "capacitance");
@@ -269,6 +269,59 @@ fn a_recording_survives_kill_9() {
         let cells = text.lines().next().unwrap().split(',').count();
         assert!(text.lines().all(|line| line.split(',').count() == cells), "{name}");
     }
+}
+
+/// A streaming reader finds whole chunks up to the end, of every topic.
+#[test]
+fn a_bag_survives_kill_9() {
+    let boards = PtyBoards::start(2);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    let args = ["--port", &port, "--devices", "2", "--rate", "500", "--record", file.to_str().unwrap()];
+    let mut child = program(&args).spawn().unwrap();
+    until("three blocks", || messages(&file).0.len() > 600);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let (topics, end) = messages(&file);
+    assert_eq!(end.as_deref(), Some("MCAP file ended in the middle of a record"), "there is no end");
+    let count = |topic: &str| topics.iter().filter(|name| *name == topic).count();
+    let (first, second) =
+        (count("/pneudrive/joint_0/pressure_state"), count("/pneudrive/joint_1/pressure_state"));
+    assert!(first > 300 && first == second, "{first} and {second} states: rows are whole");
+    assert_eq!(count("/pneudrive/joint_1/pressure_command"), 1, "it never changed");
+    assert!(folder.path().join("metadata.yaml").exists());
+}
+
+/// A bag's topics message by message, and what the reader said at the end if that was an error.
+fn messages(path: &Path) -> (Vec<String>, Option<String>) {
+    let mut topics = Vec::new();
+    let Ok(file) = fs::File::open(path) else { return (topics, None) };
+    for message in mcap::io::MessageReader::new(file) {
+        match message {
+            Ok(message) => topics.push(message.channel.topic.clone()),
+            Err(error) => return (topics, Some(error.to_string())),
+        }
+    }
+    (topics, None)
+}
+
+/// A second recording in the folder of a first leaves the first's metadata.yaml alone, and says so.
+#[test]
+fn metadata_of_another_bag_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let metadata = folder.path().join("metadata.yaml");
+    let other = "rosbag2_bagfile_information:\n  relative_file_paths: ['other.mcap']\n";
+    fs::write(&metadata, other).unwrap();
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let file = folder.path().join("run.mcap");
+    let (code, _, stderr) = run(&["--port", &port, "--duration", "0.2", "--record", file.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stderr.contains("belongs to another recording"), "{stderr}");
+    assert_eq!(fs::read_to_string(&metadata).unwrap(), other);
+    let (topics, end) = messages(&file);
+    assert!(!topics.is_empty() && end.is_none(), "{end:?}");
 }
 
 /// The text of a recording, as any tool reads it: to the end, without an error.

@@ -21,7 +21,7 @@ const STEPS: &str = "t_s,b1_cmd2_kpa\n0,0\n2,150\n3.5,50\n5,50\n";
 
 #[test]
 fn what_the_host_records_the_toolkit_reads() {
-    for name in ["run.csv", "run.csv.gz", "run.csv.zst"] {
+    for name in ["run.csv", "run.csv.gz", "run.csv.zst", "run.mcap"] {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
         let rig = RigOptions { boards: 2, strict: true, ..RigOptions::default() };

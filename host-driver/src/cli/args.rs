@@ -176,7 +176,7 @@ pub struct RunArgs {
     /// What to command between two rows of the trajectory [default: hold]
     #[arg(long, value_enum, requires = "trajectory")]
     pub interpolate: Option<InterpolateArg>,
-    /// Record to FILE.csv, FILE.csv.gz or FILE.csv.zst (what the boards sent, unfiltered). A full disk ends the run
+    /// Record to FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap, a ROS 2 bag (what the boards sent, unfiltered). A full disk ends the run
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Replace the recording if it exists

@@ -52,6 +52,7 @@ impl From<RecordError> for Failure {
     fn from(error: RecordError) -> Self {
         match error {
             RecordError::UnknownFormat { .. }
+            | RecordError::NotABag { .. }
             | RecordError::Exists { .. }
             | RecordError::NotCreated { .. } => Self::input(error),
             RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),

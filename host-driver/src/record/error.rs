@@ -5,8 +5,14 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RecordError {
     /// The name's ending says nothing about the format.
-    #[error("{file}: a recording's name ends in .csv, .csv.gz or .csv.zst", file = .file.display())]
+    #[error("{file}: a recording's name ends in .csv, .csv.gz, .csv.zst or .mcap", file = .file.display())]
     UnknownFormat {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Several buses in a table.
+    #[error("{file}: a recording of several buses is a bag, whose name ends in .mcap", file = .file.display())]
+    NotABag {
         /// The file.
         file: PathBuf,
     },

@@ -1,4 +1,4 @@
-use super::{Encoding, RecordError};
+use super::{FileFormat, RecordError};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,19 +8,19 @@ use std::path::{Path, PathBuf};
 pub(super) struct BlockFile {
     path: PathBuf,
     file: File,
-    encoding: Encoding,
+    format: FileFormat,
     length: u64,
 }
 
 impl BlockFile {
     /// How `path` will be written, if it can be.
-    pub(super) fn check(path: &Path, overwrite: bool) -> Result<Encoding, RecordError> {
+    pub(super) fn check(path: &Path, overwrite: bool) -> Result<FileFormat, RecordError> {
         if is_device(path) {
             // /dev/full and the like have no ending to go by, and exist on purpose.
-            return Ok(Encoding::of(path).unwrap_or(Encoding::Plain));
+            return Ok(FileFormat::of(path).unwrap_or(FileFormat::Plain));
         }
         let file = || path.to_owned();
-        let encoding = Encoding::of(path).ok_or_else(|| RecordError::UnknownFormat { file: file() })?;
+        let format = FileFormat::of(path).ok_or_else(|| RecordError::UnknownFormat { file: file() })?;
         if path.exists() && !overwrite {
             return Err(RecordError::Exists { file: file() });
         }
@@ -28,12 +28,12 @@ impl BlockFile {
             Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
                 Err(RecordError::NotCreated { file: file(), reason: "there is no such folder".into() })
             }
-            _ => Ok(encoding),
+            _ => Ok(format),
         }
     }
 
     pub(super) fn create(path: &Path, overwrite: bool) -> Result<Self, RecordError> {
-        let encoding = Self::check(path, overwrite)?;
+        let format = Self::check(path, overwrite)?;
         let mut options = OpenOptions::new();
         options.write(true);
         if overwrite {
@@ -45,11 +45,15 @@ impl BlockFile {
             io::ErrorKind::AlreadyExists => RecordError::Exists { file: path.to_owned() },
             _ => RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() },
         })?;
-        Ok(Self { path: path.to_owned(), file, encoding, length: 0 })
+        Ok(Self { path: path.to_owned(), file, format, length: 0 })
     }
 
     pub(super) fn path(&self) -> &Path {
         &self.path
+    }
+
+    pub(super) fn format(&self) -> FileFormat {
+        self.format
     }
 
     pub(super) fn length(&self) -> u64 {
@@ -57,15 +61,31 @@ impl BlockFile {
     }
 
     /// Appends a block of whole rows, or nothing.
-    pub(super) fn append(&mut self, text: &[u8]) -> io::Result<()> {
-        let block = self.encoding.block(text)?;
-        if let Err(error) = self.file.write_all(&block) {
+    pub(super) fn append(&mut self, block: &[u8]) -> io::Result<()> {
+        if let Err(error) = self.file.write_all(block) {
             // Devices cannot be cut; a file can.
             let _ = self.file.set_len(self.length);
             return Err(error);
         }
         self.length += block.len() as u64;
         Ok(())
+    }
+
+    /// Writes another file into the same folder, unless there is one of that name that does not belong to this file.
+    pub(super) fn write_beside(&self, name: &str, content: &str) -> io::Result<()> {
+        let path = self.path.with_file_name(name);
+        let own_name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        match std::fs::read_to_string(&path) {
+            Ok(old) if !old.contains(&*own_name) => {
+                log::warn!(
+                    "{}: belongs to another recording and stays as it is; tools that want a folder for a bag need one recording a folder",
+                    path.display()
+                );
+                Ok(())
+            }
+            _ if is_device(&self.path) => Ok(()),
+            _ => std::fs::write(&path, content),
+        }
     }
 
     /// Makes what has been appended survive a power failure.

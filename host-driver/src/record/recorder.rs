@@ -1,5 +1,6 @@
 use super::RecordError;
 use super::file::BlockFile;
+use super::format::{Form, Text};
 use super::rows::{Batch, Formatter};
 use super::writer::Writer;
 use crate::poller::{Observer, Row};
@@ -19,6 +20,18 @@ pub struct RecordingSummary {
     pub rows: u64,
     /// Size of the file.
     pub bytes: u64,
+}
+
+/// One of the buses whose boards are in a recording.
+#[cfg(feature = "mcap")]
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RecordedBus {
+    /// Its boards, in the poller's order.
+    pub boards: Vec<u8>,
+    /// Number of the joint that board 0 moves; board n moves joint `first_joint + n`.
+    pub first_joint: u16,
+    /// What makes ns since 1970 of the times of its line: see [`Clock::unix_offset_ns`](crate::line::Clock::unix_offset_ns).
+    pub unix_offset_ns: u64,
 }
 
 /// A recording in progress.
@@ -43,8 +56,11 @@ struct Tap {
 impl Recorder {
     /// Rows are handed over in batches of this length: waking the writer for each would cost the bus thread some us a cycle.
     const BATCH_NS: u64 = 20_000_000;
-    /// Batches that may wait for the disk: 5 s.
+    /// Batches that may wait for the disk: 5 s of one bus.
     const QUEUE: usize = 250;
+    /// What topics in a bag begin with: as if a ROS node of this name had published them.
+    #[cfg(feature = "mcap")]
+    const TOPICS: &str = "/pneudrive";
 
     /// What [`create`](Self::create) would refuse without touching the disk: so that it is known before anything moves.
     ///
@@ -65,25 +81,90 @@ impl Recorder {
         scale: SensorScale,
         overwrite: bool,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
-        let waiting = Arc::new(AtomicU64::new(0));
-        let formatter = Formatter::new(boards, scale);
-        let writer = Writer::new(BlockFile::create(path, overwrite)?, formatter, Arc::clone(&waiting))?;
-        let (full, batches) = sync_channel(Self::QUEUE);
-        let (used, empty) = sync_channel(4);
-        let lost = Arc::new(AtomicU64::new(0));
-        let tap = Tap {
-            batch: Batch::default(),
-            batch_since_ns: 0,
-            full,
-            empty,
-            lost: Arc::clone(&lost),
-            waiting: Arc::clone(&waiting),
+        let file = BlockFile::create(path, overwrite)?;
+        let form: Box<dyn Form> = match file.format() {
+            #[cfg(feature = "mcap")]
+            super::FileFormat::Mcap => {
+                let unix_offset_ns = crate::line::Clock.unix_offset_ns();
+                let bus = RecordedBus { boards: boards.to_vec(), first_joint: 0, unix_offset_ns };
+                Self::bag(path, Self::TOPICS, &[bus], scale)?
+            }
+            format => Box::new(Text::new(format, Formatter::new(boards, scale))),
         };
+        let (recorder, mut taps) = Self::start(path, Writer::new(file, form)?, 1)?;
+        let tap = taps.pop().ok_or_else(|| RecordError::NotCreated {
+            file: path.to_owned(),
+            reason: "it has no bus".into(),
+        })?;
+        Ok((recorder, tap))
+    }
+
+    /// Creates a bag of several buses, with topics `{prefix}/joint_{n}/...`, and an observer for each bus's poller.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create), and a name that does not end in `.mcap`: rows of several buses have no common time, so they
+    /// have no place in one table.
+    #[cfg(feature = "mcap")]
+    pub fn create_bag(
+        path: &Path,
+        prefix: &str,
+        buses: &[RecordedBus],
+        scale: SensorScale,
+        overwrite: bool,
+    ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
+        Self::check_bag(path, overwrite)?;
+        let file = BlockFile::create(path, overwrite)?;
+        let form = Self::bag(path, prefix, buses, scale)?;
+        Self::start(path, Writer::new(file, form)?, buses.len())
+    }
+
+    /// As [`check`](Self::check), for [`create_bag`](Self::create_bag).
+    ///
+    /// # Errors
+    /// As there.
+    #[cfg(feature = "mcap")]
+    pub fn check_bag(path: &Path, overwrite: bool) -> Result<(), RecordError> {
+        match BlockFile::check(path, overwrite)? {
+            super::FileFormat::Mcap => Ok(()),
+            _ => Err(RecordError::NotABag { file: path.to_owned() }),
+        }
+    }
+
+    #[cfg(feature = "mcap")]
+    fn bag(
+        path: &Path,
+        prefix: &str,
+        buses: &[RecordedBus],
+        scale: SensorScale,
+    ) -> Result<Box<dyn Form>, RecordError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let bag = super::bag::Bag::new(&name, prefix, buses, scale)
+            .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
+        Ok(Box::new(bag))
+    }
+
+    fn start(
+        path: &Path,
+        writer: Writer,
+        buses: usize,
+    ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
+        let (full, batches) = sync_channel(Self::QUEUE);
+        let lost = Arc::new(AtomicU64::new(0));
+        let waiting = writer.waiting();
+        let mut used = Vec::new();
+        let mut taps: Vec<Box<dyn Observer>> = Vec::new();
+        for bus in 0..buses {
+            let (give_back, empty) = sync_channel(4);
+            used.push(give_back);
+            let batch = Batch::of(bus);
+            let (full, lost, waiting) = (full.clone(), Arc::clone(&lost), Arc::clone(&waiting));
+            taps.push(Box::new(Tap { batch, batch_since_ns: 0, full, empty, lost, waiting }));
+        }
         let thread = std::thread::Builder::new()
             .name("pneudrive-record".into())
             .spawn(move || writer.run(&batches, &used))
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
-        Ok((Self { path: path.to_owned(), lost, waiting, thread }, Box::new(tap)))
+        Ok((Self { path: path.to_owned(), lost, waiting, thread }, taps))
     }
 
     /// Whether writing has failed: no more rows will be recorded.
@@ -120,7 +201,8 @@ impl Recorder {
 
 impl Tap {
     fn hand_over(&mut self) {
-        let next = self.empty.try_recv().unwrap_or_default();
+        let bus = self.batch.bus;
+        let next = self.empty.try_recv().unwrap_or_else(|_| Batch::of(bus));
         let batch = std::mem::replace(&mut self.batch, next);
         let rows = batch.rows() as u64;
         self.waiting.fetch_add(rows, Ordering::Relaxed);

@@ -6,25 +6,44 @@ use std::io::Write;
 
 /// One board in one row.
 #[derive(Debug, Clone, Copy)]
-struct Sample {
-    command: BoardCommand,
+pub(super) struct Sample {
+    pub(super) command: BoardCommand,
     /// `None` where the board gave no answer in this cycle.
-    pressures: Option<[Counts; CHANNELS]>,
+    pub(super) answer: Option<Answer>,
+}
+
+/// What a board answered.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    pub(super) pressures: [Counts; CHANNELS],
+    /// When the board was asked, ns on the line's clock.
+    pub(super) asked_ns: u64,
 }
 
 /// Some rows, in flat buffers that are used again and again.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
+    /// Which of the recording's buses it is from.
+    pub(super) bus: usize,
+    /// Start of each row's cycle since that of the first, ns.
     times_ns: Vec<u64>,
+    /// The same on the line's clock, ns.
+    at_ns: Vec<u64>,
     samples: Vec<Sample>,
 }
 
 impl Batch {
+    pub(super) fn of(bus: usize) -> Self {
+        Self { bus, ..Self::default() }
+    }
+
     pub(super) fn push(&mut self, row: &Row<'_>) {
         self.times_ns.push(row.since_start_ns);
+        self.at_ns.push(row.at_ns);
         self.samples.extend(row.boards.iter().map(|board| Sample {
             command: board.command,
-            pressures: board.fresh().map(|reading| reading.counts),
+            answer:
+                board.fresh().map(|reading| Answer { pressures: reading.counts, asked_ns: reading.asked_ns }),
         }));
     }
 
@@ -32,8 +51,16 @@ impl Batch {
         self.times_ns.len()
     }
 
+    /// Start of each cycle on the line's clock, ns, and the boards in it.
+    #[cfg(feature = "mcap")]
+    pub(super) fn iter(&self) -> impl Iterator<Item = (u64, &[Sample])> {
+        let boards = (self.samples.len() / self.rows().max(1)).max(1);
+        self.at_ns.iter().copied().zip(self.samples.chunks(boards))
+    }
+
     pub(super) fn clear(&mut self) {
         self.times_ns.clear();
+        self.at_ns.clear();
         self.samples.clear();
     }
 }
@@ -82,7 +109,7 @@ impl Formatter {
                     cell(text, &self.commands[usize::from(counts.get())]);
                 }
                 for channel in 0..CHANNELS {
-                    let code = sample.pressures.map(|pressures| usize::from(pressures[channel].get()));
+                    let code = sample.answer.map(|answer| usize::from(answer.pressures[channel].get()));
                     cell(text, code.map_or("", |code| &self.pressures[code]));
                 }
             }

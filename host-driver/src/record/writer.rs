@@ -2,7 +2,8 @@
 
 use super::RecordError;
 use super::file::BlockFile;
-use super::rows::{Batch, Formatter};
+use super::format::Form;
+use super::rows::Batch;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,9 +19,8 @@ const BLOCK_BYTES: usize = 1 << 20;
 
 pub(super) struct Writer {
     file: BlockFile,
-    formatter: Formatter,
-    text: Vec<u8>,
-    rows_in_text: u64,
+    form: Box<dyn Form>,
+    rows_in_block: u64,
     rows_written: u64,
     /// Rows that this thread has yet to take.
     waiting: Arc<AtomicU64>,
@@ -28,48 +28,53 @@ pub(super) struct Writer {
 
 impl Writer {
     /// Writes the header at once, so that a full disk is known before anything moves.
-    pub(super) fn new(
-        file: BlockFile,
-        formatter: Formatter,
-        waiting: Arc<AtomicU64>,
-    ) -> Result<Self, RecordError> {
-        let text = formatter.header();
-        let mut writer = Self { file, formatter, text, rows_in_text: 0, rows_written: 0, waiting };
-        writer.append().map_err(|error| writer.explain(&error))?;
+    pub(super) fn new(file: BlockFile, form: Box<dyn Form>) -> Result<Self, RecordError> {
+        let mut writer = Self { file, form, rows_in_block: 0, rows_written: 0, waiting: Arc::default() };
+        writer.append().and_then(|()| writer.accompany()).map_err(|error| writer.explain(&error))?;
         Ok(writer)
     }
 
-    /// Writes batches until their sender is gone. Returns rows and bytes in the file.
+    /// Rows that have been handed over and not been taken yet; whoever hands over adds to it.
+    pub(super) fn waiting(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.waiting)
+    }
+
+    /// Writes batches until their senders are gone, and gives each back to the bus it came from. Returns rows and bytes in the file.
     pub(super) fn run(
         mut self,
         batches: &Receiver<Batch>,
-        empty: &SyncSender<Batch>,
+        empty: &[SyncSender<Batch>],
     ) -> Result<(u64, u64), RecordError> {
         self.write(batches, empty).map_err(|error| self.explain(&error))?;
         Ok((self.rows_written, self.file.length()))
     }
 
-    fn write(&mut self, batches: &Receiver<Batch>, empty: &SyncSender<Batch>) -> io::Result<()> {
+    fn write(&mut self, batches: &Receiver<Batch>, empty: &[SyncSender<Batch>]) -> io::Result<()> {
         let mut appended = Instant::now();
         let mut synced = appended;
         loop {
             match batches.recv_timeout(BLOCK_EVERY) {
                 Ok(mut batch) => {
-                    self.formatter.append(&batch, &mut self.text);
+                    self.form.add(&batch)?;
                     let rows = batch.rows() as u64;
-                    self.rows_in_text += rows;
+                    self.rows_in_block += rows;
                     self.waiting.fetch_sub(rows, Ordering::Relaxed);
                     batch.clear();
-                    // If the bus thread has enough empty ones, this one goes.
-                    let _ = empty.try_send(batch);
+                    if let Some(bus) = empty.get(batch.bus) {
+                        // If the bus thread has enough empty ones, this one goes.
+                        let _ = bus.try_send(batch);
+                    }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
                     self.append()?;
-                    return self.file.sync();
+                    let end = self.form.end()?;
+                    self.file.append(&end)?;
+                    self.file.sync()?;
+                    return self.accompany();
                 }
             }
-            if appended.elapsed() >= BLOCK_EVERY || self.text.len() >= BLOCK_BYTES {
+            if appended.elapsed() >= BLOCK_EVERY || self.form.waiting() >= BLOCK_BYTES {
                 self.append()?;
                 appended = Instant::now();
             }
@@ -81,12 +86,17 @@ impl Writer {
     }
 
     fn append(&mut self) -> io::Result<()> {
-        if !self.text.is_empty() {
-            self.file.append(&self.text)?;
-            self.text.clear();
-            self.rows_written += std::mem::take(&mut self.rows_in_text);
-        }
+        let block = self.form.block()?;
+        self.file.append(&block)?;
+        self.rows_written += std::mem::take(&mut self.rows_in_block);
         Ok(())
+    }
+
+    fn accompany(&self) -> io::Result<()> {
+        match self.form.companion() {
+            Some((name, content)) => self.file.write_beside(name, &content),
+            None => Ok(()),
+        }
     }
 
     fn explain(&self, error: &io::Error) -> RecordError {

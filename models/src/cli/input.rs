@@ -11,7 +11,7 @@ use super::progress::LoadingBar;
 /// The recording and the rig it was made with.
 #[derive(Debug, clap::Args)]
 pub struct DataArgs {
-    /// Recording: CSV, plain or compressed with gzip or zstd
+    /// Recording: CSV, plain or compressed with gzip or zstd, or MCAP (a ROS 2 bag)
     #[arg(value_name = "DATA")]
     pub data: PathBuf,
     /// Rig description (TOML); without it only the linear model can be used

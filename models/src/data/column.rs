@@ -71,6 +71,21 @@ impl ColumnKind {
         id(quantity.strip_prefix('u')?).map(Self::Spool)
     }
 
+    /// The column's name: what [`parse`](Self::parse) understands.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Time => "t_s".to_owned(),
+            Self::Command(id) => id.command_column(),
+            Self::Pressure(id) => id.pressure_column(),
+            Self::Spool(id) => id.drive_column(),
+            Self::Fill(id) => id.fill_vent_columns().0,
+            Self::Vent(id) => id.fill_vent_columns().1,
+            Self::JointU(board) => format!("b{board}_qu_rad"),
+            Self::JointV(board) => format!("b{board}_qv_rad"),
+            Self::Supply => "supply_kpa".to_owned(),
+        }
+    }
+
     /// The channel this column belongs to, if it is a channel's.
     pub(crate) fn channel(self) -> Option<ChannelId> {
         match self {
@@ -141,6 +156,7 @@ mod tests {
             ("supply_kpa", ColumnKind::Supply),
         ] {
             assert_eq!(ColumnKind::parse(name), Some(kind), "{name}");
+            assert_eq!(kind.name(), name);
         }
     }
 

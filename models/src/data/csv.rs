@@ -24,6 +24,8 @@ pub(crate) struct RawTable {
     pub timeless_lines: Vec<u32>,
     /// The last row, when it stops in the middle without a line end: a recorder that was killed.
     pub cut_off_line: Option<u32>,
+    /// For a bag whose end is missing: what the reader met there.
+    pub unfinished: Option<String>,
     /// Columns that look as if they were meant to be the format's: (found, meant).
     pub near_misses: Vec<(String, String)>,
 }
@@ -61,6 +63,7 @@ pub(crate) fn read(file: &str, text: &mut dyn Read, plan: &mut ReadPlan<'_>) -> 
             .collect(),
         timeless_lines: Vec::new(),
         cut_off_line: None,
+        unfinished: None,
         near_misses: header.near_misses,
     };
     let mut line = 1;
@@ -184,7 +187,7 @@ impl Header {
 }
 
 /// Fails, naming the channels that are there, when `id` has no column among `names`.
-fn check_present(file: &str, id: ChannelId, names: &[String]) -> Result<(), DataError> {
+pub(super) fn check_present(file: &str, id: ChannelId, names: &[String]) -> Result<(), DataError> {
     let mut present: Vec<ChannelId> =
         names.iter().filter_map(|name| ColumnKind::parse(name)?.channel()).collect();
     present.sort_unstable();
@@ -217,9 +220,9 @@ fn delimiter_hint(names: &[String]) -> String {
     }
 }
 
-struct Cell<'a> {
-    file: &'a str,
-    line: u64,
+pub(super) struct Cell<'a> {
+    pub(super) file: &'a str,
+    pub(super) line: u64,
 }
 
 impl Cell<'_> {
@@ -235,7 +238,7 @@ impl Cell<'_> {
         })
     }
 
-    fn check_range(&self, name: &str, kind: ColumnKind, value: f64) -> Result<(), DataError> {
+    pub(super) fn check_range(&self, name: &str, kind: ColumnKind, value: f64) -> Result<(), DataError> {
         match kind.valid_range() {
             Some(range) if !range.admits(value) => Err(DataError::OutOfRange {
                 file: self.file.to_owned(),

@@ -44,6 +44,14 @@ pub enum DataError {
         /// What to do.
         advice: &'static str,
     },
+    /// A ROS 2 bag that cannot be used.
+    #[error("{file}: {source}")]
+    Bag {
+        /// The file as given.
+        file: String,
+        /// What is wrong with it.
+        source: super::BagError,
+    },
     /// A row is not UTF-8 text.
     #[error("{file}, row {line}: not valid UTF-8 text; save the file as plain CSV in UTF-8")]
     NotText {

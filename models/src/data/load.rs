@@ -5,7 +5,7 @@ use std::path::Path;
 use super::column::ColumnKind;
 use super::csv::{RawColumn, RawTable, ReadPlan};
 use super::quality::{self, FindingKind, QualityReport, SensorLimits};
-use super::{Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recording, csv, source};
+use super::{Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recording, bag, csv, source};
 
 /// What to read and against what to check it.
 #[derive(Default)]
@@ -44,7 +44,11 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
     };
     let mut plan = ReadPlan { channels: options.channels, progress: &mut progress };
     let file = open.file.clone();
-    let table = csv::read(&file, &mut *open.text, &mut plan)?;
+    let table = if open.is_bag {
+        bag::read(&file, &mut *open.text, &mut plan)?
+    } else {
+        csv::read(&file, &mut *open.text, &mut plan)?
+    };
     let source = open.finish()?;
     assemble(table, source, options.limits)
 }
@@ -122,6 +126,12 @@ fn header_findings(table: &RawTable) -> Vec<Finding> {
     }
     if let Some(row) = table.cut_off_line {
         let sentence = format!("The last row ({row}) stops in the middle and is left out.");
+        findings.push(Finding::new(FindingKind::CutOffRow, None, 1, Vec::new(), sentence));
+    }
+    if let Some(reason) = &table.unfinished {
+        let sentence = format!(
+            "The end of the file is missing ({reason}), as when its recorder was killed: read as far as it goes."
+        );
         findings.push(Finding::new(FindingKind::CutOffRow, None, 1, Vec::new(), sentence));
     }
     if let (Some(first), count) = (table.timeless_lines.first(), table.timeless_lines.len()) {

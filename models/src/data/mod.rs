@@ -1,16 +1,17 @@
 //! Measured data: recordings read from files, checked, masked and handed on as typed columns.
 //!
 //! ```text
-//! file -> source (plain, gzip, zstd; SHA-256) -> csv (cells to columns) -> quality (order, gaps, masks) -> Recording
+//! file -> source (plain, gzip, zstd; SHA-256) -> csv (cells to columns)      -> quality (order, gaps, masks) -> Recording
+//!                                             -> bag (messages to columns)
 //! ```
 //!
 //! [`load`] does it all. What can be put right by leaving samples out is left out and said in the
 //! [`QualityReport`]; what cannot be understood is a [`DataError`] that names the file, the row as an editor counts
 //! it, and the column.
 //!
-//! A second file format is a second module beside `csv` that fills the same columns; [`load`] chooses by the
-//! first bytes of the file.
+//! Each file format is a module that fills the same columns; [`load`] chooses by the first bytes of the file.
 
+mod bag;
 mod channel;
 mod column;
 mod csv;
@@ -24,6 +25,7 @@ mod recording;
 mod source;
 pub mod write;
 
+pub use bag::BagError;
 pub use channel::ChannelId;
 pub use error::DataError;
 pub use flags::Flags;

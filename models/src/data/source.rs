@@ -50,6 +50,8 @@ pub(crate) struct OpenFile {
     pub file: String,
     /// Size on disk, bytes; 0 if unknown (a pipe).
     pub size: u64,
+    /// Whether it is an MCAP file.
+    pub is_bag: bool,
     /// Decompressed content.
     pub text: Box<dyn Read>,
     tap: Rc<RefCell<TapState>>,
@@ -59,16 +61,15 @@ const GZIP: &[u8] = &[0x1f, 0x8b];
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 /// Formats that people hand over in error, by their first bytes.
-const UNSUPPORTED: [(&[u8], &str, &str); 6] = [
-    (
-        b"\x89MCAP0\r\n",
-        "an MCAP file",
-        "this version reads CSV, plain or compressed with gzip or zstd: convert it",
-    ),
+const UNSUPPORTED: [(&[u8], &str, &str); 5] = [
     (b"\xfd7zXZ\0", "an xz archive", "decompress it, or compress with gzip or zstd"),
     (b"BZh", "a bzip2 archive", "decompress it, or compress with gzip or zstd"),
     (b"PK\x03\x04", "a zip archive or a spreadsheet", "export it as CSV"),
-    (b"SQLite format 3\0", "an SQLite database (a ROS bag?)", "export it as CSV"),
+    (
+        b"SQLite format 3\0",
+        "an SQLite database (a ROS bag?)",
+        "convert it to MCAP with `ros2 bag convert`, or export it as CSV",
+    ),
     (b"\x89HDF", "an HDF5 file", "export it as CSV"),
 ];
 
@@ -90,6 +91,7 @@ pub(crate) fn open(path: &Path) -> Result<OpenFile, DataError> {
     if let Some(&(_, what, advice)) = UNSUPPORTED.iter().find(|(magic, _, _)| head.starts_with(magic)) {
         return Err(DataError::Unsupported { file, what, advice });
     }
+    let is_bag = head.starts_with(super::bag::MAGIC);
     let text: Box<dyn Read> = if head.starts_with(GZIP) {
         Box::new(flate2::bufread::MultiGzDecoder::new(stored))
     } else if head.starts_with(ZSTD) {
@@ -97,7 +99,7 @@ pub(crate) fn open(path: &Path) -> Result<OpenFile, DataError> {
     } else {
         Box::new(stored)
     };
-    Ok(OpenFile { file, size: metadata.len(), text, tap })
+    Ok(OpenFile { file, size: metadata.len(), is_bag, text, tap })
 }
 
 /// Tells how far the reading of a file has come while someone else reads it.

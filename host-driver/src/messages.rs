@@ -1,0 +1,169 @@
+//! ROS 2 messages: what recordings hold and what the ROS node sends. Plain data; serialised as CDR in the order of their fields.
+//!
+//! One message a board carries its four chambers, in kPa gauge, channel 0 first:
+//!
+//! - `sensor_msgs/msg/JointState`, which every ROS installation has. Pressures stand in `effort`, and `name` says of each value
+//!   what it is, in the words of the measured-data format (`b0_p0_kpa`, `b0_cmd0_kpa`).
+//! - [`Pressures`], the original project's `{Header header, float64[] pressure}`.
+
+use pneudrive_protocol::CHANNELS;
+use serde::{Deserialize, Serialize};
+
+/// `builtin_interfaces/msg/Time`: since 1970-01-01 UTC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Time {
+    /// Whole seconds.
+    pub sec: i32,
+    /// The rest, ns.
+    pub nanosec: u32,
+}
+
+impl Time {
+    /// From ns since 1970. ROS counts seconds in 32 bits: the year 2038 is where it stops.
+    pub fn from_unix_ns(unix_ns: u64) -> Self {
+        let sec = i32::try_from(unix_ns / 1_000_000_000).unwrap_or(i32::MAX);
+        Self { sec, nanosec: (unix_ns % 1_000_000_000) as u32 }
+    }
+
+    /// ns since 1970. Times before count as 1970.
+    pub fn unix_ns(self) -> u64 {
+        u64::try_from(self.sec).unwrap_or(0) * 1_000_000_000 + u64::from(self.nanosec)
+    }
+
+    /// Whether the sender left the stamp out.
+    pub fn is_zero(self) -> bool {
+        self == Self::default()
+    }
+}
+
+/// `std_msgs/msg/Header`
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Header {
+    /// When what the message says was so.
+    pub stamp: Time,
+    /// In our messages the bus, such as `bus0`: boards on the same bus are asked in turn, those on different buses are not in step.
+    pub frame_id: String,
+}
+
+/// `sensor_msgs/msg/JointState`
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct JointState {
+    /// When and which bus.
+    pub header: Header,
+    /// What each value of `effort` is.
+    pub name: Vec<String>,
+    /// Not used.
+    pub position: Vec<f64>,
+    /// Not used.
+    pub velocity: Vec<f64>,
+    /// Pressures, kPa gauge.
+    pub effort: Vec<f64>,
+}
+
+impl JointState {
+    /// Its name in ROS.
+    pub const ROS_TYPE: &str = "sensor_msgs/msg/JointState";
+    /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
+    pub const DEFINITION: &str = "\
+std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+
+    /// A state of joint `joint`: four measured pressures, then the four commands that were sent when they were asked for. Those four
+    /// pressures were measured before that command could have an effect.
+    pub fn state(joint: u16, bus: usize) -> Self {
+        let measured = (0..CHANNELS).map(|k| format!("b{joint}_p{k}_kpa"));
+        Self::of(measured.chain(commands(joint)).collect(), bus)
+    }
+
+    /// Four commands to joint `joint`.
+    pub fn command(joint: u16, bus: usize) -> Self {
+        Self::of(commands(joint).collect(), bus)
+    }
+
+    fn of(name: Vec<String>, bus: usize) -> Self {
+        let effort = vec![f64::NAN; name.len()];
+        let header = Header { stamp: Time::default(), frame_id: bus_frame(bus) };
+        Self { header, name, effort, ..Self::default() }
+    }
+
+    /// The same message with other content.
+    pub fn fill(&mut self, stamp: Time, kpa: impl IntoIterator<Item = f64>) {
+        self.header.stamp = stamp;
+        self.effort.clear();
+        self.effort.extend(kpa);
+    }
+}
+
+/// The original project's message, `{Header header, float64[] pressure}`, kPa gauge.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Pressures {
+    /// When and which bus.
+    pub header: Header,
+    /// Pressures, kPa gauge.
+    pub pressure: Vec<f64>,
+}
+
+/// What `frame_id` says of the boards on bus number `bus` of one program.
+pub fn bus_frame(bus: usize) -> String {
+    format!("bus{bus}")
+}
+
+fn commands(joint: u16) -> impl Iterator<Item = String> {
+    (0..CHANNELS).map(move |k| format!("b{joint}_cmd{k}_kpa"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bytes that PyPI `rosbags` 0.11 made of the same message (XCDR1, little endian, behind the 4 bytes of encapsulation).
+    #[test]
+    fn a_joint_state_is_serialised_as_ros_does() {
+        let message = JointState {
+            header: Header { stamp: Time { sec: 1, nanosec: 2 }, frame_id: "bus0".into() },
+            name: vec!["a".into()],
+            effort: vec![1.0, 2.0],
+            ..JointState::default()
+        };
+        let bytes = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(&message).unwrap();
+        let expected = [
+            &[1, 0, 0, 0, 2, 0, 0, 0][..],            // stamp
+            &[5, 0, 0, 0, b'b', b'u', b's', b'0', 0], // frame_id with its NUL
+            &[0, 0, 0],                               // padding to 4
+            &[1, 0, 0, 0, 2, 0, 0, 0, b'a', 0],       // one name of 2 bytes
+            &[0, 0],                                  // padding to 4
+            &[0, 0, 0, 0, 0, 0, 0, 0],                // no position, no velocity
+            &[2, 0, 0, 0],                            // two efforts
+        ]
+        .concat();
+        assert_eq!(bytes[..expected.len()], expected);
+        let efforts = [1.0f64.to_le_bytes(), 2.0f64.to_le_bytes()].concat();
+        assert_eq!(bytes[expected.len()..], efforts, "they start at a multiple of 8: {}", expected.len());
+    }
+
+    #[test]
+    fn names_say_what_the_values_are() {
+        let state = JointState::state(5, 1);
+        assert_eq!(state.name[0], "b5_p0_kpa");
+        assert_eq!(state.name[7], "b5_cmd3_kpa");
+        assert_eq!((state.header.frame_id.as_str(), state.effort.len()), ("bus1", 8));
+    }
+
+    #[test]
+    fn times_go_round() {
+        let unix_ns = 1_763_742_822_123_456_789;
+        assert_eq!(Time::from_unix_ns(unix_ns).unix_ns(), unix_ns);
+    }
+}

@@ -1,0 +1,167 @@
+//! Rows as messages in an MCAP file that is a ROS 2 bag.
+//!
+//! For each board and row one `pressure_state`, also where the board gave no answer: then its pressures are NaN, and its command stands.
+//! A `pressure_command` wherever a command changes, so that a bag can be played to a node. Messages are in CDR,
+//! schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it.
+//!
+//! A chunk is finished with each block, so the file can be read to its end by a streaming reader at any time; the indexes that others
+//! need come with the end of the recording.
+
+mod metadata;
+mod pipe;
+mod topics;
+
+use super::format::Form;
+use super::recorder::RecordedBus;
+use super::rows::Batch;
+use crate::messages::Time;
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{McapError, WriteOptions, Writer};
+use metadata::Extent;
+use pipe::Pipe;
+use pneudrive_protocol::{Counts, SensorScale};
+use std::io;
+use topics::{BoardTopics, Channel};
+
+/// A bag in the making.
+pub(super) struct Bag {
+    file_name: String,
+    writer: Writer<NoSeek<Pipe>>,
+    pipe: Pipe,
+    buses: Vec<Bus>,
+    /// kPa of each code.
+    kpa: Vec<f64>,
+    extent: Extent,
+    buffer: Vec<u8>,
+}
+
+struct Bus {
+    unix_offset_ns: u64,
+    boards: Vec<BoardTopics>,
+}
+
+impl Bag {
+    /// Topics are `{prefix}/joint_{n}/...`.
+    pub(super) fn new(
+        file_name: &str,
+        prefix: &str,
+        buses: &[RecordedBus],
+        scale: SensorScale,
+    ) -> io::Result<Self> {
+        let pipe = Pipe::default();
+        let options = WriteOptions::new()
+            .profile("ros2")
+            .library(concat!("pneudrive-host/", env!("CARGO_PKG_VERSION")))
+            // Blocks end chunks.
+            .chunk_size(None)
+            .compression_threads(0)
+            .disable_seeking(true);
+        let mut writer = Writer::with_options(NoSeek::new(pipe.clone()), options).map_err(explain)?;
+        let buses = buses
+            .iter()
+            .enumerate()
+            .map(|(index, bus)| {
+                let boards = bus.boards.iter().map(|&board| {
+                    BoardTopics::add(&mut writer, prefix, bus.first_joint + u16::from(board), index)
+                });
+                let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
+                Ok(Bus { unix_offset_ns: bus.unix_offset_ns, boards })
+            })
+            .collect::<io::Result<_>>()?;
+        let kpa = (0..=Counts::MAX.get()).map(|code| scale.kpa(Counts::saturating(code))).collect();
+        let (extent, buffer) = (Extent::default(), Vec::new());
+        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, kpa, extent, buffer })
+    }
+
+    fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.buses.iter().flat_map(|bus| &bus.boards).flat_map(|board| [&board.state, &board.command])
+    }
+
+    fn metadata(&self) -> String {
+        metadata::yaml(&self.file_name, &self.extent, self.channels())
+    }
+}
+
+impl Form for Bag {
+    fn add(&mut self, batch: &Batch) -> io::Result<()> {
+        let Some(bus) = self.buses.get_mut(batch.bus) else { return Ok(()) };
+        for (at_ns, samples) in batch.iter() {
+            let log_ns = at_ns + bus.unix_offset_ns;
+            // A board that gave no answer was asked, if at all, after the one before it.
+            let mut stamp_ns = at_ns;
+            for (topics, sample) in bus.boards.iter_mut().zip(samples) {
+                // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
+                let command = sample.command.map(|counts| self.kpa[usize::from(counts.get())].max(0.0));
+                stamp_ns = sample.answer.map_or(stamp_ns, |answer| answer.asked_ns);
+                let stamp = Time::from_unix_ns(stamp_ns + bus.unix_offset_ns);
+                if topics.last_command != Some(sample.command) {
+                    topics.last_command = Some(sample.command);
+                    topics.command.message.fill(stamp, command);
+                    topics.command.write(&mut self.writer, log_ns, &mut self.buffer)?;
+                    self.extent.add(log_ns);
+                }
+                let pressures = sample.answer.map_or([f64::NAN; 4], |answer| {
+                    answer.pressures.map(|counts| self.kpa[usize::from(counts.get())])
+                });
+                topics.state.message.fill(stamp, pressures.into_iter().chain(command));
+                topics.state.write(&mut self.writer, log_ns, &mut self.buffer)?;
+                self.extent.add(log_ns);
+            }
+        }
+        Ok(())
+    }
+
+    fn waiting(&self) -> usize {
+        // A chunk grows inside the writer; what counts is that blocks end in time, not how long they are.
+        self.pipe.waiting()
+    }
+
+    fn block(&mut self) -> io::Result<Vec<u8>> {
+        self.writer.flush().map_err(explain)?;
+        Ok(self.pipe.take())
+    }
+
+    fn end(&mut self) -> io::Result<Vec<u8>> {
+        let record = metadata::record(self.metadata());
+        self.writer.write_metadata(&record).map_err(explain)?;
+        self.writer.finish().map_err(explain)?;
+        Ok(self.pipe.take())
+    }
+
+    fn companion(&self) -> Option<(&'static str, String)> {
+        Some((metadata::FILE_NAME, self.metadata()))
+    }
+}
+
+impl Channel {
+    fn write(
+        &mut self,
+        writer: &mut Writer<NoSeek<Pipe>>,
+        log_ns: u64,
+        buffer: &mut Vec<u8>,
+    ) -> io::Result<()> {
+        /// XCDR1, little endian (OMG DDSI-RTPS 2.5, 10.2).
+        const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+        buffer.clear();
+        buffer.extend_from_slice(&ENCAPSULATION);
+        cdr_encoding::to_writer::<_, byteorder::LittleEndian, _>(&mut *buffer, &self.message)
+            .map_err(io::Error::other)?;
+        let header = MessageHeader {
+            channel_id: self.id,
+            sequence: self.count as u32,
+            log_time: log_ns,
+            publish_time: log_ns,
+        };
+        writer.write_to_known_channel(&header, buffer).map_err(explain)?;
+        self.count += 1;
+        Ok(())
+    }
+}
+
+fn explain(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}

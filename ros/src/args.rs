@@ -1,0 +1,262 @@
+//! Flags, which are also the ROS parameters, and what they mean.
+
+use crate::names::{NameError, Names};
+use crate::ros_args::{self, RosArgsError};
+use clap::Parser;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  pneudrive-ros --port sim --devices 3                       three virtual boards
+  pneudrive-ros --port /dev/ttyUSB0 --devices 2 --namespace /arm
+  pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4 two buses of four boards: joint_0 to joint_7
+  pneudrive-ros --port /dev/ttyUSB0 --ros-args -r __ns:=/arm -p rate_hz:=500.0
+
+Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics. Ends on Ctrl-C or SIGTERM; then 0 kPa is
+commanded to every board.
+
+Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
+
+/// PneuDrive boards as a ROS 2 node. Each flag is also a ROS parameter: --rate-hz 500 is -p rate_hz:=500.0.
+#[derive(Debug, Clone, PartialEq, Parser)]
+#[command(name = "pneudrive-ros", version, after_help = EXAMPLES, max_term_width = 110, args_override_self = true)]
+pub struct Flags {
+    /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses
+    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required = true)]
+    pub port: Vec<PathBuf>,
+    /// Boards on each bus, numbered from 0: one number for all buses, or one for each
+    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', default_values_t = [1], value_parser = clap::value_parser!(u16).range(1..=255))]
+    pub devices: Vec<u16>,
+    /// Number of the first board's joint; the boards of the second bus follow those of the first
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
+    pub first_joint: u16,
+    /// Line rate, bit/s
+    #[arg(long, value_name = "BAUD", default_value_t = 1_000_000)]
+    pub baud: u32,
+    /// How long a board may take to answer beyond the wire time, us
+    #[arg(long, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub allowance_us: u64,
+    /// Cycles of each bus per second [default: 1000, or as fast as possible where the wire takes longer]
+    #[arg(long, value_name = "HZ")]
+    pub rate_hz: Option<f64>,
+    /// Publish states at most so often, per board [changeable while running]
+    #[arg(long, value_name = "HZ", default_value_t = 1_000.0)]
+    pub publish_rate_hz: f64,
+    /// Refuse commands whose stamp lies further from now, s; 0 accepts any. A stamp of 0 is always accepted [changeable while running]
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    pub max_command_age_s: f64,
+    /// Vent a joint that has got no valid command for so long, s; 0 holds the last one for ever [changeable while running]
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    pub command_timeout_s: f64,
+    /// Type of the pressure messages: joint_state (sensor_msgs/JointState, kPa in `effort`), or PACKAGE/TYPE for a message
+    /// {std_msgs/Header header, float64[] pressure} of that name
+    #[arg(long, value_name = "TYPE", default_value = "joint_state")]
+    pub message_type: String,
+    /// Publish /diagnostics every so often, s
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    pub diagnostics_period_s: f64,
+    /// Record every row of every bus to FILE.mcap, a ROS 2 bag
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Replace the recording if it exists
+    #[arg(long, requires = "record")]
+    pub overwrite: bool,
+    /// Namespace of the node; __ns:= wins
+    #[arg(long, value_name = "NS", default_value = "/")]
+    pub namespace: String,
+    /// Name of the node; __node:= wins
+    #[arg(long, value_name = "NAME", default_value = "pneudrive")]
+    pub name: String,
+    /// DDS domain [default: ROS_DOMAIN_ID, or 0]
+    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
+    pub domain_id: Option<u16>,
+}
+
+/// The flags, checked, with what follows from them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// As given.
+    pub flags: Flags,
+    /// The node's and its topics'.
+    pub names: Names,
+    /// DDS domain.
+    pub domain_id: u16,
+    /// Which messages to speak.
+    pub message: MessageType,
+}
+
+/// Type of the pressure messages.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MessageType {
+    /// `sensor_msgs/msg/JointState`
+    JointState,
+    /// `{Header, float64[]}` under a name of the user's.
+    Pressures {
+        /// Its package.
+        package: String,
+        /// Its name in that.
+        name: String,
+    },
+}
+
+/// Arguments that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ArgsError {
+    /// In the ROS part.
+    #[error(transparent)]
+    Ros(#[from] RosArgsError),
+    /// A name.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// A value.
+    #[error("{name} {value}: {advice}")]
+    Value {
+        /// Of which flag.
+        name: &'static str,
+        /// What came.
+        value: String,
+        /// What is expected.
+        advice: String,
+    },
+}
+
+impl Settings {
+    /// Reads the command line. Ends the process for --help, --version and flags that clap refuses.
+    pub fn from_command_line(line: impl Iterator<Item = OsString>) -> Result<Self, ArgsError> {
+        let (mut own, ros) = ros_args::split(line)?;
+        for (name, value) in ros.parameters {
+            // What belongs to every node and means nothing to this one.
+            if name == "use_sim_time" || name.starts_with("qos_overrides") {
+                continue;
+            }
+            own.push(format!("--{}={}", name.replace('_', "-"), plain(&value)).into());
+        }
+        let flags = Flags::parse_from(own);
+        let names = Names::new(&flags.namespace, &flags.name, &ros.remaps)?;
+        Self::check(flags, names)
+    }
+
+    fn check(flags: Flags, names: Names) -> Result<Self, ArgsError> {
+        let value =
+            |name, value: String, advice: &str| Err(ArgsError::Value { name, value, advice: advice.into() });
+        if flags.devices.len() != 1 && flags.devices.len() != flags.port.len() {
+            let counts = flags.devices.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
+            let advice = format!("one number, or one for each of the {} ports", flags.port.len());
+            return value("--devices", counts, &advice);
+        }
+        let boards: u32 = (0..flags.port.len())
+            .map(|bus| u32::from(*flags.devices.get(bus).or(flags.devices.first()).unwrap_or(&1)))
+            .sum();
+        if u32::from(flags.first_joint) + boards > u32::from(u16::MAX) {
+            return value("--first-joint", flags.first_joint.to_string(), "too high for so many boards");
+        }
+        let numbers = [
+            ("--rate-hz", flags.rate_hz.unwrap_or(1.0), false),
+            ("--publish-rate-hz", flags.publish_rate_hz, false),
+            ("--max-command-age-s", flags.max_command_age_s, true),
+            ("--command-timeout-s", flags.command_timeout_s, true),
+            ("--diagnostics-period-s", flags.diagnostics_period_s, false),
+        ];
+        for (name, number, may_be_zero) in numbers {
+            if let Err(advice) = check_number(number, may_be_zero) {
+                return value(name, number.to_string(), &advice);
+            }
+        }
+        let message = match flags.message_type.split('/').collect::<Vec<_>>()[..] {
+            ["joint_state"] | ["sensor_msgs", "JointState"] | ["sensor_msgs", "msg", "JointState"] => {
+                MessageType::JointState
+            }
+            [package, name] | [package, "msg", name] if !package.is_empty() && !name.is_empty() => {
+                MessageType::Pressures { package: package.to_owned(), name: name.to_owned() }
+            }
+            _ => {
+                return value(
+                    "--message-type",
+                    flags.message_type.clone(),
+                    "expected joint_state or PACKAGE/TYPE",
+                );
+            }
+        };
+        let from_environment = match (flags.domain_id, std::env::var("ROS_DOMAIN_ID")) {
+            (None, Ok(text)) if !text.is_empty() => match text.parse() {
+                Ok(id) if id <= 232 => Some(id),
+                _ => return value("ROS_DOMAIN_ID", text, "expected a number from 0 to 232"),
+            },
+            _ => None,
+        };
+        let domain_id = flags.domain_id.or(from_environment).unwrap_or(0);
+        Ok(Self { flags, names, domain_id, message })
+    }
+
+    /// Boards on the bus at `index`.
+    pub fn devices(&self, index: usize) -> u16 {
+        let devices = &self.flags.devices;
+        devices.get(index).or(devices.first()).copied().unwrap_or(1)
+    }
+}
+
+/// Whether `number` can be a rate or a time.
+pub fn check_number(number: f64, may_be_zero: bool) -> Result<(), String> {
+    let allowed = if may_be_zero { number >= 0.0 } else { number > 0.0 };
+    if allowed && number <= 1e6 {
+        Ok(())
+    } else {
+        Err(format!("must be {} 0 and at most 1e6", if may_be_zero { "at least" } else { "above" }))
+    }
+}
+
+/// A parameter's YAML text as a flag's value: without quotes, lists without brackets.
+fn plain(value: &str) -> String {
+    let list = value.trim().trim_start_matches('[').trim_end_matches(']');
+    let items = list.split(',').map(|item| item.trim().trim_matches(|c| c == '\'' || c == '"'));
+    items.collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn settings(line: &str) -> Result<Settings, ArgsError> {
+        Settings::from_command_line(format!("x {line}").split(' ').map(OsString::from))
+    }
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Flags::command().debug_assert();
+    }
+
+    #[test]
+    fn parameters_are_flags() {
+        let line =
+            "--ros-args -p port:=['/dev/a','/dev/b'] -p devices:=[4,2] -p rate_hz:=500.0 -r __ns:=/arm";
+        let settings = settings(line).unwrap();
+        assert_eq!(settings.flags.port, [PathBuf::from("/dev/a"), PathBuf::from("/dev/b")]);
+        assert_eq!((settings.devices(0), settings.devices(1)), (4, 2));
+        assert_eq!(settings.flags.rate_hz, Some(500.0));
+        assert_eq!(settings.names.full(), "/arm/pneudrive");
+    }
+
+    /// As launch files do, which put parameters behind flags.
+    #[test]
+    fn the_last_word_counts() {
+        let settings = settings("--port a,b --rate-hz 100 --port c --ros-args -p rate_hz:=200.0").unwrap();
+        assert_eq!((settings.flags.port, settings.flags.rate_hz), (vec![PathBuf::from("c")], Some(200.0)));
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        let refused = |line: &str| settings(line).unwrap_err().to_string();
+        assert!(refused("--port a,b,c --devices 4,2").contains("each of the 3 ports"));
+        assert!(refused("--port a --rate-hz 0").contains("--rate-hz 0: must be above 0"));
+        assert!(refused("--port a --max-command-age-s NaN").contains("at least 0"));
+        assert!(refused("--port a --message-type a/b/c").contains("PACKAGE/TYPE"));
+    }
+
+    #[test]
+    fn the_originals_message_goes_by_any_name() {
+        let message = settings("--port a --message-type arm_msgs/Pressures").unwrap().message;
+        assert_eq!(message, MessageType::Pressures { package: "arm_msgs".into(), name: "Pressures".into() });
+    }
+}

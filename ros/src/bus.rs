@@ -1,0 +1,158 @@
+//! One bus: its port, its poller, and what hangs on both.
+
+use crate::args::Settings;
+use crate::gate::Gate;
+use crate::live::Live;
+use crate::publish::PublishCounters;
+use crate::run::Failure;
+use crate::tap::{State, Tap};
+use pneudrive_host::bus::{Bus, BusOptions};
+use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints};
+use pneudrive_protocol::{Baud, SensorScale};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::sync::mpsc::Receiver;
+
+/// Pressures of the boards' sensors.
+pub const SCALE: SensorScale = SensorScale::ORIGINAL;
+
+/// A port that is open, nothing sent but what finds out whether it echoes.
+pub struct OpenBus {
+    bus: Bus,
+    options: PollerOptions,
+    port: String,
+    first_joint: u16,
+    virtual_boards: VirtualBoards,
+}
+
+/// A bus that is polled.
+pub struct RunningBus {
+    /// The port's path.
+    pub port: String,
+    /// Joint of the first board.
+    pub first_joint: u16,
+    /// On a thread of its own.
+    pub poller: Poller,
+    /// One for each board, in the poller's order.
+    pub gates: Vec<Arc<Gate>>,
+    /// States that found no room on their way to the publisher.
+    pub dropped: Arc<AtomicU64>,
+    /// What became of the others.
+    pub published: Arc<PublishCounters>,
+    /// To be kept until the poller has ended.
+    pub virtual_boards: VirtualBoards,
+}
+
+impl OpenBus {
+    /// Opens the port at `index` in the settings.
+    pub fn open(settings: &Settings, index: usize, first_joint: u16) -> Result<Self, Failure> {
+        let flags = &settings.flags;
+        let devices = settings.devices(index);
+        let baud = Baud::new(flags.baud).map_err(Failure::input)?;
+        let limit_hz = baud.cycle_limit_hz(devices.into());
+        /// What robots' control loops run at.
+        const USUAL_HZ: f64 = 1_000.0;
+        let pace = match flags.rate_hz {
+            Some(rate_hz) if rate_hz > limit_hz => {
+                return Err(Failure::input(format!(
+                    "--rate-hz {rate_hz}: the wire allows {limit_hz:.1} Hz for {devices} board(s) at {} baud",
+                    flags.baud
+                )));
+            }
+            None if limit_hz < USUAL_HZ => Pace::AsFastAsPossible,
+            rate_hz => Pace::Every {
+                period_ns: (1e9 / rate_hz.unwrap_or(USUAL_HZ)).round() as u64,
+                missed: MissedTick::Skip,
+            },
+        };
+        let bus_options =
+            BusOptions { baud, answer_allowance_ns: flags.allowance_us * 1_000, ..BusOptions::default() };
+        let virtual_boards = VirtualBoards::start(&flags.port[index], devices, baud)?;
+        let port = virtual_boards.path().unwrap_or(&flags.port[index]).to_owned();
+        let bus = Bus::open(&port, bus_options).map_err(|error| match error {
+            pneudrive_host::bus::OpenBusError::Port(error) => Failure::input(error),
+            other => Failure::running(other),
+        })?;
+        let options = PollerOptions { pace, scale: SCALE, ..PollerOptions::for_devices(devices) };
+        Ok(Self { bus, options, port: port.display().to_string(), first_joint, virtual_boards })
+    }
+
+    /// Numbers of its boards.
+    pub fn boards(&self) -> &[u8] {
+        &self.options.boards
+    }
+
+    /// Joint of the first board.
+    pub fn first_joint(&self) -> u16 {
+        self.first_joint
+    }
+
+    /// Starts polling. States come out of the receiver.
+    pub fn start(
+        self,
+        live: &Arc<Live>,
+        recording: Option<Box<dyn Observer>>,
+    ) -> Result<(RunningBus, Receiver<State>), Failure> {
+        let set_points = SetPoints::new(self.options.boards.len());
+        let gates = (0..self.options.boards.len())
+            .map(|index| Arc::new(Gate::new(set_points.clone(), index, SCALE)))
+            .collect();
+        let (tap, states, dropped) = Tap::new(Arc::clone(live), SCALE);
+        let observers = std::iter::once(Box::new(tap) as Box<dyn Observer>).chain(recording).collect();
+        let poller = Poller::start(self.bus, self.options, Box::new(set_points), observers)
+            .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+        let published = Arc::default();
+        let running = RunningBus {
+            port: self.port,
+            first_joint: self.first_joint,
+            poller,
+            gates,
+            dropped,
+            published,
+            virtual_boards: self.virtual_boards,
+        };
+        Ok((running, states))
+    }
+}
+
+/// What stands behind `--port sim`.
+pub struct VirtualBoards {
+    #[cfg(feature = "sim")]
+    boards: Option<pneudrive_sim::pty::EmbeddedSim>,
+}
+
+#[cfg(feature = "sim")]
+impl VirtualBoards {
+    fn start(port: &Path, devices: u16, baud: Baud) -> Result<Self, Failure> {
+        use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
+        use pneudrive_sim::rig::RigOptions;
+        if port != Path::new("sim") {
+            return Ok(Self { boards: None });
+        }
+        let rig = RigOptions { boards: usize::from(devices), baud, ..RigOptions::default() };
+        let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
+            .map_err(|error| Failure::running(format!("virtual boards: {error}")))?;
+        Ok(Self { boards: Some(boards) })
+    }
+
+    fn path(&self) -> Option<&Path> {
+        self.boards.as_ref().map(pneudrive_sim::pty::EmbeddedSim::path)
+    }
+}
+
+#[cfg(not(feature = "sim"))]
+impl VirtualBoards {
+    fn start(port: &Path, _: u16, _: Baud) -> Result<Self, Failure> {
+        if port == Path::new("sim") {
+            return Err(Failure::input(
+                "this pneudrive-ros was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
+            ));
+        }
+        Ok(Self {})
+    }
+
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+}

@@ -1,0 +1,204 @@
+//! The node's end towards DDS: topics, parameters, the thread that listens.
+
+use crate::args::{MessageType, Settings};
+use crate::diagnostic_msgs::DiagnosticArray;
+use crate::gate::Gate;
+use crate::live::Live;
+use crate::parameters;
+use crate::pressure::PressureMessage;
+use crate::publish::StateTopic;
+use crate::run::Failure;
+use futures::StreamExt;
+use futures::channel::oneshot;
+use futures::executor::block_on;
+use futures::future::{Either, select};
+use futures::stream::SelectAll;
+use pneudrive_host::messages::JointState;
+use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
+use ros2_client::{Context, ContextOptions, MessageTypeName, Node, Publisher, Subscription};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// One joint's topics, and where its commands go.
+pub struct Joint {
+    /// Its number in topic names.
+    pub number: u16,
+    /// Lets commands through.
+    pub gate: Arc<Gate>,
+}
+
+/// A node that can be heard but does not listen yet.
+pub struct RosNode {
+    context: Context,
+    node: Node,
+}
+
+/// The thread that listens.
+pub struct Listener {
+    stop: oneshot::Sender<()>,
+    thread: JoinHandle<()>,
+}
+
+/// States to publish: reliable, which both kinds of subscribers can read.
+///
+/// A reliable subscriber that has died keeps its place until its lease ends: 20 s with Fast DDS, 10 s with Cyclone DDS. What it has not
+/// acknowledged is kept for it, and once that is `depth` messages nothing is sent to anybody. So there is room for longer than that.
+const STATE_QOS: QosProfile = QosProfile {
+    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
+    durability: Durability::Volatile,
+    history: History::KeepLast { depth: 30_000 },
+    ..QosProfile::publisher_default()
+};
+
+/// Commands to listen to: best effort, which both kinds of publishers can serve. A lost command is replaced by the next.
+const COMMAND_QOS: QosProfile =
+    QosProfile { history: History::KeepLast { depth: 16 }, ..QosProfile::subscription_default() };
+
+/// As ROS's own diagnostics.
+const DIAGNOSTICS_QOS: QosProfile = QosProfile {
+    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
+    history: History::KeepLast { depth: 100 },
+    ..QosProfile::publisher_default()
+};
+
+impl RosNode {
+    /// Joins the DDS domain. `live` follows the parameters.
+    pub fn new(settings: &Settings, live: &Arc<Live>) -> Result<Self, Failure> {
+        let options = ContextOptions::new().domain_id(settings.domain_id);
+        let context = Context::with_options(options).map_err(|error| {
+            Failure::running(format!("cannot join DDS domain {}: {error}", settings.domain_id))
+        })?;
+        let name = settings.names.node_name().map_err(Failure::input)?;
+        let node = context
+            .new_node(name, parameters::declare(settings, live))
+            .map_err(|error| Failure::running(format!("cannot make the node: {error}")))?;
+        Ok(Self { context, node })
+    }
+
+    /// `/diagnostics`
+    pub fn diagnostics(&mut self, settings: &Settings) -> Result<Publisher<DiagnosticArray>, Failure> {
+        let type_name = MessageTypeName::new("diagnostic_msgs", "DiagnosticArray");
+        self.publisher(settings, "/diagnostics", type_name, &DIAGNOSTICS_QOS)
+    }
+
+    /// Where a joint's states go.
+    pub fn states<M: PressureMessage>(
+        &mut self,
+        settings: &Settings,
+        joint: u16,
+        bus: usize,
+    ) -> Result<StateTopic<M>, Failure> {
+        let topic = format!("~/joint_{joint}/pressure_state");
+        let publisher = self.publisher(settings, &topic, type_name(&settings.message), &STATE_QOS)?;
+        Ok(StateTopic { publisher, message: M::empty_state(joint, bus) })
+    }
+
+    fn publisher<M: serde::Serialize>(
+        &mut self,
+        settings: &Settings,
+        topic: &str,
+        type_name: MessageTypeName,
+        qos: &QosProfile,
+    ) -> Result<Publisher<M>, Failure> {
+        let name = settings.names.topic(topic).map_err(Failure::input)?;
+        let dds = |error| Failure::running(format!("{topic}: {error}"));
+        let topic = self.node.create_topic(&name, type_name, qos).map_err(dds)?;
+        self.node.create_publisher(&topic, None).map_err(dds)
+    }
+
+    /// Listens to commands and to what is asked about parameters, on a thread of its own.
+    pub fn listen<M: PressureMessage>(
+        mut self,
+        settings: &Settings,
+        joints: Vec<Joint>,
+        live: Arc<Live>,
+    ) -> Result<Listener, Failure> {
+        let mut subscriptions = Vec::new();
+        for joint in joints {
+            let topic = format!("~/joint_{}/pressure_command", joint.number);
+            let name = settings.names.topic(&topic).map_err(Failure::input)?;
+            let dds = |error| Failure::running(format!("{topic}: {error}"));
+            let topic =
+                self.node.create_topic(&name, type_name(&settings.message), &COMMAND_QOS).map_err(dds)?;
+            let subscription = self.node.create_subscription::<M>(&topic, None).map_err(dds)?;
+            subscriptions.push((joint, subscription));
+        }
+        let spinner =
+            self.node.spinner().map_err(|error| Failure::running(format!("cannot listen: {error}")))?;
+        let (stop, stopped) = oneshot::channel();
+        let thread = std::thread::Builder::new().name("pneudrive-ros".into()).spawn(move || {
+            block_on(async {
+                let commands = std::pin::pin!(follow(&subscriptions, &live));
+                let spinning = std::pin::pin!(spinner.spin());
+                // The spinner ends only with the node, the streams never: whichever ends first, it is over.
+                let work = select(commands, spinning);
+                if let Either::Right(_) = select(stopped, work).await {
+                    log::error!("DDS has ended");
+                }
+            });
+            // In this order: others are told of each end, or they list a dead node for ever.
+            drop(subscriptions);
+            drop(self.node);
+            drop(self.context);
+        });
+        let thread = thread.map_err(|error| Failure::running(format!("no thread to listen: {error}")))?;
+        Ok(Listener { stop, thread })
+    }
+}
+
+impl Listener {
+    /// Leaves the DDS domain.
+    pub fn stop(self) {
+        let _ = self.stop.send(());
+        if self.thread.join().is_err() {
+            log::error!("the listening thread panicked; see above");
+        }
+    }
+}
+
+/// Passes every command on to its joint's gate.
+async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Subscription<M>)], live: &Live) {
+    let mut commands: SelectAll<_> = subscriptions
+        .iter()
+        .map(|(joint, subscription)| {
+            subscription.async_stream().map(move |message| (joint, message)).boxed_local()
+        })
+        .collect();
+    while let Some((joint, message)) = commands.next().await {
+        let message = match message {
+            Ok((message, _)) => message,
+            Err(error) => {
+                log::warn!("joint_{}: a command that is no message: {error:?}", joint.number);
+                continue;
+            }
+        };
+        let (stamp, kpa) = message.command();
+        let refused_before = joint.gate.counters().refused();
+        if let Err(refusal) = joint.gate.offer(stamp, kpa, unix_now_ns(), live.max_command_age_ns())
+            && refused_before == 0
+        {
+            log::warn!(
+                "joint_{}: command refused: {refusal}; further ones are counted in /diagnostics",
+                joint.number
+            );
+        }
+    }
+}
+
+/// ns since 1970.
+pub fn unix_now_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn type_name(message: &MessageType) -> MessageTypeName {
+    match message {
+        MessageType::JointState => {
+            // As in JointState::ROS_TYPE.
+            let (package, name) = JointState::ROS_TYPE.split_once("/msg/").unwrap_or_default();
+            MessageTypeName::new(package, name)
+        }
+        MessageType::Pressures { package, name } => MessageTypeName::new(package, name),
+    }
+}

@@ -1,0 +1,73 @@
+//! The thread that publishes the states of one bus.
+
+use crate::pressure::PressureMessage;
+use crate::tap::State;
+use pneudrive_host::line::Clock;
+use pneudrive_host::messages::Time;
+use ros2_client::Publisher;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::Receiver;
+
+/// What has happened to the states of a bus.
+#[derive(Debug, Default)]
+pub struct PublishCounters {
+    /// Handed to DDS.
+    pub published: AtomicU64,
+    /// Not taken by DDS: a subscriber that acknowledges nothing has filled its memory.
+    pub refused: AtomicU64,
+}
+
+/// One board's topic.
+pub struct StateTopic<M: PressureMessage> {
+    /// Where to.
+    pub publisher: Publisher<M>,
+    /// The message, to be filled in again and again.
+    pub message: M,
+}
+
+/// Publishes until the bus thread has ended.
+pub fn run<M: PressureMessage>(
+    mut topics: Vec<StateTopic<M>>,
+    states: &Receiver<State>,
+    counters: &Arc<PublishCounters>,
+) {
+    let mut clocks = Clocks::new();
+    for state in states {
+        let Some(topic) = topics.get_mut(state.index) else { continue };
+        topic.message.fill_state(clocks.stamp(state.asked_ns), state.measured, state.command);
+        let counter = match topic.publisher.publish(topic.message.clone()) {
+            Ok(()) => &counters.published,
+            Err(_) => &counters.refused,
+        };
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// From the line's clock, which never jumps, to the time of day, which may be set.
+struct Clocks {
+    unix_offset_ns: u64,
+    checked_ns: u64,
+}
+
+impl Clocks {
+    const CHECK_EVERY_NS: u64 = 1_000_000_000;
+    /// Reading two clocks one after the other differs by less than this from one time to the next.
+    const JUMP_NS: u64 = 1_000_000;
+
+    fn new() -> Self {
+        Self { unix_offset_ns: Clock.unix_offset_ns(), checked_ns: 0 }
+    }
+
+    fn stamp(&mut self, at_ns: u64) -> Time {
+        if at_ns >= self.checked_ns + Self::CHECK_EVERY_NS {
+            self.checked_ns = at_ns;
+            let offset_ns = Clock.unix_offset_ns();
+            if offset_ns.abs_diff(self.unix_offset_ns) > Self::JUMP_NS {
+                log::warn!("the system's time was set; stamps follow");
+                self.unix_offset_ns = offset_ns;
+            }
+        }
+        Time::from_unix_ns(at_ns + self.unix_offset_ns)
+    }
+}

@@ -1,0 +1,236 @@
+//! From settings to a node that runs until it is told to stop.
+
+use crate::args::{MessageType, Settings};
+use crate::bus::{OpenBus, RunningBus, SCALE};
+use crate::diagnostic_msgs::DiagnosticArray;
+use crate::diagnostics::BusReport;
+use crate::live::Live;
+use crate::node::{Joint, RosNode, unix_now_ns};
+use crate::pressure::PressureMessage;
+use crate::{parameters, publish};
+use pneudrive_host::line::Clock;
+use pneudrive_host::messages::{Header, JointState, Pressures, Time};
+use pneudrive_host::poller::Observer;
+use pneudrive_host::record::{RecordError, RecordedBus, Recorder};
+use ros2_client::Publisher;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use std::fmt::Display;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Why the node ended otherwise than it was told to.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Failure {
+    message: String,
+    status: u8,
+}
+
+impl Failure {
+    /// The arguments cannot be used. Nothing has been sent to a board.
+    pub fn input(message: impl Display) -> Self {
+        Self { message: message.to_string(), status: 2 }
+    }
+
+    /// Something failed.
+    pub fn running(message: impl Display) -> Self {
+        Self { message: message.to_string(), status: 1 }
+    }
+
+    /// The process's exit status.
+    pub fn status(&self) -> ExitCode {
+        ExitCode::from(self.status)
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        match error {
+            RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),
+            _ => Self::input(error),
+        }
+    }
+}
+
+/// How often the node looks whether it is to stop, and whether commands have run out.
+const ATTENTION: Duration = Duration::from_millis(20);
+
+/// Runs the node until a signal, or until a bus fails. Boards are left safe either way.
+pub fn run(settings: &Settings) -> Result<(), Failure> {
+    match settings.message {
+        MessageType::JointState => run_with::<JointState>(settings),
+        MessageType::Pressures { .. } => run_with::<Pressures>(settings),
+    }
+}
+
+fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
+    if let Some(path) = &settings.flags.record {
+        Recorder::check_bag(path, settings.flags.overwrite)?;
+    }
+    let stop = stop_signal()?;
+    let live = parameters::start(settings);
+    let opened = open(settings)?;
+    let mut node = RosNode::new(settings, &live)?;
+    let diagnostics = node.diagnostics(settings)?;
+    let (recorder, mut taps) = record(settings, &opened)?;
+    let mut buses = Vec::new();
+    let mut publishers: Vec<JoinHandle<()>> = Vec::new();
+    let mut joints = Vec::new();
+    for (index, bus) in opened.into_iter().enumerate() {
+        let numbers: Vec<_> =
+            bus.boards().iter().map(|&board| bus.first_joint() + u16::from(board)).collect();
+        let topics = numbers.iter().map(|&joint| node.states::<M>(settings, joint, index));
+        let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
+        let (bus, states) = bus.start(&live, taps.next())?;
+        joints.extend(
+            numbers.iter().zip(&bus.gates).map(|(&number, gate)| Joint { number, gate: Arc::clone(gate) }),
+        );
+        let counters = Arc::clone(&bus.published);
+        let thread = std::thread::Builder::new().name("pneudrive-pub".into());
+        let thread = thread
+            .spawn(move || publish::run(topics, &states, &counters))
+            .map_err(|error| Failure::running(format!("no thread to publish: {error}")))?;
+        publishers.push(thread);
+        buses.push(bus);
+    }
+    announce(settings, &buses);
+    let listener = node.listen::<M>(settings, joints, Arc::clone(&live))?;
+    attend(settings, &stop, &live, &buses, &diagnostics, || {
+        recorder.as_ref().is_some_and(Recorder::has_failed)
+    });
+    // Boards first.
+    let ended = leave_safe(buses);
+    for publisher in publishers {
+        let _ = publisher.join();
+    }
+    drop(diagnostics);
+    listener.stop();
+    if let Some(recorder) = recorder {
+        let summary = recorder.finish()?;
+        log::info!("{}: {} rows, {} bytes", summary.file.display(), summary.rows, summary.bytes);
+    }
+    ended
+}
+
+/// Set by SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once, in case something hangs.
+fn stop_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        // The order matters: the first signal finds the flag unset.
+        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&stop))
+            .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&stop)))
+            .map_err(|error| Failure::running(format!("cannot handle signals: {error}")))?;
+    }
+    Ok(stop)
+}
+
+fn open(settings: &Settings) -> Result<Vec<OpenBus>, Failure> {
+    let mut first_joint = settings.flags.first_joint;
+    (0..settings.flags.port.len())
+        .map(|index| {
+            let bus = OpenBus::open(settings, index, first_joint)?;
+            first_joint += settings.devices(index);
+            Ok(bus)
+        })
+        .collect()
+}
+
+type Taps = std::vec::IntoIter<Box<dyn Observer>>;
+
+fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, Taps), Failure> {
+    let Some(path) = &settings.flags.record else { return Ok((None, Vec::new().into_iter())) };
+    let unix_offset_ns = Clock.unix_offset_ns();
+    let recorded: Vec<_> = buses
+        .iter()
+        .map(|bus| RecordedBus {
+            boards: bus.boards().to_vec(),
+            first_joint: bus.first_joint(),
+            unix_offset_ns,
+        })
+        .collect();
+    let prefix = settings.names.full();
+    let (recorder, taps) = Recorder::create_bag(path, &prefix, &recorded, SCALE, settings.flags.overwrite)?;
+    Ok((Some(recorder), taps.into_iter()))
+}
+
+fn announce(settings: &Settings, buses: &[RunningBus]) {
+    for bus in buses {
+        let last = bus.first_joint as usize + bus.gates.len().saturating_sub(1);
+        let name = settings.names.full();
+        log::info!(
+            "{name}: joint_{} to joint_{last} on {}, DDS domain {}",
+            bus.first_joint,
+            bus.port,
+            settings.domain_id
+        );
+    }
+}
+
+/// Until it is time to end: vents joints whose commands have run out, and says how things are.
+fn attend(
+    settings: &Settings,
+    stop: &AtomicBool,
+    live: &Live,
+    buses: &[RunningBus],
+    diagnostics: &Publisher<DiagnosticArray>,
+    failed: impl Fn() -> bool,
+) {
+    let period = Duration::from_secs_f64(settings.flags.diagnostics_period_s);
+    let mut reports: Vec<_> = buses.iter().map(|_| BusReport::default()).collect();
+    let mut reported = Instant::now();
+    let name = settings.names.full();
+    loop {
+        let ending =
+            stop.load(Ordering::Relaxed) || buses.iter().any(|bus| bus.poller.is_finished()) || failed();
+        let now_ns = unix_now_ns();
+        for (gate, number) in buses.iter().flat_map(|bus| bus.gates.iter().zip(bus.first_joint..)) {
+            if gate.expire(now_ns, live.command_timeout_ns()) {
+                log::warn!("joint_{number}: no command for too long: vented");
+            }
+        }
+        if ending || reported.elapsed() >= period {
+            reported = Instant::now();
+            let header = Header { stamp: Time::from_unix_ns(now_ns), frame_id: String::new() };
+            let status =
+                buses.iter().zip(&mut reports).enumerate().filter_map(|(index, (bus, report))| {
+                    report.statuses(&format!("{name}: bus{index}"), bus)
+                });
+            let status = status.flatten().collect();
+            // Who does not read diagnostics cannot stop the node.
+            let _ = diagnostics.publish(DiagnosticArray { header, status });
+        }
+        if ending {
+            return;
+        }
+        std::thread::sleep(ATTENTION);
+    }
+}
+
+/// Ends all buses: 0 kPa to every board.
+fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
+    let mut ended = Ok(());
+    for bus in buses {
+        let RunningBus { poller, port, first_joint, virtual_boards, .. } = bus;
+        let finished = poller.stop();
+        drop(virtual_boards);
+        let Some(finished) = finished else {
+            ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));
+            continue;
+        };
+        if !finished.not_safe.is_empty() {
+            let joints: Vec<_> =
+                finished.not_safe.iter().map(|&board| (first_joint + u16::from(board)).to_string()).collect();
+            log::warn!(
+                "{port}: 0 kPa was not confirmed by joint(s) {}; they vent by their own command timeout",
+                joints.join(", ")
+            );
+        }
+        if let Some(error) = finished.error {
+            ended = Err(Failure::running(format!("{port}: {error}")));
+        }
+    }
+    ended
+}

@@ -1,0 +1,23 @@
+"""What the tests share: where our programs are."""
+
+import os
+import pathlib
+import subprocess
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+
+def binary(name: str) -> str:
+    """Path of one of our programs, built before."""
+    target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    path = target / os.environ.get("PNEUDRIVE_PROFILE", "debug") / name
+    assert path.exists(), f"{path} is missing: build it with cargo first"
+    return str(path)
+
+
+def compare(file, channel, folder) -> str:
+    """What `pneudrive-model` says of one channel of a file. Whether the rows are good enough for a fit depends on how busy the
+    machine was when they were recorded."""
+    command = [binary("pneudrive-model"), "compare", file, "--channels", channel, "--models", "linear"]
+    command = [*map(str, command), "--starts", "2", "--out", str(folder / "out")]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300).stderr
