@@ -145,12 +145,12 @@ mod tests {
             &[1, 0, 0, 0, 2, 0, 0, 0, b'a', 0],       // one name of 2 bytes
             &[0, 0],                                  // padding to 4
             &[0, 0, 0, 0, 0, 0, 0, 0],                // no position, no velocity
-            &[2, 0, 0, 0],                            // two efforts
+            &[2, 0, 0, 0, 0, 0, 0, 0],                // two efforts, padding to 8
+            &[0, 0, 0, 0, 0, 0, 0xf0, 0x3f],          // 1.0
+            &[0, 0, 0, 0, 0, 0, 0, 0x40],             // 2.0
         ]
         .concat();
-        assert_eq!(bytes[..expected.len()], expected);
-        let efforts = [1.0f64.to_le_bytes(), 2.0f64.to_le_bytes()].concat();
-        assert_eq!(bytes[expected.len()..], efforts, "they start at a multiple of 8: {}", expected.len());
+        assert_eq!(bytes, expected);
     }
 
     #[test]
