@@ -1,7 +1,9 @@
 //! Whether a port that comes back under its old name is the same port.
 
-use rustix::fs::{Stat, fstat, lstat, major};
+use rustix::fs::{fstat, major};
+use std::fs;
 use std::os::fd::OwnedFd;
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// Major device numbers of pty slaves on Linux (Documentation/admin-guide/devices.txt).
@@ -30,23 +32,17 @@ pub(super) enum Name {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Link {
     inode: u64,
-    changed: (i64, u64),
+    /// s and ns.
+    changed: (i64, i64),
 }
 
 impl Link {
-    fn of(status: &Stat) -> Self {
-        Self { inode: status.st_ino, changed: (status.st_ctime, status.st_ctime_nsec) }
-    }
-
     fn at(path: &Path) -> Option<Self> {
-        let status = lstat(path).ok()?;
-        (status.st_mode & S_IFMT == S_IFLNK).then(|| Self::of(&status))
+        let status = fs::symlink_metadata(path).ok()?;
+        let link = Self { inode: status.ino(), changed: (status.ctime(), status.ctime_nsec()) };
+        status.file_type().is_symlink().then_some(link)
     }
 }
-
-/// File type bits and the type of symbolic links in `st_mode` (inode(7)).
-const S_IFMT: u32 = 0o170_000;
-const S_IFLNK: u32 = 0o120_000;
 
 impl Name {
     /// What `port` is, which has been opened as `file`.
