@@ -1,0 +1,97 @@
+use super::scripts;
+use bolero::check;
+use pneudrive_protocol::{
+    Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, FrameFinder, Heard, Packet,
+    RequestDecoder, Sequence,
+};
+
+/// Bytes of a line: raw ones, and whole packets (of some board, some of them damaged), so that decoders get somewhere.
+fn line(script: &[u8]) -> Vec<u8> {
+    let mut line = Vec::new();
+    for piece in script.chunks(4) {
+        let &[kind, a, b, c] = piece else {
+            line.extend_from_slice(piece);
+            continue;
+        };
+        let values = [u16::from(a) * 4, u16::from(b) << 2 | 3, u16::from(c), 511].map(Counts::saturating);
+        let packet = Packet { address: Address::of_board(a % 4), values };
+        let checked = CheckedPacket { packet, sequence: Sequence::new(b) };
+        let mut bytes = match kind % 8 {
+            0 | 1 => packet.encode().to_vec(),
+            2 => checked.encode(Direction::Request).to_vec(),
+            3 => checked.encode(Direction::Answer).to_vec(),
+            _ => piece.to_vec(),
+        };
+        match kind / 8 % 8 {
+            0 => bytes[usize::from(c) % 10 % piece.len()] ^= 1 << (b % 8),
+            1 => drop(bytes.remove(0)),
+            2 => bytes.push(c),
+            3 => bytes.truncate(usize::from(c) % 10),
+            _ => {}
+        }
+        line.extend(bytes);
+    }
+    line
+}
+
+/// Every byte is in a packet, discarded, or waiting.
+#[test]
+fn the_frame_finder() {
+    check!().with_iterations(20_000).with_generator(scripts(160)).for_each(|script: &Vec<u8>| {
+        let mut finder = FrameFinder::new();
+        let (mut bytes, mut packets) = (0, 0);
+        for byte in line(script) {
+            bytes += 1;
+            packets += usize::from(finder.push(byte).is_some());
+            let statistics = finder.statistics();
+            assert_eq!(statistics.packets as usize, packets);
+            assert_eq!(10 * packets + statistics.discarded_bytes as usize + finder.pending(), bytes);
+            assert!(finder.pending() < 10);
+        }
+    });
+}
+
+/// A board takes only the last ten bytes for a request, and only to itself.
+#[test]
+fn the_boards_ear() {
+    check!().with_iterations(20_000).with_generator(scripts(160)).for_each(|script: &Vec<u8>| {
+        let own = Address::of_board(script.first().copied().unwrap_or(0) % 4);
+        let mut decoder = RequestDecoder::new(own);
+        let mut heard = Vec::new();
+        for byte in line(script) {
+            heard.push(byte);
+            let Some(request) = decoder.push(byte) else { continue };
+            let last: &[u8; 10] = heard[heard.len() - 10..].try_into().unwrap();
+            let packet = Packet::decode(last)
+                .or_else(|_| CheckedPacket::decode(last, Direction::Request).map(|checked| checked.packet));
+            assert_eq!(packet.map(|packet| (packet.address, packet.values)), Ok((own, request.commands)));
+        }
+    });
+}
+
+/// The host takes only an answer of the board and with the number that it asked for.
+#[test]
+fn the_hosts_ear() {
+    check!().with_iterations(20_000).with_generator(scripts(160)).for_each(|script: &Vec<u8>| {
+        let (board, number) = (script.first().copied().unwrap_or(0) % 4, script.len() as u8);
+        let packet = Packet { address: Address::of_board(board), values: [Counts::ATMOSPHERE; 4] };
+        let request = CheckedPacket { packet, sequence: Sequence::new(number) };
+        for echo in [Echo::Absent, Echo::Present] {
+            let mut ear = AnswerDecoder::for_checked(request, echo);
+            let mut heard = Vec::new();
+            for byte in line(script) {
+                heard.push(byte);
+                let Some(Heard::Answer(pressures)) = ear.push(byte) else { continue };
+                let last: &[u8; 10] = heard[heard.len() - 10..].try_into().unwrap();
+                let answer = CheckedPacket::decode(last, Direction::Answer).unwrap();
+                assert_eq!((answer.packet.address, answer.sequence), (packet.address, request.sequence));
+                assert_eq!(answer.packet.values, pressures);
+            }
+            let mut ear = AnswerDecoder::new(packet, echo);
+            for byte in line(script) {
+                ear.push(byte);
+            }
+            assert!(ear.stray_bytes() <= heard.len());
+        }
+    });
+}
