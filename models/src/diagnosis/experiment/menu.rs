@@ -105,7 +105,7 @@ impl Excitation {
         matches!(self, Self::OneAtATime | Self::Together)
     }
 
-    /// Commands of channel number `channel` of `channels` every [`PERIOD_S`], kPa gauge: 0 at first, then between `low` and `high`.
+    /// Commands of channel number `channel` of `channels` every 20 ms, kPa gauge: 0 at first, then between `low` and `high`.
     #[must_use]
     pub fn commands(self, channel: usize, channels: usize, [low, high]: [f64; 2]) -> Vec<f64> {
         let shared = matches!(self, Self::Together);
