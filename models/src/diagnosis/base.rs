@@ -13,12 +13,8 @@ const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
 const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
 
-/// Starts that are looked at.
-const LEAST_LOOKS: usize = 2;
-/// Starts that are looked at in a recording of fewer than [`SHORT`] compared rows.
-const MOST_LOOKS: usize = 12;
-/// See [`MOST_LOOKS`].
-const SHORT: usize = 4000;
+/// A fit that multiplies the plain error of the first look by this has gone astray.
+const ASTRAY: f64 = 1.5;
 /// Evaluations spent on each of the best starts.
 const LOOK: usize = 6;
 /// Evaluations spent, twice, on the better one.
@@ -43,25 +39,19 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     match data.plant.kind {
         Kind::Linear => starts.extend([0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| vec![rate, rate])),
         Kind::Nonlinear(_) => {
-            let gains = GAINS.map(|g| g * volume / 1e-4 / data.plant.discharge_coefficient);
-            for edge in EDGES {
-                for gain in gains {
+            let separate = data.plant.separate();
+            for gain in GAINS.map(|g| g * volume / 1e-4 / data.plant.discharge_coefficient) {
+                for edge in EDGES {
                     let mut values = nominal.clone();
                     (values[0], values[1]) = (0.003 * gain, 0.003 * gain);
-                    if !data.plant.separate() {
+                    if separate {
+                        (values[2], values[3]) = (gain, gain);
+                        (values[4], values[5], values[6]) = (edge, edge, 0.03 * gain);
+                    } else {
                         values[2] = gain;
                         (values[3], values[4], values[5]) = (edge, -edge, 0.03 * gain);
-                        starts.push(values);
-                        continue;
                     }
-                    // Two valves may be of very different size: one from a high supply, one to the air.
-                    for vent in gains {
-                        let mut values = values.clone();
-                        values[1] = 0.003 * vent;
-                        (values[2], values[3]) = (gain, vent);
-                        (values[4], values[5], values[6]) = (edge, edge, 0.03 * gain.min(vent));
-                        starts.push(values);
-                    }
+                    starts.push(values);
                 }
             }
         }
@@ -80,24 +70,22 @@ pub fn fit_base(data: &ChannelData) -> Extended {
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let free = free_base(data);
-    // A few steps from the best starts, then in earnest from the better; the weights depend on the model.
+    // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
     let step = |model: Extended, evaluations: usize| {
         let whitening = Whitening::new(data, &data.disturbances(&model));
         refit(data, &whitening, &model, &free, evaluations).0
     };
-    // A short recording has more valleys, and looking costs less.
-    let looks = if data.rows.len() < SHORT { MOST_LOOKS } else { LEAST_LOOKS };
-    ranked.truncate(looks);
-    let looked: Vec<(f64, Extended)> = ranked
-        .into_par_iter()
-        .map(|(_, start)| {
-            let model = step(start, LOOK);
-            (plain_cost(data, &model), model)
-        })
-        .collect();
-    let best = looked.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let looked = ranked.into_iter().take(2).map(|(_, start)| {
+        let model = step(start, LOOK);
+        (plain_cost(data, &model), model)
+    });
+    let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((_, model)) => step(step(model, EARNEST), EARNEST),
+        Some((cost, look)) => {
+            let model = step(step(look.clone(), EARNEST), EARNEST);
+            // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
+            if plain_cost(data, &model) > ASTRAY * cost { look } else { model }
+        }
         None => Extended::base(nominal),
     }
 }

@@ -29,6 +29,8 @@ use crate::rig::Rig;
 
 /// File name of the extended model.
 pub const EXTENDED_FILE: &str = "extended.toml";
+/// A base model whose error is more than this part of the pressure's movement describes nothing.
+const POOR: f64 = 0.3;
 /// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
 const FLAT: f64 = 0.8;
 
@@ -180,7 +182,16 @@ fn assemble(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
         ));
     }
+    let movement = movement_kpa(&channels);
+    let poor = base_errors.all() > POOR * movement;
+    if poor {
+        notes.push(format!(
+            "The base model alone is no description of this recording: its error of {:.2} kPa is not small against the movement of the pressure ({movement:.2} kPa RMS). Check the rig file, the units and the columns before trusting any name.",
+            base_errors.all()
+        ));
+    }
     let verdict = match (causes.is_empty(), depends_on.is_empty()) {
+        (true, true) if poor => Verdict::Unexplained,
         (true, true) => Verdict::Adequate,
         (true, false) => Verdict::Unexplained,
         (false, true) => Verdict::Explained,
@@ -249,6 +260,17 @@ fn assemble(
         change,
         plan: None,
     }
+}
+
+/// How far the pressures move about their means on the compared rows, kPa RMS.
+fn movement_kpa(channels: &[ChannelData]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for data in channels {
+        let mean = data.measured_kpa.iter().sum::<f64>() / data.measured_kpa.len().max(1) as f64;
+        sum += data.measured_kpa.iter().map(|p| (p - mean).powi(2)).sum::<f64>();
+        count += data.measured_kpa.len() as f64;
+    }
+    (sum / count.max(1.0)).sqrt()
 }
 
 fn cause(

