@@ -13,7 +13,9 @@ use divan::{Bencher, black_box};
 use pneudrive_model::fit::{Control, FitOptions, Objective, Problem, Space, StartPressure};
 use pneudrive_model::fit::{RateObjective, RolloutObjective, fit_rates, fit_rollouts};
 use pneudrive_model::model::{Drive, Model, Nonlinear, column};
-use pneudrive_model::rollout::{Chamber, Job, Series, Start, simulate, simulate_batch};
+use pneudrive_model::rollout::{
+    BatchColumn, BatchInputs, Chamber, Job, Series, Start, simulate, simulate_batch,
+};
 
 const ROWS: usize = 20_000;
 
@@ -57,11 +59,15 @@ fn batch(bencher: Bencher<'_, '_>, rollouts: usize, rows: usize, sensitivities: 
     let sets: Vec<Vec<f64>> = (0..rollouts)
         .map(|i| support::TRUTH.iter().map(|value| value * (1.0 + 0.001 * i as f64)).collect())
         .collect();
-    let jobs: Vec<Job<'_, 1>> =
-        sets.iter().map(|parameters| Job { parameters, inputs: &inputs, start: [2e5] }).collect();
+    let jobs: Vec<Job<'_, 1>> = sets.iter().map(|parameters| Job { parameters, start: [2e5] }).collect();
+    let columns: Vec<Vec<f64>> = (0..column::COUNT)
+        .map(|column| inputs.iter().skip(column).step_by(column::COUNT).copied().collect())
+        .collect();
+    let columns = columns.iter().map(|values| BatchColumn::per_row(values)).collect();
+    let inputs = BatchInputs::new(columns, rollouts, rows).unwrap();
     bencher
         .counter(ItemsCount::new(rows * rollouts))
-        .bench(|| simulate_batch(&system, black_box(&jobs), column::COUNT, 1, sensitivities).unwrap());
+        .bench(|| simulate_batch(&system, black_box(&jobs), &inputs, 1, sensitivities).unwrap());
 }
 
 #[divan::bench]

@@ -6,6 +6,7 @@
 
 mod bus;
 mod errors;
+mod toolkit;
 
 use pyo3::prelude::*;
 
@@ -14,6 +15,12 @@ use pyo3::prelude::*;
 mod _pneudrive {
     #[pymodule_export]
     use crate::bus::{Poller, PressureController};
+
+    #[pymodule_export]
+    use crate::toolkit::{
+        Comparison, Diagnosis, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose, effects, fit,
+        load, model_parameters, simulate, simulate_batch,
+    };
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

@@ -1,11 +1,13 @@
 """Whatever is passed in, the answer is one of our exceptions: no panic, no Rust backtrace, nothing sent."""
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from pneudrive_py import CommandError, PressureController
+import pneudrive_py as pneu
+from pneudrive_py import CommandError, PneuDriveError, PressureController
 
 ANYTHING = st.one_of(
     st.none(),
@@ -47,3 +49,64 @@ def test_polling(controller, rate, history):
         return
     with pytest.raises(CommandError):
         controller.poll(rate, history_s=history)
+
+
+FIRST_ARGUMENT = [
+    lambda value: pneu.load(value),
+    lambda value: pneu.Rig.load(value),
+    lambda value: pneu.Rig.parse(value),
+    lambda value: pneu.Rig(supply=value),
+    lambda value: pneu.Rig(**{str(value): {}}),
+    lambda value: pneu.Parameters.load(value),
+    lambda value: pneu.Recording.from_columns(value),
+    lambda value: pneu.Recording.from_columns({"t_s": [0.0, 1.0], "b0_p0_kpa": value}),
+    lambda value: pneu.Recording.from_history(value),
+    lambda value: pneu.Recording.from_history({"t_s": value, "commands_kpa": value, "pressures_kpa": value}),
+    lambda value: pneu.fit(value),
+    lambda value: pneu.simulate(value, value),
+    lambda value: pneu.compare(value),
+    lambda value: pneu.diagnose(value),
+    lambda value: pneu.model_parameters(value),
+]
+
+
+@settings(max_examples=40, deadline=None)
+@pytest.mark.parametrize("call", FIRST_ARGUMENT)
+@given(value=ANYTHING)
+def test_the_toolkit(call, value):
+    try:
+        call(value)
+    except (PneuDriveError, TypeError, ValueError, OSError) as error:
+        assert "panicked" not in str(error) and "internal error" not in str(error)
+
+
+FEW = st.one_of(
+    ANYTHING,
+    st.floats(-2.0, 2.0),
+    arrays.arrays(np.float64, arrays.array_shapes(max_dims=2, max_side=4), elements=st.floats(-2.0, 2.0)),
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    parameters=st.one_of(FEW, st.just(np.ones(7)), st.just(np.ones((2, 7)))),
+    interval=st.one_of(st.floats(), st.just(0.01)),
+    inputs=st.dictionaries(
+        st.sampled_from(["drive", "fill", "vent", "command_kpa", "supply_kpa", "volume_m3", "start_kpa"]), FEW
+    ),
+    controller=st.booleans(),
+    sensitivities=st.booleans(),
+)
+def test_a_batch(rig, parameters, interval, inputs, controller, sensitivities):
+    try:
+        pneu.simulate_batch(
+            "nonlinear",
+            parameters,
+            interval,
+            rig=rig,
+            controller=controller,
+            sensitivities=sensitivities,
+            **inputs,
+        )
+    except (PneuDriveError, TypeError) as error:
+        assert "panicked" not in str(error) and "internal error" not in str(error)

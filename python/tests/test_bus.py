@@ -6,7 +6,6 @@ import time
 import numpy as np
 import pytest
 
-import pneudrive_py
 from pneudrive_py import (
     CommandError,
     NoAnswerError,
@@ -210,13 +209,3 @@ def test_threads_may_share_a_controller(controller):
     for thread in threads:
         thread.join()
     assert not failures
-
-
-def test_everything_public_is_documented():
-    for name in pneudrive_py.__all__:
-        thing = getattr(pneudrive_py, name)
-        if name != "exceptions" and isinstance(thing, type):
-            assert thing.__doc__, name
-            for method in vars(thing):
-                if not method.startswith("_"):
-                    assert getattr(thing, method).__doc__, f"{name}.{method}"

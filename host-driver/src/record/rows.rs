@@ -17,7 +17,6 @@ pub(super) struct Sample {
 pub(super) struct Answer {
     pub(super) pressures: [Counts; CHANNELS],
     /// When the board was asked, ns on the line's clock.
-    #[cfg_attr(not(feature = "mcap"), expect(dead_code, reason = "a table has one time a row"))]
     pub(super) asked_ns: u64,
 }
 

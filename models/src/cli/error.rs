@@ -2,7 +2,7 @@
 
 use pneudrive_model::data::DataError;
 use pneudrive_model::data::import::ImportError;
-use pneudrive_model::experiment::{CompareError, SplitError};
+use pneudrive_model::experiment::{CompareError, FitChannelsError, SplitError};
 use pneudrive_model::report::PlotError;
 use pneudrive_model::rig::{InputError, RigError};
 use pneudrive_model::store::StoreError;
@@ -79,6 +79,15 @@ impl From<RigError> for Failure {
 impl From<SplitError> for Failure {
     fn from(error: SplitError) -> Self {
         Self::input(error)
+    }
+}
+
+impl From<FitChannelsError> for Failure {
+    fn from(error: FitChannelsError) -> Self {
+        match error {
+            FitChannelsError::Fit { .. } => Self::running(error),
+            _ => Self::input(error),
+        }
     }
 }
 

@@ -53,6 +53,16 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
     assemble(table, source, options.limits)
 }
 
+/// Checks and masks a recording that is in memory already, as the content of a CSV file called `file` in messages.
+///
+/// # Errors
+/// As [`load`].
+pub fn read(file: &str, text: &[u8], options: LoadOptions<'_>) -> Result<Loaded, DataError> {
+    let mut plan = ReadPlan { channels: options.channels, progress: &mut |_| {} };
+    let table = csv::read(file, &mut &*text, &mut plan)?;
+    assemble(table, source::of_bytes(file, text), options.limits)
+}
+
 /// Checks the raw columns and sorts them into channels.
 fn assemble(
     mut table: RawTable,

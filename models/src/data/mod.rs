@@ -5,7 +5,7 @@
 //!                                             -> bag (messages to columns)
 //! ```
 //!
-//! [`load`] does it all. What can be put right by leaving samples out is left out and said in the
+//! [`load`] does it all, [`read`] the same for content in memory. What can be put right by leaving samples out is left out and said in the
 //! [`QualityReport`]; what cannot be understood is a [`DataError`] that names the file, the row as an editor counts
 //! it, and the column.
 //!
@@ -30,7 +30,7 @@ pub use channel::ChannelId;
 pub use error::DataError;
 pub use flags::Flags;
 pub use join::JoinError;
-pub use load::{LoadOptions, Loaded, load};
+pub use load::{LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
 pub use recording::{Channel, Drive, Joint, Recording};
 pub use source::Source;

@@ -131,6 +131,11 @@ impl OpenFile {
     }
 }
 
+/// The source of a file's content that is in memory.
+pub(crate) fn of_bytes(file: &str, bytes: &[u8]) -> Source {
+    Source { file: file.to_owned(), sha256: hex(&Sha256::digest(bytes)), bytes: bytes.len() as u64 }
+}
+
 fn hex(bytes: &[u8]) -> String {
     use std::fmt::Write as _;
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {

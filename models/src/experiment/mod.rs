@@ -7,6 +7,7 @@
 //! [`compare()`] is the paper's experiment: the three models fitted on the first part of a recording and judged on the rest.
 
 mod compare;
+mod fit;
 mod judge;
 mod kind;
 mod page;
@@ -18,11 +19,12 @@ mod subject;
 mod table;
 
 pub use compare::{CompareError, CompareSettings, channels_at_once, compare};
+pub use fit::{FitChannelsError, FitSettings, FittedChannel, fit_channels};
 pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};
 pub use prepare::{Prepared, prepare, simulation};
 pub use result::{ChannelComparison, Comparison, ModelResult, Overall, Trace};
 pub use score::{Sample, Score, score, score_samples};
 pub use split::{Split, SplitError};
-pub use subject::{Objective, Subject};
+pub use subject::{Objective, Subject, subject};
 pub use table::comparison_text;

@@ -6,7 +6,8 @@ use crate::model::{
 };
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    Board, Chamber, Controller, Rows, Sensor, Series, Start, Steps, System, rollout, simulate,
+    BatchError, BatchInputs, BatchOutput, Board, Chamber, Controller, Job, Rows, Sensor, Series, Start,
+    Steps, System, rollout, simulate, simulate_batch,
 };
 
 use super::{ModelKind, Setup};
@@ -53,6 +54,21 @@ pub trait Subject: Send + Sync {
         substeps: usize,
     ) -> Vec<f64>;
 
+    /// Ticks of an interval of this length, s: see [`System::ticks`].
+    fn ticks(&self, interval_s: f64) -> usize;
+
+    /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch`].
+    ///
+    /// # Errors
+    /// [`BatchError`] when there are inputs for another number of jobs, or a job has a wrong number of parameters.
+    fn batch(
+        &self,
+        jobs: &[Job<'_, 1>],
+        inputs: &BatchInputs<'_>,
+        substeps: usize,
+        sensitivities: bool,
+    ) -> Result<BatchOutput<1>, BatchError>;
+
     /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of the row before; `NaN`
     /// where there is none.
     fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64>;
@@ -65,7 +81,7 @@ pub trait Subject: Send + Sync {
 ///
 /// # Errors
 /// [`RigError::MissingTable`] when the board's loop is asked for and not described.
-pub(super) fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Box<dyn Subject>, RigError> {
+pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Box<dyn Subject>, RigError> {
     let ambient = rig.ambient_or_standard();
     let gas = Gas {
         temperature_k: ambient.temperature_k,
@@ -156,6 +172,20 @@ impl<Q: Model> Subject for Chamber<Q> {
         pressures(simulate(self, parameters, series, starts, substeps))
     }
 
+    fn ticks(&self, interval_s: f64) -> usize {
+        System::ticks(self, interval_s)
+    }
+
+    fn batch(
+        &self,
+        jobs: &[Job<'_, 1>],
+        inputs: &BatchInputs<'_>,
+        substeps: usize,
+        sensitivities: bool,
+    ) -> Result<BatchOutput<1>, BatchError> {
+        simulate_batch(self, jobs, inputs, substeps, sensitivities)
+    }
+
     fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {
         one_step(self, parameters, series, substeps)
     }
@@ -192,6 +222,20 @@ impl<Q: Model> Subject for Board<Q> {
         substeps: usize,
     ) -> Vec<f64> {
         pressures(simulate(self, parameters, series, starts, substeps))
+    }
+
+    fn ticks(&self, interval_s: f64) -> usize {
+        System::ticks(self, interval_s)
+    }
+
+    fn batch(
+        &self,
+        jobs: &[Job<'_, 1>],
+        inputs: &BatchInputs<'_>,
+        substeps: usize,
+        sensitivities: bool,
+    ) -> Result<BatchOutput<1>, BatchError> {
+        simulate_batch(self, jobs, inputs, substeps, sensitivities)
     }
 
     fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {

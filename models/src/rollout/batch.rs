@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::{GatheredRows, Steps, System, rollout};
+use super::{BatchInputs, Steps, System, rollout};
 use crate::model::column;
 use crate::numeric::{Dual, Lanes, Scalar};
 
@@ -16,13 +16,11 @@ const SENSITIVITY_LANES: usize = 4;
 /// Sensitivities computed in one pass; more parameters take more passes.
 const DIRECTIONS: usize = 8;
 
-/// One rollout of a batch.
+/// One rollout of a batch; its inputs are in [`BatchInputs`].
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a, const M: usize> {
     /// Parameters in the order and units of [`System::parameters`].
     pub parameters: &'a [f64],
-    /// Inputs, row by row as in [`mod@column`]. Jobs may share a slice.
-    pub inputs: &'a [f64],
     /// Absolute pressures at the first row, Pa.
     pub start: [f64; M],
 }
@@ -57,25 +55,29 @@ impl<const M: usize> BatchOutput<M> {
 /// Why a batch cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BatchError {
-    /// Jobs must have the same number of input values.
-    #[error(
-        "job {job} has {found} input values, job 0 has {expected}; all rollouts of a batch are equally long"
-    )]
-    Inputs {
-        /// The job.
-        job: usize,
-        /// Values in job 0.
-        expected: usize,
-        /// Values in this job.
-        found: usize,
+    /// Jobs and inputs are not equally many.
+    #[error("{jobs} rollouts, but inputs of {inputs}")]
+    Jobs {
+        /// Rollouts.
+        jobs: usize,
+        /// Rollouts there are inputs for.
+        inputs: usize,
     },
-    /// The inputs are not whole rows.
-    #[error("{values} input values do not make rows of {width} columns (at least {least})", least = column::COUNT)]
-    Width {
-        /// Number of values.
-        values: usize,
-        /// Columns in a row.
-        width: usize,
+    /// Too few columns.
+    #[error("{columns} input columns; there must be {least} at least", least = column::COUNT)]
+    Columns {
+        /// Columns given.
+        columns: usize,
+    },
+    /// A column of the wrong size.
+    #[error("input column {column} has {found} values, expected {expected}")]
+    Values {
+        /// The column.
+        column: usize,
+        /// Values expected.
+        expected: usize,
+        /// Values given.
+        found: usize,
     },
     /// A job has the wrong number of parameters.
     #[error("job {job} has {found} parameters, the system has {expected}")]
@@ -89,65 +91,67 @@ pub enum BatchError {
     },
 }
 
-/// Simulates all jobs, in lockstep lanes and on all threads of the current rayon pool. `width` is the number of input columns;
-/// `substeps` Runge-Kutta steps are made per tick.
+/// Simulates all jobs, in lockstep lanes and on all threads of the current rayon pool; `substeps` Runge-Kutta steps are made per
+/// tick.
 ///
 /// # Errors
-/// Jobs of different lengths, incomplete rows, a wrong number of parameters.
+/// Inputs for another number of jobs, a wrong number of parameters.
 pub fn simulate_batch<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     jobs: &[Job<'_, M>],
-    width: usize,
+    inputs: &BatchInputs<'_>,
     substeps: usize,
     sensitivities: bool,
 ) -> Result<BatchOutput<M>, BatchError> {
     let parameters = system.parameters().len();
-    let values = jobs.first().map_or(0, |job| job.inputs.len());
-    if width < column::COUNT || !values.is_multiple_of(width) {
-        return Err(BatchError::Width { values, width });
+    if jobs.len() != inputs.jobs() {
+        return Err(BatchError::Jobs { jobs: jobs.len(), inputs: inputs.jobs() });
     }
-    for (job, Job { parameters: given, inputs, .. }) in jobs.iter().enumerate() {
-        if inputs.len() != values {
-            return Err(BatchError::Inputs { job, expected: values, found: inputs.len() });
-        }
+    for (job, Job { parameters: given, .. }) in jobs.iter().enumerate() {
         if given.len() != parameters {
             return Err(BatchError::Parameters { job, expected: parameters, found: given.len() });
         }
     }
-    let samples = values / width;
+    let samples = inputs.rows();
     let mut batch = BatchOutput {
         samples,
         parameters,
         outputs: vec![[0.0; M]; jobs.len() * samples],
         sensitivities: vec![],
     };
-    if samples == 0 {
+    if samples == 0 || jobs.is_empty() {
         return Ok(batch);
     }
+    let steps = Steps { ticks: system.ticks(inputs.value(0, 0, column::INTERVAL_S)), substeps };
     if sensitivities {
         batch.sensitivities = vec![[0.0; M]; jobs.len() * samples * parameters];
         let outputs = batch.outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
         let derivatives = batch.sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
-        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).for_each(
-            |((jobs, outputs), derivatives)| {
+        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate().for_each(
+            |(chunk, ((jobs, outputs), derivatives))| {
+                let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps };
                 for from in (0..parameters).step_by(DIRECTIONS) {
-                    roll_duals(system, jobs, (width, substeps), from, outputs, derivatives);
+                    roll_duals(system, lot, from, outputs, derivatives);
                 }
             },
         );
     } else {
         let outputs = batch.outputs.par_chunks_mut(LANES * samples);
-        jobs.par_chunks(LANES).zip(outputs).for_each(|(jobs, outputs)| {
-            roll_lanes(system, jobs, (width, substeps), outputs);
+        jobs.par_chunks(LANES).zip(outputs).enumerate().for_each(|(chunk, (jobs, outputs))| {
+            roll_lanes(system, Lot { jobs, inputs, first: chunk * LANES, steps }, outputs);
         });
     }
     Ok(batch)
 }
 
-/// The rows of up to `L` jobs; spare lanes repeat the last job.
-#[inline(always)]
-fn gather<'a, const L: usize, const M: usize>(jobs: &[Job<'a, M>], width: usize) -> GatheredRows<'a, L> {
-    GatheredRows::new(std::array::from_fn(|lane| jobs[lane.min(jobs.len() - 1)].inputs), width)
+/// Jobs that are rolled out side by side.
+#[derive(Clone, Copy)]
+struct Lot<'a, const M: usize> {
+    jobs: &'a [Job<'a, M>],
+    inputs: &'a BatchInputs<'a>,
+    /// Number of the first job.
+    first: usize,
+    steps: Steps,
 }
 
 #[inline(always)]
@@ -158,28 +162,17 @@ fn lanes_of<const L: usize, const M: usize>(
     Lanes(std::array::from_fn(|lane| value(&jobs[lane.min(jobs.len() - 1)])))
 }
 
-#[inline(always)]
-fn steps_of<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    job: &Job<'_, M>,
-    substeps: usize,
-) -> Steps {
-    Steps { ticks: system.ticks(job.inputs[column::INTERVAL_S]), substeps }
-}
-
 #[multiversion(targets("x86_64+avx2"))]
 fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
-    jobs: &[Job<'_, M>],
-    (width, substeps): (usize, usize),
+    Lot { jobs, inputs, first, steps }: Lot<'_, M>,
     outputs: &mut [[f64; M]],
 ) {
     let count = jobs[0].parameters.len();
     let parameters: Vec<Lanes<LANES>> = (0..count).map(|i| lanes_of(jobs, |job| job.parameters[i])).collect();
     let start = std::array::from_fn(|i| lanes_of(jobs, |job| job.start[i]));
     let samples = outputs.len() / jobs.len();
-    let rows = (gather(jobs, width), samples);
-    let steps = steps_of(system, &jobs[0], substeps);
+    let rows = (inputs.lanes::<LANES>(first), samples);
     rollout(
         system,
         &system.coefficients(&parameters),
@@ -199,8 +192,7 @@ fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
 #[multiversion(targets("x86_64+avx2"))]
 fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
-    jobs: &[Job<'_, M>],
-    (width, substeps): (usize, usize),
+    Lot { jobs, inputs, first, steps }: Lot<'_, M>,
     from: usize,
     outputs: &mut [[f64; M]],
     derivatives: &mut [[f64; M]],
@@ -212,8 +204,7 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
         .collect();
     let start = std::array::from_fn(|i| Number::from_real(lanes_of(jobs, |job| job.start[i])));
     let samples = outputs.len() / jobs.len();
-    let rows = (gather(jobs, width), samples);
-    let steps = steps_of(system, &jobs[0], substeps);
+    let rows = (inputs.lanes::<SENSITIVITY_LANES>(first), samples);
     let directions = from..count.min(from + DIRECTIONS);
     rollout(
         system,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Provenance, StoreError};
 use crate::data::{ChannelId, write};
-use crate::experiment::{Setup, Subject};
+use crate::experiment::{FitSettings, FittedChannel, Objective, Setup, Subject};
 use crate::fit::Fit;
 use crate::model::FlowForm;
 use crate::rig::Rig;
@@ -121,6 +121,33 @@ impl ChannelParameters {
 impl ParameterFile {
     /// What the key `schema` says in a file of this form.
     pub const SCHEMA: &'static str = "pneudrive-parameters/1";
+
+    /// What is kept of the fits of a recording. `fit_seconds` is the length of the fitted part, `stopped` whether the fits were
+    /// stopped early.
+    #[must_use]
+    pub fn of(
+        provenance: Provenance,
+        rig: Rig,
+        settings: &FitSettings,
+        fitted: &[FittedChannel],
+        (fit_seconds, stopped): (f64, bool),
+    ) -> Self {
+        let objective = if settings.objective == Objective::Rollout { "rollout" } else { "rate" };
+        Self {
+            schema: Self::SCHEMA.to_owned(),
+            provenance,
+            settings: Settings {
+                objective: objective.to_owned(),
+                starts: settings.fit.starts,
+                seed: settings.fit.seed,
+                fit_seconds,
+                printed_flow: settings.form == FlowForm::Printed,
+                stopped,
+            },
+            rig,
+            channels: fitted.iter().map(|f| (f.channel, ChannelParameters::of(f.setup, &f.fit))).collect(),
+        }
+    }
 
     /// Reads a parameter file.
     ///

@@ -2,7 +2,9 @@
 
 use pneudrive_model::model::{Nonlinear, column};
 use pneudrive_model::numeric::Dual;
-use pneudrive_model::rollout::{BatchError, Chamber, Job, Rows, Steps, System, rollout, simulate_batch};
+use pneudrive_model::rollout::{
+    BatchColumn, BatchError, BatchInputs, Chamber, Job, Rows, Steps, System, rollout, simulate_batch,
+};
 
 use crate::support;
 
@@ -17,18 +19,22 @@ fn lanes_give_bit_for_bit_what_single_rollouts_give() {
     let sets: Vec<Vec<f64>> =
         (0..JOBS).map(|i| support::TRUTH.map(|value| value * (1.0 + 0.01 * i as f64)).to_vec()).collect();
     let inputs: Vec<Vec<f64>> = (0..JOBS).map(|i| support::inputs(ROWS, i as u64)).collect();
-    let jobs: Vec<Job<'_, 1>> = sets
-        .iter()
-        .zip(&inputs)
-        .map(|(parameters, inputs)| Job { parameters, inputs, start: [2e5] })
+    let jobs: Vec<Job<'_, 1>> = sets.iter().map(|parameters| Job { parameters, start: [2e5] }).collect();
+    let columns: Vec<Vec<f64>> = (0..column::COUNT)
+        .map(|column| {
+            let of = |inputs: &Vec<f64>| inputs.iter().skip(column).step_by(column::COUNT).copied().collect();
+            inputs.iter().flat_map(|inputs| -> Vec<f64> { of(inputs) }).collect()
+        })
         .collect();
-    let plain = simulate_batch(&system, &jobs, column::COUNT, 2, false).unwrap();
-    let with = simulate_batch(&system, &jobs, column::COUNT, 2, true).unwrap();
+    let columns = columns.iter().map(|values| BatchColumn::per_job_and_row(values)).collect();
+    let together = BatchInputs::new(columns, JOBS, ROWS).unwrap();
+    let plain = simulate_batch(&system, &jobs, &together, 2, false).unwrap();
+    let with = simulate_batch(&system, &jobs, &together, 2, true).unwrap();
     assert_eq!(plain.outputs, with.outputs);
     for (i, job) in jobs.iter().enumerate() {
         let duals: Vec<Dual<f64, 7>> =
             job.parameters.iter().enumerate().map(|(j, &value)| Dual::variable(value, j)).collect();
-        let rows = (Rows { inputs: job.inputs, width: column::COUNT }, ROWS);
+        let rows = (Rows { inputs: &inputs[i], width: column::COUNT }, ROWS);
         let steps = Steps { ticks: 1, substeps: 2 };
         rollout(
             &system,
@@ -45,14 +51,52 @@ fn lanes_give_bit_for_bit_what_single_rollouts_give() {
     }
 }
 
+/// Constant over rows or jobs, in other units, negated: as if every value had been written out.
+#[test]
+fn columns_broadcast() {
+    let system = Chamber(Nonlinear::default());
+    let drive: Vec<f64> = (0..ROWS).map(|row| 0.3 * (0.2 * row as f64).sin()).collect();
+    let supply_kpa: Vec<f64> = (0..JOBS).map(|job| 400.0 + job as f64).collect();
+    let repeated = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+        (0..JOBS).flat_map(|job| (0..ROWS).map(move |row| (job, row))).map(|(j, r)| value(j, r)).collect()
+    };
+    let mut short = vec![BatchColumn::constant(0.0); column::COUNT];
+    short[column::INTERVAL_S] = BatchColumn::constant(0.01);
+    short[column::VOLUME_M3] = BatchColumn::constant(3.6e-4);
+    let mut long = short.clone();
+    short[column::FILL] = BatchColumn::per_row(&drive);
+    short[column::VENT] = BatchColumn::per_row(&drive).scaled(-1.0, 0.0);
+    short[column::SUPPLY_PA] = BatchColumn::per_job(&supply_kpa).scaled(1e3, 101_325.0);
+    let written = [
+        repeated(&|_, row| drive[row]),
+        repeated(&|_, row| -drive[row]),
+        repeated(&|job, _| 101_325.0 + 1e3 * supply_kpa[job]),
+    ];
+    for (column, values) in [column::FILL, column::VENT, column::SUPPLY_PA].into_iter().zip(&written) {
+        long[column] = BatchColumn::per_job_and_row(values);
+    }
+    let jobs = vec![Job { parameters: &support::TRUTH, start: [2e5] }; JOBS];
+    let batch = |columns| {
+        let inputs = BatchInputs::new(columns, JOBS, ROWS).unwrap();
+        simulate_batch(&system, &jobs, &inputs, 1, false).unwrap().outputs
+    };
+    assert_eq!(batch(short), batch(long));
+}
+
 #[test]
 fn uneven_batches_are_refused() {
     let system = Chamber(Nonlinear::default());
-    let inputs = support::inputs(10, 0);
-    let job = Job { parameters: &support::TRUTH, inputs: &inputs, start: [2e5] };
-    let short = Job { inputs: &inputs[..5 * column::COUNT], ..job };
+    let constant = vec![BatchColumn::constant(1.0); column::COUNT];
+    let inputs = BatchInputs::new(constant.clone(), 2, 10).unwrap();
+    let job = Job { parameters: &support::TRUTH, start: [2e5] };
     let few = Job { parameters: &support::TRUTH[..6], ..job };
-    let batch = |jobs: &[Job<'_, 1>]| simulate_batch(&system, jobs, column::COUNT, 1, false).unwrap_err();
-    assert_eq!(batch(&[job, short]), BatchError::Inputs { job: 1, expected: 80, found: 40 });
+    let batch = |jobs: &[Job<'_, 1>]| simulate_batch(&system, jobs, &inputs, 1, false).unwrap_err();
+    assert_eq!(batch(&[job]), BatchError::Jobs { jobs: 1, inputs: 2 });
     assert_eq!(batch(&[job, few]), BatchError::Parameters { job: 1, expected: 7, found: 6 });
+    let too_few = BatchInputs::new(constant[..7].to_vec(), 2, 10).unwrap_err();
+    assert_eq!(too_few, BatchError::Columns { columns: 7 });
+    let mut short = constant;
+    short[column::FILL] = BatchColumn::per_row(&[0.0; 9]);
+    let short = BatchInputs::new(short, 2, 10).unwrap_err();
+    assert_eq!(short, BatchError::Values { column: column::FILL, expected: 10, found: 9 });
 }

@@ -10,6 +10,20 @@ The bus, with four chambers a board::
         controller.set_pressure_commands(0, np.array([100.0, 120.0, 0.0, 0.0]))
         print(controller.get_pressure_data(0))                  # kPa gauge, shape (4,)
 
+The modelling toolkit::
+
+    import pneudrive_py as pneu
+
+    recording = pneu.load("run.csv", rig="rig.toml")
+    fit = pneu.fit(recording, "rig.toml", model="nonlinear", fit_fraction=0.8)
+    predicted = pneu.simulate(recording, fit.parameters)
+    print(pneu.compare(recording, "rig.toml"))                  # three models on one recording
+    print(pneu.diagnose(recording, "rig.toml").sentence)        # what the model lacks
+
+    pressures, sensitivities = pneu.simulate_batch(             # thousands of chambers at once
+        "nonlinear", fit.parameters.array("b0c0"), 0.01, drive=drives, rig="rig.toml", sensitivities=True
+    )
+
 Pressures are in kPa gauge, times in s. Everything that goes wrong is an exception of :mod:`pneudrive_py.exceptions`.
 """
 
@@ -18,6 +32,9 @@ from ._pneudrive import *  # noqa: F403
 from .exceptions import (
     BoardError,
     CommandError,
+    DataError,
+    FileError,
+    FitError,
     GarbledAnswerError,
     NoAnswerError,
     PneuDriveError,
@@ -30,6 +47,9 @@ __all__ = [
     *_pneudrive.__all__,
     "BoardError",
     "CommandError",
+    "DataError",
+    "FileError",
+    "FitError",
     "GarbledAnswerError",
     "NoAnswerError",
     "PneuDriveError",

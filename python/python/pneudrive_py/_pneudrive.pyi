@@ -2,14 +2,237 @@
 The compiled part of `pneudrive_py`; import that.
 """
 
-from _typeshed import Incomplete
+from _typeshed import Incomplete, SupportsGetItem
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Poller", "PressureController"]
+__all__ = ["__version__", "Comparison", "Diagnosis", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
 
 __version__: Final[str]
+
+@final
+class Comparison:
+    """
+    Models fitted on one part of a recording and judged on the rest.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    def html(self, /) -> str:
+        """
+        The page with tables and plots, one self-contained HTML file's content.
+        """
+    @property
+    def ranking(self, /) -> list[str]:
+        """
+        Models, best first by the rollout error on the judging part.
+        """
+    def save(self, /, path: str | PathLike[str]) -> None:
+        """
+        Writes the page to a file.
+
+        Raises
+        ------
+        FileError
+            It cannot be written.
+        """
+    @property
+    def table(self, /) -> dict:
+        """
+        One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``, ``model``, ``rollout_rmse_kpa``,
+        ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``, ``error`` (why there is no result, else ``None``).
+        """
+    def to_dict(self, /) -> Any:
+        """
+        Everything, as dictionaries.
+        """
+    def trace(self, /, channel: str, model: str) -> "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]":
+        """
+        The rollout of one model over the judging part.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+        model : str
+            ``"linear"``, ``"nonlinear"`` or ``"parametric"``.
+
+        Returns
+        -------
+        time_s : numpy.ndarray of float64, shape (rows,)
+        pressure_kpa : numpy.ndarray of float64, shape (rows,)
+            kPa gauge; NaN where nothing was simulated.
+        """
+
+@final
+class Diagnosis:
+    """
+    What a simulation gets wrong in a recording, why, and what modelling it gains.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @property
+    def causes(self, /) -> Any:
+        """
+        The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
+        that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
+        """
+    @property
+    def extended_model(self, /) -> str:
+        """
+        The extended model as the text of a file (TOML); ``diagnose(reference=...)`` takes it.
+        """
+    def html(self, /) -> str:
+        """
+        The page with tables and plots, one self-contained HTML file's content.
+        """
+    @property
+    def notes(self, /) -> list[str]:
+        """
+        What was noticed about the data.
+        """
+    @property
+    def report_dict(self, /) -> Any:
+        """
+        The whole of ``report.json`` as a dictionary.
+        """
+    def residuals(self, /, channel: str) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
+        """
+        Measured and simulated pressures of one channel, where they were compared.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+
+        Returns
+        -------
+        dict
+            Residuals (simulated minus measured, kPa): ``base`` of the model without the causes and ``extended`` with them;
+            float64 arrays of shape (compared rows,).
+        """
+    def save(self, /, folder: str | PathLike[str]) -> None:
+        """
+        Writes ``report.html``, ``report.json`` and ``extended.toml`` into a folder, as ``pneudrive-model diagnose`` does, and
+        ``next_experiment.csv`` where another recording would tell rivals apart.
+
+        Raises
+        ------
+        FileError
+            They cannot be written.
+        """
+    @property
+    def sentence(self, /) -> str:
+        """
+        What was found, in a sentence.
+        """
+    @property
+    def verdict(self, /) -> Any:
+        """
+        In a word: ``"adequate"``, ``"explained"``, ``"partly_explained"`` or ``"unexplained"``.
+        """
+
+@final
+class Fit:
+    """
+    The fit of one model to the channels of a recording.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the fitted channels.
+        """
+    def covariance(self, /, channel: str) -> "tuple[list[str], numpy.typing.NDArray[numpy.float64]]":
+        """
+        Names of a channel's free parameters, and their covariance.
+
+        Returns
+        -------
+        names : list of str
+        covariance : numpy.ndarray of float64, shape (free, free)
+            In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
+        """
+    @property
+    def fitted(self, /) -> dict:
+        """
+        Errors of the rollouts on the fitted part, by channel: dictionaries with ``r2``, ``rmse_kpa``, ``mae_kpa``,
+        ``iae_kpa_s`` (integral of the absolute error), ``largest_kpa``, ``samples``, ``seconds``.
+        """
+    @property
+    def held_out(self, /) -> dict:
+        """
+        The same on the rest of the recording; ``None`` where everything was fitted.
+        """
+    @property
+    def parameters(self, /) -> Parameters:
+        """
+        The parameters, as ``simulate`` takes them.
+        """
+    def save(self, /, path: str | PathLike[str]) -> None:
+        """
+        Writes the parameters to a file (TOML), as ``Parameters.save``.
+        """
+    def to_dict(self, /) -> dict:
+        """
+        Everything about the fits, by channel: parameters with intervals, starts, what is not determined and why.
+        """
+
+@final
+class Parameters:
+    """
+    Fitted parameters of one or more channels, with the rig they were fitted with and where they came from.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    def array(self, /, channel: str) -> "numpy.typing.NDArray[numpy.float64]":
+        """
+        The same as a float64 array of shape (parameters,), as ``simulate_batch`` takes it.
+        """
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels, such as ``"b0c1"``.
+        """
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Parameters:
+        """
+        Reads a parameter file (TOML), such as ``save`` or ``pneudrive-model fit`` wrote.
+
+        Raises
+        ------
+        DataError
+            It is no parameter file.
+        FileError
+            It cannot be read.
+        """
+    def model(self, /, channel: str) -> str:
+        """
+        The model of a channel: ``"linear"``, ``"nonlinear"`` or ``"parametric"``.
+        """
+    @property
+    def rig(self, /) -> Rig:
+        """
+        The rig that the parameters were fitted with.
+        """
+    def save(self, /, path: str | PathLike[str]) -> None:
+        """
+        Writes a parameter file (TOML), which ``pneudrive-model simulate`` reads too.
+
+        Raises
+        ------
+        FileError
+            It cannot be written.
+        """
+    def to_dict(self, /) -> Any:
+        """
+        All that the file holds, as dictionaries.
+        """
+    def values(self, /, channel: str) -> "dict[str, float]":
+        """
+        The parameters of a channel by name, in the model's order and units (see ``model_parameters``).
+        """
 
 @final
 class Poller:
@@ -22,7 +245,7 @@ class Poller:
     def __enter__(self, /) -> Poller: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
     def __repr__(self, /) -> str: ...
-    def get_pressure_data(self, /, device: SupportsIndex) -> Incomplete:
+    def get_pressure_data(self, /, device: "int") -> "numpy.typing.NDArray[numpy.float64]":
         """
         The newest pressures of one board.
 
@@ -41,7 +264,7 @@ class Poller:
         StaleDataError
             The board did not answer in the last cycle in which it was asked, or has never answered.
         """
-    def history(self, /) -> dict:
+    def history(self, /) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
         """
         What happened in the time that is kept.
 
@@ -51,7 +274,7 @@ class Poller:
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
             (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
         """
-    def set_pressure_commands(self, /, device: SupportsIndex, pressures: Any) -> None:
+    def set_pressure_commands(self, /, device: "int", pressures: "numpy.typing.ArrayLike") -> None:
         """
         Changes the set points of one board, from its next exchange on.
 
@@ -118,7 +341,7 @@ class PressureController:
         """
         Commands 0 kPa to all boards and closes the port. Further calls do nothing.
         """
-    def exchange_all(self, /, pressures: Any) -> Incomplete:
+    def exchange_all(self, /, pressures: "numpy.typing.ArrayLike") -> "numpy.typing.NDArray[numpy.float64]":
         """
         Commands all boards, one after the other, and receives all pressures.
 
@@ -139,7 +362,7 @@ class PressureController:
         NoAnswerError, GarbledAnswerError
             The first exchange that failed; the boards after it were still commanded.
         """
-    def get_pressure_data(self, /, device: SupportsIndex) -> Incomplete:
+    def get_pressure_data(self, /, device: "int") -> "numpy.typing.NDArray[numpy.float64]":
         """
         The pressures that one board sent in its last exchange.
 
@@ -203,7 +426,7 @@ class PressureController:
         """
         The port's path; for virtual boards that of their pty.
         """
-    def set_pressure_commands(self, /, device: SupportsIndex, pressures: Any) -> None:
+    def set_pressure_commands(self, /, device: "int", pressures: "numpy.typing.ArrayLike") -> None:
         """
         Commands four pressures to one board and receives its four pressures.
 
@@ -221,3 +444,459 @@ class PressureController:
         NoAnswerError, GarbledAnswerError
             The exchange failed; ``get_pressure_data`` then has nothing to give.
         """
+
+@final
+class Recording:
+    """
+    Measured data after checking: time increases, doubtful samples are masked and named.
+
+    Made by ``load`` or ``Recording.from_columns``. Columns have the names of the file format, such as ``b0_p1_kpa`` for the
+    pressure of board 0, channel 1. Pressures are in kPa gauge, times in s, angles in rad, drives from -1 (vent) to 1 (fill).
+    ``recording["b0_p1_kpa"]`` is one column, a float64 array of shape (rows,); ``len`` is the number of rows.
+    """
+    def __getitem__(self, column: str, /) -> Incomplete: ...
+    def __len__(self, /) -> int: ...
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels, such as ``"b0c1"``: board 0, channel 1.
+        """
+    @property
+    def columns(self, /) -> list[str]:
+        """
+        Names of the columns that are there, time first.
+        """
+    @property
+    def duration_s(self, /) -> float:
+        """
+        Time from the first row to the last, s.
+        """
+    @property
+    def file(self, /) -> str:
+        """
+        The file it was read from, or the name it was given.
+        """
+    @staticmethod
+    def from_columns(columns: Any, *, rig: Rig | str | PathLike[str] | None = None, channels: SupportsGetItem[int, str] | None = None, name: str = "columns") -> Recording:
+        """
+        A recording from arrays.
+
+        Parameters
+        ----------
+        columns : mapping from str to array_like of float, shape (rows,)
+            Columns of the file format: ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on. NaN is a missing value.
+            A pandas DataFrame does as well.
+        rig : Rig or path, optional
+            With its sensors, samples at a sensor's limit are found and masked.
+        channels : sequence of str, optional
+            Channels to keep, such as ``["b0c0"]``; all by default.
+        name : str, default "columns"
+            What messages call it; they count rows as a file's, the header being row 1.
+
+        Returns
+        -------
+        Recording
+
+        Raises
+        ------
+        DataError
+            No time, no channel, columns of different lengths, values outside the possible.
+        """
+    @staticmethod
+    def from_history(history: dict, *, rig: Rig | str | PathLike[str] | None = None, channels: SupportsGetItem[int, str] | None = None) -> Recording:
+        """
+        A recording from what ``Poller.history`` returns: commands and pressures of all boards, cycle by cycle.
+
+        Parameters
+        ----------
+        history : dict
+            ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4).
+        rig, channels
+            As for ``from_columns``.
+        """
+    @property
+    def quality(self, /) -> list[str]:
+        """
+        What was noticed about the data, in sentences; masked samples among it.
+        """
+    @property
+    def rate_hz(self, /) -> float:
+        """
+        Nominal sampling rate, Hz.
+        """
+    def save(self, /, path: str | PathLike[str]) -> None:
+        """
+        Writes the recording to a file: ``.csv``, ``.csv.gz`` or ``.csv.zst``.
+
+        Raises
+        ------
+        FileError
+            The file cannot be written.
+        """
+    @property
+    def time_s(self, /) -> Incomplete:
+        """
+        Time of each row, s; float64 array of shape (rows,).
+        """
+    def to_dict(self, /) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
+        """
+        All columns by name, as ``pandas.DataFrame`` takes them.
+        """
+    def usable(self, /, channel: str) -> "numpy.typing.NDArray[numpy.bool_]":
+        """
+        Which rows of a channel's pressure may be used: neither missing nor saturated nor stuck.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+
+        Returns
+        -------
+        numpy.ndarray of bool, shape (rows,)
+        """
+
+@final
+class Rig:
+    """
+    What a machine is made of: supply, chambers, valves, the boards' control loop, sensors.
+
+    Parameters
+    ----------
+    **tables : dict
+        The tables of a rig file, such as ``supply={"pressure_kpa": 550.0}``: ``supply``, ``ambient``, ``chamber``, ``valve``,
+        ``controller``, ``sensor``. All are optional; keys carry their units. See ``Rig.load`` for files.
+
+    Raises
+    ------
+    DataError
+        An unknown table or key, or a value outside its range.
+    """
+    def __eq__(self, other: object, /) -> bool: ...
+    def __new__(cls, /, **tables) -> Rig: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[str]]:
+        """
+        Rigs can be sent to other processes.
+        """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def load(path: str | PathLike[str]) -> Rig:
+        """
+        Reads a rig file.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            A TOML file.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        DataError
+            An unknown table or key, or a value outside its range; the message names it.
+        FileError
+            The file cannot be read.
+        """
+    @staticmethod
+    def parse(text: str, name: str = "rig") -> Rig:
+        """
+        A rig from the text of a rig file.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str, default "rig"
+            What error messages call it.
+        """
+    def to_dict(self, /) -> Any:
+        """
+        The tables as a dictionary of dictionaries.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The rig file's text (TOML).
+        """
+
+@final
+class Simulation:
+    """
+    Simulated pressures of the channels of a recording.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels, in the order of ``pressure_kpa``.
+        """
+    @property
+    def pressure_kpa(self, /) -> Incomplete:
+        """
+        Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the inputs are missing.
+        """
+    @property
+    def recording(self, /) -> Recording:
+        """
+        The recording with simulated pressures in place of the measured ones.
+        """
+    @property
+    def scores(self, /) -> dict:
+        """
+        Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``, ``None`` where nothing was measured.
+        """
+    @property
+    def time_s(self, /) -> Incomplete:
+        """
+        Time of each row, s; float64 array of shape (rows,).
+        """
+
+def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, models: SupportsGetItem[int, str] | None = None, fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, progress: Any | None = None) -> Comparison:
+    """
+    Fits several models to the first part of a recording and judges them on the rest.
+
+    Parameters
+    ----------
+    recording : Recording
+    rig : Rig or path, optional
+        Without it only the linear model can be used.
+    models : sequence of str, optional
+        All three by default: ``["linear", "nonlinear", "parametric"]``.
+    fit_seconds, fit_fraction : float, optional
+        What is fitted: the first so many seconds, or this share; 80 % by default.
+    controller, drive, flow, objective, starts, seed, measured_start
+        As for ``fit``.
+    progress : callable, optional
+        Called with (searches done, searches in all, what is being done).
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    DataError
+        Nothing can be compared, or an argument is unusable. What only some models or channels lack is in ``Comparison.table``.
+    """
+
+def diagnose(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, reference: str | PathLike[str] | None = None, progress: Any | None = None) -> Diagnosis:
+    """
+    Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
+
+    Parameters
+    ----------
+    recording : Recording
+        Thirty seconds or more.
+    rig : Rig or path, optional
+    reference : path, optional
+        ``extended.toml`` of an earlier diagnosis of the same rig. The question is then which calibrated parameter has moved;
+        without it, which physical effect the model lacks.
+    progress : callable, optional
+        Called with (steps done, 0, what is being done).
+
+    Returns
+    -------
+    Diagnosis
+
+    Raises
+    ------
+    DataError
+        The data cannot carry a diagnosis, or the reference does not fit.
+
+    Notes
+    -----
+    docs/diagnosis.md says how causes are decided upon, and what that has been measured to find. All cores are used; where several
+    processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
+    """
+
+def effects() -> "dict[str, dict[str, typing.Any]]":
+    """
+    The catalogue of physical effects that ``diagnose`` knows.
+
+    Returns
+    -------
+    dict
+        By the effect's name: a dictionary with ``title``, ``physics``, ``equation``, ``source``, ``rivals`` (effects it is easily
+        confused with), ``check`` (what to look at first on the rig), and ``parameters``: by their names tuples (unit, value at
+        which the effect is absent, meaning).
+    """
+
+def fit(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, model: str = "nonlinear", fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, profiles: bool = False, progress: Any | None = None) -> Fit:
+    """
+    Fits a model to every channel of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    rig : Rig or path, optional
+        Without it only the linear model can be used.
+    model : {"nonlinear", "parametric", "linear"}, default "nonlinear"
+        Valve and chamber from first principles; Tassa et al. 2013; first-order lag of the command.
+    fit_seconds, fit_fraction : float, optional
+        Fit only the first so many seconds, or this share, and judge on the rest. Everything is fitted by default.
+    controller : {"auto", "on", "off"}, default "auto"
+        Whether the board's own pressure loop is simulated: by default where the drive is not recorded.
+    drive : {"auto", "spool", "separate"}, default "auto"
+        Kind of valve; by default as the columns say.
+    flow : {"iso6358", "printed"}, default "iso6358"
+        Form of the flow function.
+    objective : {"rollout", "rate"}, default "rollout"
+        Compare simulated pressures, or rates (fast, biased by noise).
+    starts : int, default 20
+        Number of starts, 1 to 10000.
+    seed : int, default 1
+        The same seed gives the same result.
+    measured_start : bool, default False
+        Take the pressure at the start of each stretch as measured instead of fitting it.
+    profiles : bool, default False
+        Profile-likelihood intervals too (slower).
+    progress : callable, optional
+        Called with (searches done, searches in all, what is being done).
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    DataError
+        The recording or the rig lacks something, or an argument is unusable.
+    FitError
+        A channel cannot be fitted.
+    """
+
+def load(path: str | PathLike[str], rig: Rig | str | PathLike[str] | None = None, *, channels: SupportsGetItem[int, str] | None = None, progress: Any | None = None) -> Recording:
+    """
+    Reads and checks a recording.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on.
+    rig : Rig or path, optional
+        With its sensors, samples at a sensor's limit are found and masked.
+    channels : sequence of str, optional
+        Channels to keep, such as ``["b0c0"]``; all by default.
+    progress : callable, optional
+        Called with (bytes read, bytes in all, what is being done).
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    DataError
+        The content cannot be understood; the message names file, row and column.
+    FileError
+        The file cannot be read.
+    """
+
+def model_parameters(model: str, drive: str = "spool") -> list:
+    """
+    The parameters of a model, in the order that ``simulate_batch`` takes them.
+
+    Parameters
+    ----------
+    model : {"nonlinear", "parametric", "linear"}
+    drive : {"spool", "separate"}, default "spool"
+        Kind of valve.
+
+    Returns
+    -------
+    list of dict
+        ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
+    """
+
+def simulate(recording: Recording, parameters: Parameters, *, rig: Rig | str | PathLike[str] | None = None, controller: str = "auto", start_kpa: SupportsFloat | SupportsIndex = 0.0, progress: Any | None = None) -> Simulation:
+    """
+    Simulates the channels of a recording from its commands or drives alone.
+
+    Measured pressures are not used, except for the first of each stretch to start from, and to judge the simulation by.
+
+    Parameters
+    ----------
+    recording : Recording
+        Commands (for the linear model, or with the board's loop) or drives.
+    parameters : Parameters
+        Such as ``fit(...).parameters``. Their channels must include the recording's.
+    rig : Rig or path, optional
+        By default the one the parameters were fitted with.
+    controller : {"auto", "on", "off"}, default "auto"
+        Whether the board's pressure loop is simulated: by default as it was fitted.
+    start_kpa : float, default 0.0
+        Pressure to start from where none was measured, kPa gauge.
+    progress : callable, optional
+        Called with (channels done, channels in all, what is being done).
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    DataError
+        The recording, the rig or the parameters lack something.
+    """
+
+def simulate_batch(model: str, parameters: "numpy.typing.ArrayLike | dict[str, numpy.typing.ArrayLike]", interval_s: SupportsFloat | SupportsIndex, *, drive: "numpy.typing.ArrayLike | None" = None, fill: "numpy.typing.ArrayLike | None" = None, vent: "numpy.typing.ArrayLike | None" = None, command_kpa: "numpy.typing.ArrayLike | None" = None, supply_kpa: "numpy.typing.ArrayLike | None" = None, volume_m3: "numpy.typing.ArrayLike | None" = None, start_kpa: "numpy.typing.ArrayLike | None" = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, progress: Any | None = None) -> "typing.Any":
+    """
+    Simulates many chambers at once, each with parameters, inputs and a start of its own.
+
+    Arrays broadcast as in NumPy: what is given once holds for all chambers, or for all rows. Inputs of row k hold from row k to
+    row k + 1; supply and volume change linearly in between. The last row's inputs have no effect on the result.
+
+    Parameters
+    ----------
+    model : {"nonlinear", "parametric", "linear"}
+    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
+        In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,).
+    interval_s : float
+        Time between two rows, s.
+    drive : array_like of float, shape (rows,) or (chambers, rows), optional
+        Spool valves: -1 (vent) to 1 (fill).
+    fill, vent : array_like of float, shape (rows,) or (chambers, rows), optional
+        Instead of ``drive``: separate valves, 0 (closed) to 1 (open).
+    command_kpa : array_like of float, shape (rows,) or (chambers, rows), optional
+        Set points, kPa gauge, for the linear model or with ``controller``.
+    supply_kpa : array_like of float, shape (), (rows,) or (chambers, rows), optional
+        Supply pressure, kPa gauge; by default the rig's.
+    volume_m3 : array_like of float, shape (), (rows,) or (chambers, rows), optional
+        Chamber volume, m^3; by default the rig's, of the straight joint.
+    start_kpa : array_like of float, shape () or (chambers,), default 0.0
+        Pressure at the first row, kPa gauge.
+    rig : Rig or path, optional
+        Ambient pressure and temperature, valve constants, and what is not given above.
+    controller : bool, default False
+        Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves; needs ``[controller]`` and
+        ``[sensor]`` of the rig.
+    substeps : int, default 1
+        Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000.
+    sensitivities : bool, default False
+        Return derivatives, too. They are exact for the discretised model, not differences.
+    progress : callable, optional
+        Called with (parts done, parts in all, what is being done).
+
+    Returns
+    -------
+    pressure_kpa : numpy.ndarray of float64, shape (chambers, rows)
+        kPa gauge. Not finite where a simulation ran away.
+    sensitivity : numpy.ndarray of float64, shape (chambers, rows, parameters), only with ``sensitivities``
+        Derivatives of the pressures by the parameters, kPa per unit of the parameter.
+
+    Raises
+    ------
+    DataError
+        Shapes that do not fit, values that are not finite or not possible, something missing.
+
+    Notes
+    -----
+    Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
+    many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them.
+    """

@@ -35,4 +35,12 @@ class StaleDataError(BoardError):
 
 
 class DataError(PneuDriveError, ValueError):
-    """A recording, rig or parameter file that cannot be used; the message names file, row and column."""
+    """A recording, rig, parameter file or argument that cannot be used; the message names file, row and column or the argument."""
+
+
+class FileError(PneuDriveError, OSError):
+    """A file that cannot be read or written."""
+
+
+class FitError(PneuDriveError, RuntimeError):
+    """A model that cannot be fitted to a channel."""

@@ -1,0 +1,159 @@
+//! Inputs of a batch, column by column: what is the same for all rollouts, or for all rows, is kept once.
+
+use super::BatchError;
+use super::run::RowSource;
+use crate::model::column;
+use crate::numeric::{Lanes, Scalar};
+
+/// One input of all rollouts: `offset + factor * value`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BatchColumn<'a> {
+    values: &'a [f64],
+    by_job: bool,
+    by_row: bool,
+    factor: f64,
+    offset: f64,
+}
+
+impl<'a> BatchColumn<'a> {
+    /// The same for all rollouts and rows.
+    #[must_use]
+    pub const fn constant(value: f64) -> Self {
+        Self { values: &[], by_job: false, by_row: false, factor: 0.0, offset: value }
+    }
+
+    /// The same for all rollouts, one value per row.
+    #[must_use]
+    pub const fn per_row(values: &'a [f64]) -> Self {
+        Self { values, by_job: false, by_row: true, factor: 1.0, offset: 0.0 }
+    }
+
+    /// The same for all rows, one value per rollout.
+    #[must_use]
+    pub const fn per_job(values: &'a [f64]) -> Self {
+        Self { values, by_job: true, by_row: false, factor: 1.0, offset: 0.0 }
+    }
+
+    /// `[rollout][row]`.
+    #[must_use]
+    pub const fn per_job_and_row(values: &'a [f64]) -> Self {
+        Self { values, by_job: true, by_row: true, factor: 1.0, offset: 0.0 }
+    }
+
+    /// The same in another unit: `offset + factor * value`.
+    #[must_use]
+    pub fn scaled(self, factor: f64, offset: f64) -> Self {
+        Self { factor: factor * self.factor, offset: offset + factor * self.offset, ..self }
+    }
+
+    fn expected(&self, jobs: usize, rows: usize) -> usize {
+        match (self.by_job, self.by_row) {
+            (false, false) => 0,
+            (false, true) => rows,
+            (true, false) => jobs,
+            (true, true) => jobs * rows,
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, job: usize, row: usize, rows: usize) -> f64 {
+        let index = match (self.by_job, self.by_row) {
+            (false, false) => return self.offset,
+            (false, true) => row,
+            (true, false) => job,
+            (true, true) => job * rows + row,
+        };
+        self.offset + self.factor * self.values[index]
+    }
+}
+
+/// Inputs of all rollouts of a batch, in the columns of [`mod@column`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchInputs<'a> {
+    columns: Vec<BatchColumn<'a>>,
+    jobs: usize,
+    rows: usize,
+}
+
+impl<'a> BatchInputs<'a> {
+    /// Inputs of `jobs` rollouts over `rows` rows; the interval's length must be the same for all rollouts.
+    ///
+    /// # Errors
+    /// [`BatchError::Columns`] or [`BatchError::Values`] when the sizes do not fit.
+    pub fn new(columns: Vec<BatchColumn<'a>>, jobs: usize, rows: usize) -> Result<Self, BatchError> {
+        if columns.len() < column::COUNT {
+            return Err(BatchError::Columns { columns: columns.len() });
+        }
+        for (index, column) in columns.iter().enumerate() {
+            let (expected, found) = (column.expected(jobs, rows), column.values.len());
+            if expected != found {
+                return Err(BatchError::Values { column: index, expected, found });
+            }
+        }
+        Ok(Self { columns, jobs, rows })
+    }
+
+    /// Number of rollouts.
+    #[must_use]
+    pub fn jobs(&self) -> usize {
+        self.jobs
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// One input of one rollout.
+    #[must_use]
+    pub fn value(&self, job: usize, row: usize, column: usize) -> f64 {
+        self.columns[column].at(job, row, self.rows)
+    }
+
+    /// Rollouts `first`, `first + 1`, ... side by side; spare lanes repeat the last.
+    pub(super) fn lanes<const L: usize>(&self, first: usize) -> ColumnRows<'_, L> {
+        let jobs: [usize; L] = std::array::from_fn(|lane| (first + lane).min(self.jobs - 1));
+        let at = |column: &BatchColumn<'_>, row| Lanes(jobs.map(|job| column.at(job, row, self.rows)));
+        let row = self.columns.iter().map(|column| at(column, 0)).collect();
+        let varying = self.columns.iter().enumerate().filter(|(_, column)| column.by_row);
+        let varying = varying
+            .map(|(index, column)| Varying { index, column: *column, first: jobs.map(|job| job * self.rows) })
+            .collect();
+        ColumnRows { varying, row }
+    }
+}
+
+/// A column that changes from row to row.
+#[derive(Debug)]
+struct Varying<'a, const L: usize> {
+    index: usize,
+    column: BatchColumn<'a>,
+    /// Where each lane's rollout begins.
+    first: [usize; L],
+}
+
+/// Rows of `L` rollouts in lockstep: only what changes is fetched.
+#[derive(Debug)]
+pub(super) struct ColumnRows<'a, const L: usize> {
+    varying: Vec<Varying<'a, L>>,
+    row: Vec<Lanes<L>>,
+}
+
+impl<const L: usize> RowSource<Lanes<L>> for ColumnRows<'_, L> {
+    #[inline(always)]
+    fn row(&mut self, k: usize) -> &[Lanes<L>] {
+        for Varying { index, column, first } in &self.varying {
+            let raw = if column.by_job {
+                Lanes(first.map(
+                    #[inline(always)]
+                    |from| column.values[from + k],
+                ))
+            } else {
+                Lanes::constant(column.values[k])
+            };
+            self.row[*index] = raw.times(column.factor).plus(column.offset);
+        }
+        &self.row
+    }
+}

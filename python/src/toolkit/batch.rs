@@ -1,0 +1,374 @@
+use super::arguments::{self, RigArgument};
+use super::shapes::{self, Extent, Field, ParameterTable};
+use super::work::{self, Watch};
+use crate::errors;
+use numpy::{PyArray1, PyArrayMethods};
+use pneudrive_model::experiment::{DriveKind, ModelKind, Setup, Subject, subject};
+use pneudrive_model::model::{FlowForm, column};
+use pneudrive_model::rig::Rig;
+use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, Job};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::ops::Range;
+
+const PA_PER_KPA: f64 = 1e3;
+
+/// Runge-Kutta steps after which signals are looked for: some tenths of a second.
+const PART_STEPS: usize = 4_000_000;
+
+/// Chambers come in multiples of this, so that no lane stays empty.
+const LANES: usize = 16;
+
+/// Chamber-rows below which a thread of its own costs more than the simulation.
+const SMALL: usize = 20_000;
+
+/// Pressures that can be meant, kPa gauge.
+const PRESSURE_KPA: [f64; 2] = [-101.0, 10_000.0];
+
+/// Chamber volumes that can be meant, m^3: a cubic millimetre to ten cubic metres.
+const VOLUME_M3: [f64; 2] = [1e-9, 10.0];
+
+/// Everything a batch needs, checked.
+struct Batch {
+    subject: Box<dyn Subject>,
+    parameters: ParameterTable,
+    interval_s: f64,
+    valve: Valve,
+    command_kpa: Field,
+    supply_kpa: Field,
+    volume_m3: Field,
+    volume_rate_m3_s: Field,
+    start_kpa: Vec<f64>,
+    ambient_pa: f64,
+    chambers: usize,
+    rows: usize,
+    substeps: usize,
+    sensitivities: bool,
+}
+
+/// kPa gauge [chamber][row], and kPa per unit of the parameter [chamber][row][parameter].
+type Simulated = (Vec<f64>, Vec<f64>);
+
+/// What opens the valves.
+enum Valve {
+    Spool(Field),
+    Separate {
+        fill: Field,
+        vent: Field,
+    },
+    /// The linear model and the boards' loops have no use for it.
+    None,
+}
+
+impl Valve {
+    fn fields(&self) -> Vec<&Field> {
+        match self {
+            Self::Spool(drive) => vec![drive],
+            Self::Separate { fill, vent } => vec![fill, vent],
+            Self::None => vec![],
+        }
+    }
+}
+
+impl Batch {
+    /// The inputs of some chambers, laid out as in `model::column`.
+    fn columns(&self, chambers: &Range<usize>) -> Vec<BatchColumn<'_>> {
+        let mut columns = vec![BatchColumn::constant(0.0); column::COUNT];
+        columns[column::INTERVAL_S] = BatchColumn::constant(self.interval_s);
+        match &self.valve {
+            Valve::Spool(drive) => {
+                columns[column::FILL] = drive.column(chambers);
+                columns[column::VENT] = drive.column(chambers).scaled(-1.0, 0.0);
+            }
+            Valve::Separate { fill, vent } => {
+                columns[column::FILL] = fill.column(chambers);
+                columns[column::VENT] = vent.column(chambers);
+            }
+            Valve::None => {}
+        }
+        let (command_kpa, supply_kpa) = (self.command_kpa.column(chambers), self.supply_kpa.column(chambers));
+        columns[column::COMMAND_PA] = command_kpa.scaled(PA_PER_KPA, self.ambient_pa);
+        columns[column::SUPPLY_PA] = supply_kpa.scaled(PA_PER_KPA, self.ambient_pa);
+        columns[column::VOLUME_M3] = self.volume_m3.column(chambers);
+        columns[column::VOLUME_RATE_M3_S] = self.volume_rate_m3_s.column(chambers);
+        columns
+    }
+
+    fn run(&self, watch: &Watch) -> Result<Simulated, BatchError> {
+        watch.begin("simulating");
+        let count = self.subject.parameters().len();
+        let mut pressures = Vec::with_capacity(self.chambers * self.rows);
+        let mut derivatives = Vec::new();
+        if self.sensitivities {
+            derivatives.reserve_exact(self.chambers * self.rows * count);
+        }
+        let steps = self.rows * self.substeps * self.subject.ticks(self.interval_s);
+        let part = (PART_STEPS / steps).max(1).next_multiple_of(LANES);
+        for from in (0..self.chambers).step_by(part) {
+            watch.tell(from as u64, self.chambers as u64);
+            watch.checkpoint();
+            let chambers = from..(from + part).min(self.chambers);
+            let inputs = BatchInputs::new(self.columns(&chambers), chambers.len(), self.rows)?;
+            let start = |chamber| [self.ambient_pa + PA_PER_KPA * self.start_kpa(chamber)];
+            let jobs: Vec<Job<'_, 1>> = chambers
+                .map(|chamber| Job { parameters: self.parameters.of(chamber), start: start(chamber) })
+                .collect();
+            let output = self.subject.batch(&jobs, &inputs, self.substeps, self.sensitivities)?;
+            pressures.extend(output.outputs.iter().map(|[pa]| (pa - self.ambient_pa) / PA_PER_KPA));
+            derivatives.extend(output.sensitivities.iter().map(|[pa]| pa / PA_PER_KPA));
+        }
+        Ok((pressures, derivatives))
+    }
+
+    fn start_kpa(&self, chamber: usize) -> f64 {
+        self.start_kpa[if self.start_kpa.len() == 1 { 0 } else { chamber }]
+    }
+}
+
+/// Simulates many chambers at once, each with parameters, inputs and a start of its own.
+///
+/// Arrays broadcast as in NumPy: what is given once holds for all chambers, or for all rows. Inputs of row k hold from row k to
+/// row k + 1; supply and volume change linearly in between. The last row's inputs have no effect on the result.
+///
+/// Parameters
+/// ----------
+/// model : {"nonlinear", "parametric", "linear"}
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
+///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,).
+/// interval_s : float
+///     Time between two rows, s.
+/// drive : array_like of float, shape (rows,) or (chambers, rows), optional
+///     Spool valves: -1 (vent) to 1 (fill).
+/// fill, vent : array_like of float, shape (rows,) or (chambers, rows), optional
+///     Instead of ``drive``: separate valves, 0 (closed) to 1 (open).
+/// command_kpa : array_like of float, shape (rows,) or (chambers, rows), optional
+///     Set points, kPa gauge, for the linear model or with ``controller``.
+/// supply_kpa : array_like of float, shape (), (rows,) or (chambers, rows), optional
+///     Supply pressure, kPa gauge; by default the rig's.
+/// volume_m3 : array_like of float, shape (), (rows,) or (chambers, rows), optional
+///     Chamber volume, m^3; by default the rig's, of the straight joint.
+/// start_kpa : array_like of float, shape () or (chambers,), default 0.0
+///     Pressure at the first row, kPa gauge.
+/// rig : Rig or path, optional
+///     Ambient pressure and temperature, valve constants, and what is not given above.
+/// controller : bool, default False
+///     Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves; needs ``[controller]`` and
+///     ``[sensor]`` of the rig.
+/// substeps : int, default 1
+///     Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000.
+/// sensitivities : bool, default False
+///     Return derivatives, too. They are exact for the discretised model, not differences.
+/// progress : callable, optional
+///     Called with (parts done, parts in all, what is being done).
+///
+/// Returns
+/// -------
+/// pressure_kpa : numpy.ndarray of float64, shape (chambers, rows)
+///     kPa gauge. Not finite where a simulation ran away.
+/// sensitivity : numpy.ndarray of float64, shape (chambers, rows, parameters), only with ``sensitivities``
+///     Derivatives of the pressures by the parameters, kPa per unit of the parameter.
+///
+/// Raises
+/// ------
+/// DataError
+///     Shapes that do not fit, values that are not finite or not possible, something missing.
+///
+/// Notes
+/// -----
+/// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
+/// many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them.
+#[pyfunction]
+#[pyo3(signature = (model, parameters: "numpy.typing.ArrayLike | dict[str, numpy.typing.ArrayLike]", interval_s, *, drive: "numpy.typing.ArrayLike | None" = None, fill: "numpy.typing.ArrayLike | None" = None, vent: "numpy.typing.ArrayLike | None" = None, command_kpa: "numpy.typing.ArrayLike | None" = None, supply_kpa: "numpy.typing.ArrayLike | None" = None, volume_m3: "numpy.typing.ArrayLike | None" = None, start_kpa: "numpy.typing.ArrayLike | None" = None, rig=None, controller=false, substeps=1, sensitivities=false, progress=None) -> "typing.Any")]
+#[allow(clippy::too_many_arguments)] // keywords of the Python function
+pub fn simulate_batch<'py>(
+    py: Python<'py>,
+    model: &str,
+    parameters: &Bound<'py, PyAny>,
+    interval_s: f64,
+    drive: Option<Bound<'py, PyAny>>,
+    fill: Option<Bound<'py, PyAny>>,
+    vent: Option<Bound<'py, PyAny>>,
+    command_kpa: Option<Bound<'py, PyAny>>,
+    supply_kpa: Option<Bound<'py, PyAny>>,
+    volume_m3: Option<Bound<'py, PyAny>>,
+    start_kpa: Option<Bound<'py, PyAny>>,
+    rig: Option<RigArgument>,
+    controller: bool,
+    substeps: i64,
+    sensitivities: bool,
+    progress: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (rig, _) = RigArgument::resolve(rig)?;
+    let model = arguments::model(model)?;
+    if !(1e-6..=10.0).contains(&interval_s) {
+        return Err(errors::unusable(format!("interval_s is {interval_s}; it must be 1e-6 to 10 s")));
+    }
+    if !(1..=1000).contains(&substeps) {
+        return Err(errors::unusable(format!("substeps is {substeps}; it must be 1 to 1000")));
+    }
+    let by_command = model == ModelKind::Linear || controller;
+    let separate = fill.is_some() || vent.is_some();
+    let valve = valve(drive.as_ref(), fill.as_ref(), vent.as_ref(), by_command)?;
+    let setup = setup(model, controller, separate);
+    let subject = subject(setup, &rig, FlowForm::Iso6358).map_err(errors::unusable)?;
+    let names: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();
+    let parameters = ParameterTable::extract(parameters, &names)?;
+
+    let command_kpa = match (&command_kpa, by_command) {
+        (Some(command), true) => Field::extract("command_kpa", command, PRESSURE_KPA, "kPa")?,
+        (None, false) => Field::constant("command_kpa", 0.0),
+        (Some(_), false) => {
+            return Err(errors::unusable("command_kpa is for the linear model or with controller=True"));
+        }
+        (None, true) => return Err(errors::unusable("command_kpa is missing: nothing says what to follow")),
+    };
+    let supply_kpa = supply(supply_kpa.as_ref(), &rig, model)?;
+    let volume_m3 = volume(volume_m3.as_ref(), &rig, model)?;
+    let start_kpa = start(start_kpa.as_ref())?;
+
+    let (mut chambers, mut rows) = (Extent::new("chambers"), Extent::new("rows"));
+    chambers.join("parameters", parameters.chambers())?;
+    chambers.join("start_kpa", start_kpa.len())?;
+    let mut fields = valve.fields();
+    fields.extend([&command_kpa, &supply_kpa, &volume_m3]);
+    shapes::joint(&mut chambers, &mut rows, &fields)?;
+    let batch = Batch {
+        subject,
+        parameters,
+        interval_s,
+        valve,
+        command_kpa,
+        supply_kpa: supply_kpa.pairwise(|here, there| 0.5 * (here + there)),
+        volume_rate_m3_s: volume_m3.pairwise(|here, there| (there - here) / interval_s),
+        volume_m3: volume_m3.pairwise(|here, there| 0.5 * (here + there)),
+        start_kpa,
+        ambient_pa: rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA,
+        chambers: chambers.number(),
+        rows: rows.number(),
+        substeps: usize::try_from(substeps).unwrap_or(1),
+        sensitivities,
+    };
+    let (chambers, rows, count) = (batch.chambers, batch.rows, names.len());
+    check_size(chambers, rows, if sensitivities { count + 1 } else { 1 })?;
+    let small =
+        progress.is_none() && chambers * rows * substeps.unsigned_abs() as usize <= SMALL && !controller;
+    let outcome = if small {
+        py.detach(|| batch.run(&Watch::default()))
+    } else {
+        work::run(py, progress.as_ref(), move |watch| batch.run(watch))?
+    };
+    let (pressures, derivatives) = outcome.map_err(errors::unusable)?;
+    let pressures = PyArray1::from_vec(py, pressures).reshape([chambers, rows])?;
+    if !sensitivities {
+        return Ok(pressures.into_any());
+    }
+    let derivatives = PyArray1::from_vec(py, derivatives).reshape([chambers, rows, count])?;
+    Ok((pressures, derivatives).into_pyobject(py)?.into_any())
+}
+
+fn setup(model: ModelKind, controller: bool, separate: bool) -> Setup {
+    let kind = if separate { DriveKind::Separate } else { DriveKind::Spool };
+    let linear = model == ModelKind::Linear;
+    Setup { model, drive: (!linear).then_some(kind), controller: controller && !linear }
+}
+
+/// What opens the valves, of what was given.
+fn valve(
+    drive: Option<&Bound<'_, PyAny>>,
+    fill: Option<&Bound<'_, PyAny>>,
+    vent: Option<&Bound<'_, PyAny>>,
+    by_command: bool,
+) -> PyResult<Valve> {
+    let half = [0.0, 1.0];
+    match (drive, fill, vent) {
+        (None, None, None) if by_command => Ok(Valve::None),
+        (None, None, None) => Err(errors::unusable("neither drive nor fill and vent are given")),
+        _ if by_command => Err(errors::unusable(
+            "drive, fill and vent are not used by the linear model or with controller=True",
+        )),
+        (Some(drive), None, None) => Ok(Valve::Spool(Field::extract("drive", drive, [-1.0, 1.0], "")?)),
+        (None, Some(fill), Some(vent)) => Ok(Valve::Separate {
+            fill: Field::extract("fill", fill, half, "")?,
+            vent: Field::extract("vent", vent, half, "")?,
+        }),
+        _ => Err(errors::unusable("give drive, or both fill and vent")),
+    }
+}
+
+fn supply(given: Option<&Bound<'_, PyAny>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+    match (given, &rig.supply) {
+        (Some(given), _) => Field::extract("supply_kpa", given, PRESSURE_KPA, "kPa"),
+        (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
+        (None, None) if model == ModelKind::Linear => Ok(Field::constant("supply_kpa", 0.0)),
+        (None, None) => Err(errors::unusable("supply_kpa is missing: give it, or a rig with [supply]")),
+    }
+}
+
+fn volume(given: Option<&Bound<'_, PyAny>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+    match (given, &rig.chamber) {
+        (Some(given), _) => Field::extract("volume_m3", given, VOLUME_M3, "m^3"),
+        (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
+        (None, None) if model == ModelKind::Linear => Ok(Field::constant("volume_m3", 1.0)),
+        (None, None) => Err(errors::unusable("volume_m3 is missing: give it, or a rig with [chamber]")),
+    }
+}
+
+fn start(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+    let Some(given) = given else { return Ok(vec![0.0]) };
+    let (shape, values) = shapes::numbers("start_kpa", given)?;
+    if shape.len() > 1 {
+        return Err(errors::unusable(format!("start_kpa has shape {shape:?}; expected () or (chambers,)")));
+    }
+    let [low, high] = PRESSURE_KPA;
+    match values.iter().position(|kpa| !(*kpa >= low && *kpa <= high)) {
+        None => Ok(values),
+        Some(at) => Err(errors::unusable(format!(
+            "start_kpa of chamber {at} is {}; it must be {low} to {high} kPa",
+            values[at]
+        ))),
+    }
+}
+
+/// Refuses what cannot be meant before memory for it is asked for.
+fn check_size(chambers: usize, rows: usize, per_row: usize) -> PyResult<()> {
+    const MOST: usize = 1 << 32;
+    let values = chambers.checked_mul(rows).and_then(|all| all.checked_mul(per_row));
+    match values {
+        Some(values) if values <= MOST => Ok(()),
+        _ => Err(errors::unusable(format!(
+            "{chambers} chambers by {rows} rows make too large a result; simulate in parts"
+        ))),
+    }
+}
+
+/// The parameters of a model, in the order that ``simulate_batch`` takes them.
+///
+/// Parameters
+/// ----------
+/// model : {"nonlinear", "parametric", "linear"}
+/// drive : {"spool", "separate"}, default "spool"
+///     Kind of valve.
+///
+/// Returns
+/// -------
+/// list of dict
+///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
+#[pyfunction]
+#[pyo3(signature = (model, drive="spool"))]
+pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyResult<Bound<'py, PyList>> {
+    let separate = arguments::drive(drive)? == DriveKind::Separate;
+    let setup = setup(arguments::model(model)?, false, separate);
+    let subject = subject(setup, &Rig::default(), FlowForm::Iso6358).map_err(errors::unusable)?;
+    let list = PyList::empty(py);
+    for parameter in subject.parameters() {
+        let dict = PyDict::new(py);
+        dict.set_item("name", parameter.name)?;
+        dict.set_item("unit", parameter.unit)?;
+        dict.set_item("lower", parameter.lower)?;
+        dict.set_item("nominal", parameter.nominal)?;
+        dict.set_item("upper", parameter.upper)?;
+        dict.set_item("meaning", parameter.meaning)?;
+        list.append(dict)?;
+    }
+    Ok(list)
+}

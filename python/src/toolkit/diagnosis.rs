@@ -1,0 +1,235 @@
+use super::arguments::RigArgument;
+use super::convert;
+use super::recording::Recording;
+use super::work::{self, Watch};
+use crate::errors;
+use numpy::PyArray1;
+use pneudrive_model::data::write;
+use pneudrive_model::diagnosis::{self as library, EXTENDED_FILE, ExtendedFile, TRAJECTORY_FILE, json, page};
+use pneudrive_model::report::{Table, html, number, paragraph, significant};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a simulation gets wrong in a recording, why, and what modelling it gains.
+#[pyclass(frozen, module = "pneudrive_py")]
+pub struct Diagnosis {
+    diagnosis: Arc<library::Diagnosis>,
+    footer: String,
+}
+
+const HEAD: [&str; 6] =
+    ["cause", "channels", "size [95 %]", "test error, kPa", "gain [95 %]", "fits as well"];
+
+impl Diagnosis {
+    fn report(&self) -> &json::Report {
+        &self.diagnosis.report
+    }
+
+    fn page(&self) -> PyResult<String> {
+        page::page(&self.diagnosis, &self.footer).map_err(errors::unusable)
+    }
+
+    fn extended_text(&self) -> PyResult<String> {
+        toml::to_string(&self.diagnosis.extended).map_err(errors::unusable)
+    }
+
+    fn rows(&self) -> Vec<Vec<String>> {
+        self.report().causes.iter().map(line).collect()
+    }
+}
+
+/// One cause as a line of a table.
+fn line(cause: &json::Cause) -> Vec<String> {
+    let size = |(name, estimate): (&String, &json::Estimate)| match estimate.ci95 {
+        Some([low, high]) => format!(
+            "{name} {} [{}, {}] {}",
+            significant(estimate.value, 3),
+            significant(low, 3),
+            significant(high, 3),
+            estimate.unit
+        ),
+        None => format!("{name} not identifiable here"),
+    };
+    let gain = &cause.gain;
+    vec![
+        cause.effect.clone(),
+        cause.channels.join(", "),
+        cause.parameters.iter().map(size).collect::<Vec<_>>().join("; "),
+        format!("{} to {}", number(gain.test_rmse_before_kpa, 2), number(gain.test_rmse_after_kpa, 2)),
+        format!("{:.0} % [{:.0}, {:.0}]", 100.0 * gain.reduction, 100.0 * gain.ci95[0], 100.0 * gain.ci95[1]),
+        if cause.equivalent.is_empty() { "-".to_owned() } else { cause.equivalent.join(", ") },
+    ]
+}
+
+#[pymethods]
+impl Diagnosis {
+    /// In a word: ``"adequate"``, ``"explained"``, ``"partly_explained"`` or ``"unexplained"``.
+    #[getter]
+    fn verdict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::object(py, &self.report().verdict)
+    }
+
+    /// What was found, in a sentence.
+    #[getter]
+    fn sentence(&self) -> &str {
+        &self.report().sentence
+    }
+
+    /// The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
+    /// that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
+    #[getter]
+    fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::object(py, &self.report().causes)
+    }
+
+    /// What was noticed about the data.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.report().notes.clone()
+    }
+
+    /// The whole of ``report.json`` as a dictionary.
+    #[getter]
+    fn report_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::object(py, self.report())
+    }
+
+    /// The extended model as the text of a file (TOML); ``diagnose(reference=...)`` takes it.
+    #[getter]
+    fn extended_model(&self) -> PyResult<String> {
+        self.extended_text()
+    }
+
+    /// Measured and simulated pressures of one channel, where they were compared.
+    ///
+    /// Parameters
+    /// ----------
+    /// channel : str
+    ///     Such as ``"b0c1"``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     Residuals (simulated minus measured, kPa): ``base`` of the model without the causes and ``extended`` with them;
+    ///     float64 arrays of shape (compared rows,).
+    #[pyo3(signature = (channel) -> "dict[str, numpy.typing.NDArray[numpy.float64]]")]
+    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Bound<'py, PyDict>> {
+        let inner = &self.diagnosis;
+        let index =
+            inner.channels.iter().position(|data| data.id.to_string() == channel).ok_or_else(|| {
+                let names: Vec<String> = inner.channels.iter().map(|data| data.id.to_string()).collect();
+                errors::unusable(format!("no channel {channel} was diagnosed; there is {}", names.join(", ")))
+            })?;
+        let data = &inner.channels[index];
+        let (base, extended) =
+            py.detach(|| (data.residuals(&inner.base[index]), data.residuals(&inner.extended_models[index])));
+        let dict = PyDict::new(py);
+        dict.set_item("base", PyArray1::from_vec(py, base))?;
+        dict.set_item("extended", PyArray1::from_vec(py, extended))?;
+        Ok(dict)
+    }
+
+    /// The page with tables and plots, one self-contained HTML file's content.
+    fn html(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| self.page())
+    }
+
+    /// Writes ``report.html``, ``report.json`` and ``extended.toml`` into a folder, as ``pneudrive-model diagnose`` does, and
+    /// ``next_experiment.csv`` where another recording would tell rivals apart.
+    ///
+    /// Raises
+    /// ------
+    /// FileError
+    ///     They cannot be written.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        py.detach(|| {
+            let failed =
+                |error: std::io::Error| errors::FileError::new_err(format!("{}: {error}", folder.display()));
+            std::fs::create_dir_all(&folder).map_err(failed)?;
+            let json = serde_json::to_string_pretty(self.report()).map_err(errors::unusable)?;
+            let mut files = vec![
+                (EXTENDED_FILE, self.extended_text()?),
+                ("report.json", json),
+                ("report.html", self.page()?),
+            ];
+            files.extend(self.diagnosis.plan.as_ref().map(|plan| (TRAJECTORY_FILE, plan.trajectory.clone())));
+            for (name, text) in files {
+                write::text_atomically(&folder.join(name), &text).map_err(errors::recording)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn __repr__(&self) -> String {
+        let sentence = self.sentence();
+        if self.report().causes.is_empty() {
+            return format!("Diagnosis: {sentence}");
+        }
+        format!("Diagnosis: {sentence}\n{}", Table::text(&HEAD, &self.rows()))
+    }
+
+    fn _repr_html_(&self) -> String {
+        let table = convert::table(&HEAD, 3, &self.rows());
+        let causes = !self.report().causes.is_empty();
+        html! { (paragraph(self.sentence())) @if causes { (table.markup()) } }.into_string()
+    }
+}
+
+/// Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
+///
+/// Parameters
+/// ----------
+/// recording : Recording
+///     Thirty seconds or more.
+/// rig : Rig or path, optional
+/// reference : path, optional
+///     ``extended.toml`` of an earlier diagnosis of the same rig. The question is then which calibrated parameter has moved;
+///     without it, which physical effect the model lacks.
+/// progress : callable, optional
+///     Called with (steps done, 0, what is being done).
+///
+/// Returns
+/// -------
+/// Diagnosis
+///
+/// Raises
+/// ------
+/// DataError
+///     The data cannot carry a diagnosis, or the reference does not fit.
+///
+/// Notes
+/// -----
+/// docs/diagnosis.md says how causes are decided upon, and what that has been measured to find. All cores are used; where several
+/// processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
+#[pyfunction]
+#[pyo3(signature = (recording, rig=None, *, reference=None, progress=None))]
+pub fn diagnose(
+    py: Python<'_>,
+    recording: &Recording,
+    rig: Option<RigArgument>,
+    reference: Option<PathBuf>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Diagnosis> {
+    let (rig, rig_file) = RigArgument::resolve(rig)?;
+    let provenance = convert::provenance(py, "diagnose", &recording.loaded.recording.source, rig_file)?;
+    let name = reference.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    let reference = reference.as_deref().map(ExtendedFile::load).transpose().map_err(errors::unusable)?;
+    let loaded = Arc::clone(&recording.loaded);
+    let work = move |watch: &Watch| {
+        let tell = |what: &str, _: u64| {
+            watch.checkpoint();
+            if what.is_empty() { watch.advance() } else { watch.begin(what) }
+        };
+        let pair = reference.as_ref().map(|file| (name.as_str(), file));
+        let mut diagnosis = library::diagnose(&loaded.recording, &rig, pair, &tell)?;
+        diagnosis.report.notes.extend(loaded.quality.sentences());
+        diagnosis.extended.provenance = Some(provenance);
+        Ok(diagnosis)
+    };
+    let origin = convert::origin(py, "diagnose")?;
+    let footer = format!("{} | {} | {}", origin.program, origin.created, origin.command);
+    let outcome: Result<_, library::DiagnosisError> = work::run(py, progress.as_ref(), work)?;
+    Ok(Diagnosis { diagnosis: Arc::new(outcome.map_err(errors::unusable)?), footer })
+}

@@ -1,0 +1,25 @@
+//! The modelling toolkit: recordings and rigs in, fits, simulations, comparisons and diagnoses out.
+
+mod arguments;
+mod batch;
+mod catalogue;
+mod comparison;
+mod convert;
+mod diagnosis;
+mod fitting;
+mod parameters;
+mod recording;
+mod rig;
+mod shapes;
+mod simulation;
+mod work;
+
+pub use batch::{model_parameters, simulate_batch};
+pub use catalogue::effects;
+pub use comparison::{Comparison, compare};
+pub use diagnosis::{Diagnosis, diagnose};
+pub use fitting::{Fit, fit};
+pub use parameters::Parameters;
+pub use recording::{Recording, load};
+pub use rig::Rig;
+pub use simulation::{Simulation, simulate};

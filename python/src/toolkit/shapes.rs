@@ -1,0 +1,194 @@
+//! Arrays of the shapes that a batch is made of, broadcast as NumPy does.
+
+use crate::errors;
+use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
+use pneudrive_model::rollout::BatchColumn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::ops::Range;
+
+/// A quantity of every chamber at every row; where it does not depend on one of them, it is kept once.
+#[derive(Debug, Clone)]
+pub struct Field {
+    name: &'static str,
+    values: Vec<f64>,
+    chambers: usize,
+    rows: usize,
+}
+
+impl Field {
+    /// One value for all.
+    pub fn constant(name: &'static str, value: f64) -> Self {
+        Self { name, values: vec![value], chambers: 1, rows: 1 }
+    }
+
+    /// An array of shape (), (rows,) or (chambers, rows), with finite values within `range`.
+    pub fn extract(
+        name: &'static str,
+        object: &Bound<'_, PyAny>,
+        [low, high]: [f64; 2],
+        unit: &str,
+    ) -> PyResult<Self> {
+        let (shape, values) = numbers(name, object)?;
+        let (chambers, rows) = match shape[..] {
+            [] => (1, 1),
+            [rows] => (1, rows),
+            [chambers, rows] => (chambers, rows),
+            _ => {
+                return Err(errors::unusable(format!(
+                    "{name} has shape {shape:?}; expected (), (rows,) or (chambers, rows)"
+                )));
+            }
+        };
+        if let Some(at) = values.iter().position(|v| !(*v >= low && *v <= high)) {
+            return Err(errors::unusable(format!(
+                "{name} is {} at row {}{}; it must be {low} to {high} {unit}",
+                values[at],
+                at % rows.max(1),
+                if chambers > 1 { format!(" of chamber {}", at / rows) } else { String::new() },
+            )));
+        }
+        Ok(Self { name, values, chambers, rows })
+    }
+
+    /// Something of each row and the one after it (of the last row: of itself twice).
+    pub fn pairwise(&self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        let of_one = |values: &[f64]| -> Vec<f64> {
+            let next = values.iter().skip(1).chain(values.last());
+            values.iter().zip(next).map(|(here, there)| combine(*here, *there)).collect()
+        };
+        let values = self.values.chunks(self.rows).flat_map(of_one).collect();
+        Self { values, ..self.clone() }
+    }
+
+    /// It as an input of some of the chambers.
+    pub fn column(&self, chambers: &Range<usize>) -> BatchColumn<'_> {
+        let (from, to) = (chambers.start * self.rows, chambers.end * self.rows);
+        match (self.chambers, self.rows) {
+            (1, 1) => BatchColumn::constant(self.values[0]),
+            (1, _) => BatchColumn::per_row(&self.values),
+            (_, 1) => BatchColumn::per_job(&self.values[from..to]),
+            _ => BatchColumn::per_job_and_row(&self.values[from..to]),
+        }
+    }
+}
+
+/// The common number of things along one dimension: 1 gives way.
+#[derive(Debug, Clone, Copy)]
+pub struct Extent {
+    what: &'static str,
+    number: usize,
+    set_by: &'static str,
+}
+
+impl Extent {
+    pub fn new(what: &'static str) -> Self {
+        Self { what, number: 1, set_by: "nothing" }
+    }
+
+    /// Takes another array's number of them into account.
+    pub fn join(&mut self, name: &'static str, number: usize) -> PyResult<()> {
+        match (self.number, number) {
+            (_, 0) => Err(errors::unusable(format!("{name} is empty"))),
+            (_, 1) => Ok(()),
+            (1, _) => {
+                (self.number, self.set_by) = (number, name);
+                Ok(())
+            }
+            (here, there) if here == there => Ok(()),
+            (here, there) => Err(errors::unusable(format!(
+                "{name} has {there} {} and {} has {here}",
+                self.what, self.set_by
+            ))),
+        }
+    }
+
+    pub fn number(&self) -> usize {
+        self.number
+    }
+}
+
+/// Numbers of chambers and rows that all fields agree on.
+pub fn joint(chambers: &mut Extent, rows: &mut Extent, fields: &[&Field]) -> PyResult<()> {
+    for field in fields {
+        chambers.join(field.name, field.chambers)?;
+        rows.join(field.name, field.rows)?;
+    }
+    Ok(())
+}
+
+/// Parameters of every chamber.
+#[derive(Debug)]
+pub struct ParameterTable {
+    values: Vec<f64>,
+    width: usize,
+}
+
+impl ParameterTable {
+    /// An array of shape (parameters,) or (chambers, parameters), or a dictionary from all of `names` to arrays of shape () or
+    /// (chambers,).
+    pub fn extract(object: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Self> {
+        let width = names.len();
+        let values = match object.cast::<PyDict>() {
+            Ok(dict) => from_dict(dict, names)?,
+            Err(_) => {
+                let (shape, values) = numbers("parameters", object)?;
+                match shape[..] {
+                    [last] | [_, last] if last == width => values,
+                    _ => {
+                        return Err(errors::unusable(format!(
+                            "parameters has shape {shape:?}; expected ({width},) or (chambers, {width}): {}",
+                            names.join(", ")
+                        )));
+                    }
+                }
+            }
+        };
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let (name, value) = (&names[at % width], values[at]);
+            return Err(errors::unusable(format!("parameter {name} of chamber {} is {value}", at / width)));
+        }
+        Ok(Self { values, width })
+    }
+
+    pub fn chambers(&self) -> usize {
+        self.values.len() / self.width
+    }
+
+    /// The parameters of a chamber.
+    pub fn of(&self, chamber: usize) -> &[f64] {
+        let chamber = if self.chambers() == 1 { 0 } else { chamber };
+        &self.values[chamber * self.width..][..self.width]
+    }
+}
+
+fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
+    let given: Vec<String> =
+        dict.keys().extract().map_err(|_| errors::unusable("names of parameters are texts"))?;
+    if let Some(unknown) = given.iter().find(|name| !names.contains(name)) {
+        return Err(errors::unusable(format!("no parameter {unknown}; there is {}", names.join(", "))));
+    }
+    let mut columns = Vec::with_capacity(names.len());
+    let mut chambers = Extent::new("chambers");
+    for name in names {
+        let value = dict.get_item(name)?;
+        let value = value.ok_or_else(|| errors::unusable(format!("parameter {name} is missing")))?;
+        let (shape, values) = numbers(name, &value)?;
+        if shape.len() > 1 {
+            return Err(errors::unusable(format!(
+                "parameter {name} has shape {shape:?}; expected () or (chambers,)"
+            )));
+        }
+        chambers.join("a parameter", values.len())?;
+        columns.push(values);
+    }
+    let at = |column: &Vec<f64>, chamber: usize| column[if column.len() == 1 { 0 } else { chamber }];
+    Ok((0..chambers.number()).flat_map(|chamber| columns.iter().map(move |c| at(c, chamber))).collect())
+}
+
+/// Shape and values, row by row, of whatever NumPy can make a float array of.
+pub fn numbers(name: &str, object: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
+        object.extract().map_err(|_| errors::unusable(format!("{name}: expected an array of numbers")))?;
+    Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+}
