@@ -1,7 +1,8 @@
 //! Blind tests of the diagnosis from the command line; docs/diagnosis.md says how to use it.
 //!
 //! ```text
-//! blind generate DIR --rounds 3          recordings and truth.json, by the truth plant alone
+//! blind generate DIR --rounds 3          recordings and truth.json, by the truth plant alone; --seed 7 makes others,
+//!                                        --size limit|moderate|gross and --loop drive|closed only some
 //! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`
 //! blind score DIR                        the confusion matrix, from truth.json and report.json
 //! ```
@@ -11,8 +12,8 @@ use std::process::{Command, ExitCode};
 
 use pneudrive_sim::plant::{Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
-use system_tests::blind::plan::{Case, round};
-use system_tests::blind::score::{Outcome, matrix, named, score};
+use system_tests::blind::plan::{Case, SIZES, round};
+use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -34,7 +35,12 @@ fn run(arguments: &[String]) -> Result<()> {
     match arguments[0].as_str() {
         "generate" => {
             let rounds: u64 = option("--rounds").map_or(Ok(1), |text| text.parse())?;
-            generate(&directory, rounds)
+            let seed: u64 = option("--seed").map_or(Ok(1), |text| text.parse())?;
+            let wanted = |case: &Case| {
+                option("--size").is_none_or(|size| *size == case.size)
+                    && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
+            };
+            generate(&directory, seed, rounds, wanted)
         }
         "diagnose" => diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str)),
         "score" => print_score(&directory),
@@ -43,10 +49,10 @@ fn run(arguments: &[String]) -> Result<()> {
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on the board.
-fn generate(directory: &Path, rounds: u64) -> Result<()> {
+fn generate(directory: &Path, seed: u64, rounds: u64, wanted: impl Fn(&Case) -> bool) -> Result<()> {
     for k in 0..rounds {
-        let size = [1, 2, 0][(k as usize / 2) % 3];
-        for case in round(k + 1, size, k % 2 == 0) {
+        let size = [1, 2, 0][(k as usize / 2) % SIZES.len()];
+        for case in round(seed + k, size, k % 2 == 0).into_iter().filter(&wanted) {
             let folder = directory.join(format!("r{k:03}c{:03}", case.number));
             record(&folder, &case)?;
             println!("{}", folder.display());
@@ -108,6 +114,7 @@ fn diagnose(directory: &Path, program: &str) -> Result<()> {
 
 fn print_score(directory: &Path) -> Result<()> {
     let mut scored: Vec<(Case, Outcome, String)> = Vec::new();
+    let (mut inside, mut intervals) = (0, 0);
     for folder in folders(directory)? {
         let Ok(text) = std::fs::read_to_string(folder.join("report.json")) else {
             continue;
@@ -115,12 +122,17 @@ fn print_score(directory: &Path) -> Result<()> {
         let case: Case = serde_json::from_str(&std::fs::read_to_string(folder.join("truth.json"))?)?;
         let report: serde_json::Value = serde_json::from_str(&text)?;
         let outcome = score(&case, &report);
+        if let Some(covers) = covered(&case, &report) {
+            inside += usize::from(covers);
+            intervals += 1;
+        }
         scored.push((case, outcome, named(&report)));
     }
     for (case, outcome, named) in &scored {
         let drive = if case.drive { "drive" } else { "closed loop" };
         println!("{outcome:?}: hidden [{}] ({drive}), named [{named}]", case.arguments.join(", "));
     }
-    println!("\n{}", matrix(&scored));
+    println!("\n{}\n{}", matrix(&scored), summary(&scored));
+    println!("95 % intervals of sizes that contain the hidden size: {inside} of {intervals}");
     Ok(())
 }

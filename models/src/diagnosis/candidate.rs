@@ -12,9 +12,13 @@ use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
-const SECOND: f64 = 1.2;
-/// First step of the search for a threshold, as a factor.
+const SECOND: f64 = 1.5;
+/// A channel whose mean squared residual is larger by this factor than the best one's is tried from that one's model.
+const WORSE: f64 = 1.5;
+/// Distance of the thresholds that are looked at first, as a factor.
 const THRESHOLD_FACTOR: f64 = 1.35;
+/// Thresholds that are looked at on either side of the start.
+const SCAN: i32 = 7;
 /// Resamples of blocks.
 const RESAMPLES: usize = 999;
 /// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
@@ -81,6 +85,60 @@ pub fn refit_effect(
             }
         })
         .collect();
+    assemble(channels, stages, effect, fitted)
+}
+
+/// Channels of one rig resemble each other: where one is fitted much worse than the best one, starts it from that one's model and
+/// keeps what is better.
+#[must_use]
+pub fn borrow(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    candidate: &Candidate,
+    evaluations: usize,
+) -> Candidate {
+    let effect = candidate.effect;
+    let mean = |k: usize, losses: &[f64]| {
+        let data = &channels[k];
+        let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
+        total(data, losses, &OPEN) / open.map(|(_, span)| span.len() as f64).sum::<f64>().max(1.0)
+    };
+    let means: Vec<f64> = (0..channels.len()).map(|k| mean(k, &candidate.losses[k])).collect();
+    let acting = (0..channels.len()).filter(|&k| candidate.acts[k]);
+    let Some(best) = acting.min_by(|&a, &b| means[a].total_cmp(&means[b])) else {
+        return candidate.clone();
+    };
+    let lender = &candidate.models[best];
+    let fitted = channels
+        .par_iter()
+        .zip(stages)
+        .enumerate()
+        .map(|(k, (data, stage))| {
+            let own = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
+            let same = lender.without(&channels[best].plant, effect).effects == stage.model.effects;
+            if !same || means[k] < WORSE * means[best] {
+                return own;
+            }
+            let model = fit_from(data, stage, lender, effect, evaluations);
+            let losses = losses_of(data, stage, &model);
+            if total(data, &losses, &[Role::Fit]) < total(data, &own.1, &[Role::Fit]) {
+                let acts = acts(data, &stage.losses(data), &losses);
+                (model, losses, acts)
+            } else {
+                own
+            }
+        })
+        .collect();
+    assemble(channels, stages, effect, fitted)
+}
+
+/// Decides on which channels an effect acts.
+fn assemble(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    effect: usize,
+    fitted: Vec<(Extended, Vec<f64>, bool)>,
+) -> Candidate {
     let shared = CATALOGUE[effect].reach == Reach::Rig;
     let clear = fitted.iter().filter(|(_, _, acts)| *acts).count();
     let any = clear > 0;
@@ -144,16 +202,24 @@ fn fit_from(
         };
         total(data, &block_losses(data, &objective.whitened(model)), &[Role::Fit])
     };
-    let mut best = refit(data, &stage.whitening, start, &rest, evaluations.div_ceil(2)).0;
+    let bounds = (CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
+    let at = |value: f64| {
+        let mut model = start.clone();
+        model.values[position] = value.clamp(bounds.0, bounds.1);
+        (cost(&model), model)
+    };
+    // The cost has many valleys: look at a whole range first, the rest as it is.
+    let scanned = (-SCAN..=SCAN).map(|k| at(start.values[position] * THRESHOLD_FACTOR.powi(k)));
+    let start = scanned.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(|| start.clone(), |best| best.1);
+    let mut best = refit(data, &stage.whitening, &start, &rest, evaluations.div_ceil(2)).0;
     let mut least = cost(&best);
-    let mut factor = THRESHOLD_FACTOR;
-    for _ in 0..evaluations.div_ceil(3) {
+    let mut factor = THRESHOLD_FACTOR.sqrt();
+    for _ in 0..evaluations {
         let centre = best.values[position];
         let mut moved = false;
         for value in [centre / factor, centre * factor] {
             let mut model = best.clone();
-            model.values[position] =
-                value.clamp(CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
+            model.values[position] = value.clamp(bounds.0, bounds.1);
             let model = refit(data, &stage.whitening, &model, &rest, 2).0;
             let c = cost(&model);
             if c < least {

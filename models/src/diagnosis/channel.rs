@@ -40,6 +40,8 @@ pub struct ChannelData {
     pub measured_kpa: Vec<f64>,
     /// Noise of the measurement, kPa RMS, quantisation included.
     pub noise_kpa: f64,
+    /// How hard the channel that the board handles before this one is driven, -1 to 1, row by row; empty when that is not known.
+    pub neighbour_drive: Vec<f64>,
 }
 
 /// Effects at work and their parameters' values: a model of one channel.

@@ -37,11 +37,13 @@ pub enum Variable {
     OthersDraw,
     /// Rate of the pressure in the chamber opposite.
     Opposite,
+    /// Drive of the channel that the board handles before this one.
+    NeighbourDrive,
 }
 
 impl Variable {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Drive,
         Self::DriveDirection,
         Self::Pressure,
@@ -50,6 +52,7 @@ impl Variable {
         Self::Time,
         Self::OthersDraw,
         Self::Opposite,
+        Self::NeighbourDrive,
     ];
 
     /// Completes "the residual depends on".
@@ -64,6 +67,7 @@ impl Variable {
             Self::Time => "the time since the start",
             Self::OthersDraw => "what the other channels draw from the supply",
             Self::Opposite => "the pressure in the chamber opposite",
+            Self::NeighbourDrive => "the drive of the channel before",
         }
     }
 }
@@ -81,6 +85,8 @@ pub struct Dependence {
     pub p_value: f64,
     /// Part of the squared whitened residual that it accounts for on blocks not fitted.
     pub share: f64,
+    /// What it takes out of the sum of squared whitened residuals on the blocks where causes are chosen.
+    pub explained: f64,
     /// Positions of the hats, in the variable's own unit.
     pub knots: Vec<f64>,
     scores: Vec<f64>,
@@ -107,6 +113,7 @@ pub fn series(data: &ChannelData, trace: &[[f64; 3]], variable: Variable) -> Opt
         Variable::VolumeRate => (0..rows).map(|k| inputs.volume_rate_m3_s[k] / inputs.volume_m3[k]).collect(),
         Variable::Time => inputs.time_s.clone(),
         Variable::OthersDraw => inputs.others_draw.clone(),
+        Variable::NeighbourDrive => data.neighbour_drive.clone(),
         Variable::Opposite if inputs.opposite_pa.is_empty() => return None,
         Variable::Opposite => (0..rows)
             .map(|k| {
@@ -221,7 +228,7 @@ fn dependence(
     let heights = gram.cholesky()?.solve(&right);
     let predicted = |row: usize| (0..HATS).map(|h| columns[h][row] * heights[h]).sum::<f64>();
     let mut scores = Vec::new();
-    let (mut before, mut after) = (0.0, 0.0);
+    let (mut before, mut after, mut explained) = (0.0, 0.0, 0.0);
     for (block, span) in data.blocks.iter().zip(&data.spans) {
         if block.role == Role::Fit {
             continue;
@@ -234,6 +241,9 @@ fn dependence(
                 score += r * d;
                 before += r * r;
                 after += (r - d) * (r - d);
+                if block.role == Role::Select {
+                    explained += r * r - (r - d) * (r - d);
+                }
             }
             scores.push(score);
         }
@@ -248,6 +258,7 @@ fn dependence(
         statistic: scores.iter().sum(),
         p_value: 1.0,
         share: (1.0 - after / before).max(0.0),
+        explained,
         knots,
         scores,
     })

@@ -12,11 +12,13 @@ use super::error::DiagnosisError;
 use super::neighbours::Pressures;
 use super::noise::noise;
 
-/// Longest integration step, s. The verdict is checked against half of it.
-pub const LONGEST_STEP_S: f64 = 0.005;
+/// Longest integration step of what is reported, s. It is checked against half of it.
+pub const LONGEST_STEP_S: f64 = 0.0025;
+/// Longest integration step while causes are looked for, s.
+const SEARCH_STEP_S: f64 = 0.01;
 /// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster than a chamber: several loops are
 /// simulated as one, and only what is reported is fitted and judged with every one of them.
-const SEARCH_STEP_S: f64 = 0.0025;
+const SEARCH_LOOP_S: f64 = 0.0025;
 /// Critical ratio of a rig that gives none.
 const CRITICAL_RATIO: f64 = 0.3;
 /// Volume of a rig that gives none, m^3: only its product with the openings matters.
@@ -192,15 +194,59 @@ fn prepare_channel(
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = rows.iter().map(|&row| measured_kpa[row as usize]).collect();
-    Ok(ChannelData { id: channel.id, plant, inputs, blocks, rows, spans, measured_kpa, noise_kpa })
+    let neighbour_drive = neighbour_drive(recording, channel, plant.board.as_ref());
+    Ok(ChannelData {
+        id: channel.id,
+        plant,
+        inputs,
+        blocks,
+        rows,
+        spans,
+        measured_kpa,
+        noise_kpa,
+        neighbour_drive,
+    })
 }
 
-/// Simulates the boards' loops several at a time, or each of them.
+/// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.
+fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&BoardLoop>) -> Vec<f64> {
+    let number = before(recording, channel);
+    let wanted = |c: &&Channel| c.id.board == channel.id.board && c.id.channel == number;
+    let Some(other) = recording.channels.iter().find(wanted).filter(|c| c.id != channel.id) else {
+        return Vec::new();
+    };
+    match (&other.drive, &other.command_kpa, &other.pressure_kpa, board) {
+        (Some(Drive::Spool(u)), ..) => to_f64(u),
+        (Some(Drive::Separate { fill, vent }), ..) => {
+            fill.iter().zip(vent).map(|(f, v)| f64::from(*f - *v)).collect()
+        }
+        (None, Some(command), Some(pressure), Some(board)) => {
+            let drive = command.iter().zip(pressure).map(|(c, p)| {
+                let u = f64::from(c - p) * 1e3 * board.gain_per_pa;
+                if u.is_finite() { u.clamp(-1.0, 1.0) } else { 0.0 }
+            });
+            drive.collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Number of the channel that the board handles before this one; before channel 0 comes the last.
+fn before(recording: &Recording, channel: &Channel) -> u8 {
+    let same = recording.channels.iter().filter(|c| c.id.board == channel.id.board);
+    let last = same.map(|c| c.id.channel).max().unwrap_or(0);
+    if channel.id.channel == 0 { last } else { channel.id.channel - 1 }
+}
+
+/// Simulates as coarsely as the search for causes may, or as finely as what is reported needs.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at least one, and a rate is below 1e9
-pub fn loops_together(channels: &mut [ChannelData], together: bool) {
-    for board in channels.iter_mut().filter_map(|data| data.plant.board.as_mut()) {
-        let most = (SEARCH_STEP_S * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize;
-        board.loops_per_step = if together { most } else { 1 };
+pub fn simulate_coarsely(channels: &mut [ChannelData], coarsely: bool) {
+    for data in channels {
+        data.plant.longest_step_s = if coarsely { SEARCH_STEP_S } else { LONGEST_STEP_S };
+        if let Some(board) = &mut data.plant.board {
+            let most = (SEARCH_LOOP_S * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize;
+            board.loops_per_step = if coarsely { most } else { 1 };
+        }
     }
 }
 

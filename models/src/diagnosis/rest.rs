@@ -6,7 +6,7 @@ use super::base::free_base;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
-use super::dependence::{Dependence, dependences, rows_of};
+use super::dependence::{Dependence, Variable, dependences, rows_of};
 use super::gain::{TestErrors, rollout_residuals};
 use super::json::{Corrected, Symptom};
 use super::search::Outcome;
@@ -51,6 +51,24 @@ impl Rest {
             if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
         let share = share_left(channels, &base_stages, &outcome.stages);
         Self { base_stages, symptoms, left, share }
+    }
+
+    /// Does a smooth function of one variable explain more of the base models' error than the names together? Then they only
+    /// imitate something else.
+    #[must_use]
+    pub fn imitated(&self, channels: &[ChannelData], last: &[ChannelStage]) -> bool {
+        let loss = |stages: &[ChannelStage]| -> f64 {
+            let sum = |(d, s): (&ChannelData, &ChannelStage)| -> f64 {
+                rows_of(d, &[Role::Select]).iter().map(|&row| s.residuals[row].powi(2)).sum()
+            };
+            channels.iter().zip(stages).map(sum).sum()
+        };
+        let gained = loss(&self.base_stages) - loss(last);
+        Variable::ALL.iter().any(|&variable| {
+            let clear =
+                self.symptoms.iter().filter(|d| d.variable == variable && d.p_value <= DEPENDENCE_LEVEL);
+            clear.map(|d| d.explained.max(0.0)).sum::<f64>() > gained
+        })
     }
 }
 

@@ -16,7 +16,7 @@ use super::interval::{coordinates, interval, pool};
 use super::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Unexplained, Verdict,
 };
-use super::prepare::{LONGEST_STEP_S, Purpose, loops_together, prepare_for};
+use super::prepare::{LONGEST_STEP_S, Purpose, prepare_for, simulate_coarsely};
 use super::rest::{Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search};
 use super::stage::ChannelStage;
@@ -100,7 +100,7 @@ pub fn diagnose_with(
     notes.extend(check(&file, &channels)?);
     let calibrated = request.reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
     let change = calibrated.is_some();
-    loops_together(&mut channels, true);
+    simulate_coarsely(&mut channels, true);
     let mut outcome = search(&mut channels, calibrated, progress);
     for (data, model) in channels.iter().zip(&outcome.base) {
         if !data.residuals(model).iter().all(|r| r.is_finite()) {
@@ -115,11 +115,13 @@ pub fn diagnose_with(
         }
     }
     progress("measuring the gain", 0);
-    let rest = Rest::new(&channels, &outcome, change);
-    if channels.iter().any(|d| d.plant.board.is_some_and(|b| b.loops_per_step > 1) && controlled(d)) {
-        loops_together(&mut channels, false);
-        outcome.refine(&mut channels, change);
+    let mut rest = Rest::new(&channels, &outcome, change);
+    if !outcome.causes.is_empty() && rest.imitated(&channels, &outcome.stages) {
+        outcome.withdraw(&mut channels, &rest.base_stages);
+        rest = Rest::new(&channels, &outcome, change);
     }
+    simulate_coarsely(&mut channels, false);
+    outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, rest, notes, change);
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
@@ -134,7 +136,7 @@ impl Diagnosis {
     /// Plans the next experiment, or notes why there is none.
     fn plan_next(&mut self, rig: &Rig, highest_kpa: Option<f64>) {
         // As in the search, where a difference of rivals is looked for and not a size.
-        loops_together(&mut self.channels, true);
+        simulate_coarsely(&mut self.channels, true);
         match plan(&self.channels, &self.outcome, &self.report.causes, rig, highest_kpa) {
             Ok(plan) => {
                 self.report.next_experiment = plan.as_ref().map(|p| p.experiment.clone());
@@ -142,7 +144,7 @@ impl Diagnosis {
             }
             Err(why) => self.report.notes.push(why),
         }
-        loops_together(&mut self.channels, false);
+        simulate_coarsely(&mut self.channels, false);
     }
 }
 
@@ -283,7 +285,7 @@ fn cause(
     let acting: Vec<(usize, &ChannelData)> =
         channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
     let by_channel: Vec<(String, Vec<super::interval::Coordinate>)> = acting
-        .iter()
+        .par_iter()
         .map(|(k, data)| (data.id.to_string(), coordinates(data, &outcome.stages[*k], found.effect)))
         .collect();
     let named = |estimates: Vec<super::interval::Coordinate>| -> BTreeMap<String, Estimate> {
@@ -312,15 +314,16 @@ fn estimate(p: &EffectParameter, c: &super::interval::Coordinate) -> Estimate {
         Scale::Linear => c.value,
         Scale::Logarithmic => c.value.exp(),
     };
-    let ends = interval(c, p.scale);
-    let flat = ends.is_none_or(|[low, high]| match p.scale {
-        Scale::Linear => high - low > FLAT * (p.upper - p.lower),
-        Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
-    });
-    let clip = |v: f64| v.clamp(p.lower, p.upper);
+    let ends = interval(c, p.scale).map(|ends| ends.map(|v| v.clamp(p.lower, p.upper)));
+    let open = c.reach.iter().all(|r| r.is_infinite());
+    let flat = open
+        || ends.is_none_or(|[low, high]| match p.scale {
+            Scale::Linear => high - low > FLAT * (p.upper - p.lower),
+            Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
+        });
     Estimate {
         value,
-        ci95: if flat { None } else { ends.map(|e| e.map(clip)) },
+        ci95: if flat { None } else { ends },
         unit: p.unit.to_owned(),
         state: if flat { "not identifiable here" } else { "identified" }.to_owned(),
     }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::base::{fit_base, free_base};
 use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap, refit_effect, together};
+use super::candidate::{Candidate, bootstrap, borrow, refit_effect, together};
 use super::channel::{ChannelData, Extended};
 use super::fit::refit;
 use super::gate::{Gate, Trial, judge, trials};
@@ -26,6 +26,10 @@ const LOOK: usize = 4;
 const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
 /// Evaluations that may be spent when everything is fitted together.
 const SETTLE: usize = 20;
+/// Times that the best candidate is fitted further where much is left ...
+const MORE: usize = 3;
+/// ... unless that leaves more than this part of it.
+const STUCK: f64 = 0.95;
 /// Level of the gate.
 pub const LEVEL: f64 = 0.05;
 /// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
@@ -157,14 +161,15 @@ pub fn search(
 
 /// Do names that explain less than half of a large error only imitate what is not in the catalogue?
 fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
-    let rows: f64 = channels
-        .iter()
-        .flat_map(|d| d.blocks.iter().zip(&d.spans))
-        .filter(|(b, _)| OPEN.contains(&b.role))
-        .map(|(_, span)| span.len() as f64)
-        .sum();
+    let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
     after > LARGE_ERROR && after - 1.0 > FORCED * (before - 1.0)
+}
+
+/// Number of compared rows in the open blocks of all channels.
+fn open_rows(channels: &[ChannelData]) -> f64 {
+    let blocks = channels.iter().flat_map(|d| d.blocks.iter().zip(&d.spans));
+    blocks.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
 }
 
 /// Positions of a model's free parameters.
@@ -190,7 +195,14 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
 }
 
 impl Outcome {
-    /// Fits all models again, after the channels' simulation has become a little finer.
+    /// Takes all names back.
+    pub fn withdraw(&mut self, channels: &mut [ChannelData], base: &[ChannelStage]) {
+        self.causes.clear();
+        self.stages = base.to_vec();
+        share_draws(channels, &self.base);
+    }
+
+    /// Fits all models again, after the channels' simulation has become finer.
     pub fn refine(&mut self, channels: &mut [ChannelData], change: bool) {
         let again = |channels: &mut [ChannelData], models: &[Extended]| settle(channels, models, change);
         let models = |stages: &[ChannelStage]| stages.iter().map(|s| s.model.clone()).collect::<Vec<_>>();
@@ -243,12 +255,33 @@ fn round(
                 if loss - least > near * (whole - least) {
                     (loss, candidate)
                 } else {
-                    look(candidate.effect, Some(&candidate), evaluations)
+                    let (_, candidate) = look(candidate.effect, Some(&candidate), evaluations);
+                    let candidate = borrow(channels, stages, &candidate, evaluations);
+                    let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
+                    (loss, candidate)
                 }
             })
             .collect();
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Where much is left the best may not have arrived yet.
+    if let Some((loss, best)) = ranked.first_mut() {
+        for _ in 0..MORE {
+            if *loss <= LARGE_ERROR * open_rows(channels) {
+                break;
+            }
+            let (_, further) = look(best.effect, Some(best), SETTLE);
+            let further = borrow(channels, stages, &further, SETTLE);
+            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            let stuck = next > STUCK * *loss;
+            if next < *loss {
+                (*loss, *best) = (next, further);
+            }
+            if stuck {
+                break;
+            }
+        }
+    }
     let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
     let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
     let before = together(channels, &kept, &[Role::Select]);

@@ -68,6 +68,67 @@ pub fn score(case: &Case, report: &Value) -> Outcome {
     if worst != Outcome::Wrong && false_names > 0 { Outcome::Extra } else { worst }
 }
 
+/// Parameters that the truth plant and the diagnosis define alike: effect, the diagnosis' parameter, and its unit over the plant's.
+const SAME: [(&str, &str, f64); 14] = [
+    ("supply_ripple", "amplitude", 1.0),
+    ("transport_delay", "delay", 1.0),
+    ("valve_lag", "time_constant", 1.0),
+    ("valve_hysteresis", "half_width", 1.0),
+    ("valve_stiction", "threshold", 1.0),
+    ("drive_saturation", "limit", 1.0),
+    ("valve_asymmetry", "ratio", 1.0),
+    ("heat_exchange", "time_constant", 1.0),
+    ("wall_compliance", "compliance", 0.1),
+    ("wall_creep", "compliance", 0.1),
+    ("sensor_lag", "time_constant", 1.0),
+    ("sensor_nonlinearity", "bow", 1.0),
+    ("sensor_drift", "change", 1.0),
+    ("sensor_crosstalk", "share", 1.0),
+];
+
+/// Whether the 95 % interval of a hidden effect's size contains the size that was hidden. `None` where it was not named first, its
+/// size is not defined alike on both sides, or the report gives no interval.
+#[must_use]
+pub fn covered(case: &Case, report: &Value) -> Option<bool> {
+    let (Kind::Single | Kind::OneChannel, [effect], [argument]) =
+        (case.kind, case.effects.as_slice(), case.arguments.as_slice())
+    else {
+        return None;
+    };
+    let (_, name, unit) = SAME.iter().find(|(id, ..)| id == effect)?;
+    let size: f64 = argument.split_once('=')?.1.split('@').next()?.parse().ok()?;
+    let cause = report["causes"].as_array()?.iter().find(|c| c["effect"] == effect.as_str())?;
+    let ends = cause["parameters"][*name]["ci95"].as_array()?;
+    let (low, high) = (ends.first()?.as_f64()?, ends.get(1)?.as_f64()?);
+    Some((low..=high).contains(&(size * unit)))
+}
+
+/// Shares by kind and size: what the aims are stated in.
+#[must_use]
+pub fn summary(scored: &[(Case, Outcome, String)]) -> String {
+    let mut groups: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for (case, outcome, _) in scored {
+        let drive = if case.drive { "drive recorded" } else { "closed loop" };
+        let (what, good): (&str, &[Outcome]) = match case.kind {
+            Kind::Null => ("nothing hidden, nothing named", &[Outcome::Clean]),
+            Kind::OffCatalogue => ("off the catalogue, nothing named", &[Outcome::Unnamed]),
+            Kind::Single => ("one effect, right or tied", &[Outcome::Right, Outcome::Tied]),
+            Kind::OneChannel => ("on one channel, right or tied", &[Outcome::Right, Outcome::Tied]),
+            Kind::Pair => ("two effects, both named", &[Outcome::Right, Outcome::Tied, Outcome::Extra]),
+        };
+        let sized = !matches!(case.kind, Kind::Null | Kind::OffCatalogue);
+        let size = if sized { format!(", {}", case.size) } else { String::new() };
+        let group = groups.entry(format!("{what}{size} ({drive})")).or_default();
+        group.0 += usize::from(good.contains(outcome));
+        group.1 += 1;
+    }
+    let line = |(name, (good, all)): (String, (usize, usize))| {
+        format!("| {name} | {good} of {all} | {:.0} % |\n", 100.0 * good as f64 / all as f64)
+    };
+    let lines: String = groups.into_iter().map(line).collect();
+    format!("| | cases | share |\n|---|--:|--:|\n{lines}")
+}
+
 /// Lines of a confusion matrix: by what was hidden, how often it came out how.
 #[must_use]
 pub fn matrix(scored: &[(Case, Outcome, String)]) -> String {
@@ -89,6 +150,7 @@ pub fn matrix(scored: &[(Case, Outcome, String)]) -> String {
             Kind::Pair => "(pairs)".to_owned(),
             Kind::OffCatalogue => format!("off: {}", case.effects.join("+")),
         };
+        let row = if case.drive { row } else { format!("{row}, closed loop") };
         *rows.entry(row).or_default().entry(*outcome).or_default() += 1;
     }
     let head = COLUMNS.map(|(_, name)| name).join(" | ");
@@ -138,6 +200,20 @@ mod tests {
         let causes: Vec<Value> =
             causes.iter().map(|(id, rivals)| json!({"effect": id, "equivalent": rivals})).collect();
         json!({ "causes": causes })
+    }
+
+    #[test]
+    fn an_interval_covers_the_hidden_size_in_the_plants_unit() {
+        let mut hidden = case(Kind::Single, &["wall_creep"]);
+        hidden.arguments = vec!["wall_creep=0.8".to_owned()];
+        let with = |low: f64, high: f64| {
+            json!({"causes": [{"effect": "wall_creep", "equivalent": [],
+                "parameters": {"compliance": {"value": 0.08, "ci95": [low, high]}}}]})
+        };
+        assert_eq!(covered(&hidden, &with(0.07, 0.09)), Some(true));
+        assert_eq!(covered(&hidden, &with(0.081, 0.09)), Some(false));
+        assert_eq!(covered(&hidden, &report(&[("wall_creep", &[])])), None);
+        assert_eq!(covered(&hidden, &report(&[])), None);
     }
 
     #[test]

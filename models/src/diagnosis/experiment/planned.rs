@@ -58,7 +58,18 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = vec![0.0; rows.len()];
-    ChannelData { plant: data.plant.clone(), inputs, blocks, rows, spans, measured_kpa, ..*data }
+    // What the neighbours will be driven with is not planned.
+    let neighbour_drive = Vec::new();
+    ChannelData {
+        plant: data.plant.clone(),
+        inputs,
+        blocks,
+        rows,
+        spans,
+        measured_kpa,
+        neighbour_drive,
+        ..*data
+    }
 }
 
 fn middle(values: &[f64]) -> f64 {

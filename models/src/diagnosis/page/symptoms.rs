@@ -86,6 +86,7 @@ fn axis(variable: Variable) -> &'static str {
         Variable::Time => "time, s",
         Variable::OthersDraw => "flow of the other channels, mm2 Pa",
         Variable::Opposite => "rate of pressure opposite, kPa/s",
+        Variable::NeighbourDrive => "drive of the channel before",
     }
 }
 
