@@ -37,5 +37,6 @@ pub mod record;
 pub mod statistics;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
+mod unix_time;
 #[cfg(feature = "web")]
 pub mod web;

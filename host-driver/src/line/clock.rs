@@ -12,12 +12,6 @@ impl Clock {
         nanoseconds(clock_gettime(ClockId::Monotonic))
     }
 
-    /// What to add to a time of this clock to get ns since 1970-01-01 UTC. It changes when the system's time is set.
-    pub fn unix_offset_ns(self) -> u64 {
-        // The system's clock counts from 1970, this one from the last start of the machine: the difference is positive.
-        nanoseconds(clock_gettime(ClockId::Realtime)).saturating_sub(self.now_ns())
-    }
-
     /// CPU time that the calling thread has used so far, ns.
     pub(super) fn cpu_time_ns(self) -> u64 {
         nanoseconds(clock_gettime(ClockId::ThreadCPUTime))
