@@ -226,12 +226,17 @@ def test_an_exception_in_progress_ends_the_work(recording, rig):
 )
 def test_ctrl_c_ends_long_work(recording, rig, work):
     """It would take minutes; SIGINT arrives after half a second."""
+    # A job in the background of a shell starts with SIGINT ignored, and Python leaves it so.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     main = threading.main_thread()
     timer = threading.Timer(0.5, lambda: signal.pthread_kill(main.ident, signal.SIGINT))
     timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        work(recording, rig)
-    timer.join()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work(recording, rig)
+        timer.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_other_threads_run_during_long_work(recording, rig):
