@@ -238,11 +238,12 @@ mod tests {
         assert_eq!(settings.names.full(), "/arm/pneudrive");
     }
 
-    /// As launch files do, which put parameters behind flags.
+    /// As launch files do, which put parameters behind flags. Only ports add up: each is a bus.
     #[test]
-    fn the_last_word_counts() {
+    fn the_last_word_counts_and_ports_add_up() {
         let settings = settings("--port a,b --rate-hz 100 --port c --ros-args -p rate_hz:=200.0").unwrap();
-        assert_eq!((settings.flags.port, settings.flags.rate_hz), (vec![PathBuf::from("c")], Some(200.0)));
+        assert_eq!(settings.flags.port, ["a", "b", "c"].map(PathBuf::from));
+        assert_eq!(settings.flags.rate_hz, Some(200.0));
     }
 
     #[test]
