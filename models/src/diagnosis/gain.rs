@@ -1,4 +1,6 @@
-//! Errors of rollouts on the test blocks, and what a change of the model gains there.
+//! Errors of rollouts on blocks that were not fitted, and what a change of the model gains there.
+
+use rayon::prelude::*;
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
@@ -6,13 +8,13 @@ use super::json::Gain;
 use super::random::{generator, quantile, runs};
 use super::whiten::Whitening;
 
-/// Pieces a test block is cut into for resampling.
+/// Pieces a block is cut into for resampling.
 const PIECES: usize = 5;
 const RESAMPLES: usize = 1999;
 
-/// Squared errors of one model over the test blocks.
+/// Squared errors of one model over the blocks of one role.
 #[derive(Debug, Clone)]
-pub struct TestErrors {
+pub struct BlockErrors {
     /// Sum of squares and number of rows, channel by channel and piece by piece, kPa^2.
     pieces: Vec<Vec<(f64, f64)>>,
 }
@@ -25,13 +27,19 @@ pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
     r
 }
 
-impl TestErrors {
-    /// Of the residuals of every channel.
+impl BlockErrors {
+    /// Of the models of every channel on the blocks with `role`.
     #[must_use]
-    pub fn new(channels: &[ChannelData], residuals: &[Vec<f64>]) -> Self {
+    pub fn of(channels: &[ChannelData], models: &[Extended], role: Role) -> Self {
+        let residuals: Vec<Vec<f64>> =
+            channels.par_iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
+        Self::new(channels, &residuals, role)
+    }
+
+    fn new(channels: &[ChannelData], residuals: &[Vec<f64>], role: Role) -> Self {
         let pieces = channels.iter().zip(residuals).map(|(data, r)| {
-            let tests = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Test);
-            tests
+            let blocks = data.blocks.iter().zip(&data.spans).filter(move |(b, _)| b.role == role);
+            blocks
                 .flat_map(|(_, span)| {
                     (0..PIECES).map(move |k| {
                         let at = |k: usize| span.start + k * span.len() / PIECES;

@@ -7,7 +7,7 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
 use super::dependence::{Dependence, Variable, dependences, rows_of};
-use super::gain::{TestErrors, rollout_residuals};
+use super::gain::BlockErrors;
 use super::json::{Corrected, Symptom};
 use super::search::Outcome;
 use super::stage::ChannelStage;
@@ -51,6 +51,15 @@ impl Rest {
             if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
         let share = share_left(channels, &base_stages, &outcome.stages);
         Self { base_stages, symptoms, left, share }
+    }
+
+    /// Do the names make the simulation worse where it was not fitted, counted in plain kilopascals? The search weighs errors by
+    /// what noise and wander explain; where the model is wrong altogether, that can be won while the pressure is lost.
+    #[must_use]
+    pub fn harmful(channels: &[ChannelData], outcome: &Outcome) -> bool {
+        let last: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+        let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
+        error(&last) >= error(&outcome.base)
     }
 
     /// Does a smooth function of one variable explain more of the base models' error than the names together? Then they only
@@ -129,16 +138,15 @@ pub fn corrected(channels: &[ChannelData], stages: &[ChannelStage], left: &[Depe
 #[must_use]
 pub fn correction_gain(
     channels: &[ChannelData],
-    plain: &TestErrors,
+    plain: &BlockErrors,
     corrected: &[Extended],
 ) -> Option<Corrected> {
     if corrected.iter().all(|m| m.correction.is_none()) {
         return None;
     }
-    let residuals: Vec<Vec<f64>> =
-        channels.par_iter().zip(corrected).map(|(d, m)| rollout_residuals(d, m)).collect();
+    let after = BlockErrors::of(channels, corrected, Role::Test);
     let by_channel = channels.iter().zip(corrected).filter_map(|(data, model)| {
         Some((data.id.to_string(), model.correction.as_ref()?.variable.words().to_owned()))
     });
-    Some(Corrected { along: by_channel.collect(), gain: plain.gain(&TestErrors::new(channels, &residuals)) })
+    Some(Corrected { along: by_channel.collect(), gain: plain.gain(&after) })
 }

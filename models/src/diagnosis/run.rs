@@ -11,7 +11,7 @@ use super::dependence::Dependence;
 use super::error::DiagnosisError;
 use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
-use super::gain::{TestErrors, rollout_residuals};
+use super::gain::BlockErrors;
 use super::interval::{coordinates, interval, pool};
 use super::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Unexplained, Verdict,
@@ -116,7 +116,8 @@ pub fn diagnose_with(
     }
     progress("measuring the gain", 0);
     let mut rest = Rest::new(&channels, &outcome, change);
-    if !outcome.causes.is_empty() && rest.imitated(&channels, &outcome.stages) {
+    let named = !outcome.causes.is_empty();
+    if named && (rest.imitated(&channels, &outcome.stages) || Rest::harmful(&channels, &outcome)) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }
@@ -157,14 +158,10 @@ fn assemble(
     mut notes: Vec<String>,
     change: bool,
 ) -> Diagnosis {
-    let errors_of = |models: &[Extended]| {
-        let residuals: Vec<Vec<f64>> =
-            channels.par_iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
-        TestErrors::new(&channels, &residuals)
-    };
+    let errors_of = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
     let finals: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
     let base_errors = errors_of(&outcome.base);
-    let mut steps: Vec<TestErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
+    let mut steps: Vec<BlockErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
     steps.push(errors_of(&finals));
     let Rest { base_stages, symptoms, left, share } = rest;
     let mut causes: Vec<Cause> = outcome
@@ -178,7 +175,7 @@ fn assemble(
     let extended_models = corrected(&channels, &outcome.stages, &left);
     let correction = steps.last().and_then(|plain| correction_gain(&channels, plain, &extended_models));
     let halved = halved_step(&channels, &finals);
-    let gained = base_errors.all() - steps.last().map_or(0.0, TestErrors::all);
+    let gained = base_errors.all() - steps.last().map_or(0.0, BlockErrors::all);
     if !causes.is_empty() && halved > 0.2 * gained {
         notes.push(format!(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
@@ -233,7 +230,7 @@ fn assemble(
         causes,
         unexplained: Unexplained {
             share,
-            test_rmse_kpa: steps.last().map_or(0.0, TestErrors::all),
+            test_rmse_kpa: steps.last().map_or(0.0, BlockErrors::all),
             correction,
             depends_on,
         },
