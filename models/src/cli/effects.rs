@@ -47,9 +47,10 @@ fn list() -> String {
             .fold(format!("{head}\n"), |text, row| format!("{text}  {:<22}{}\n", row[0], row[1]))
     };
     format!(
-        "{}\n{}",
+        "{}\n{}\n{}",
         table("What a model can lack (found in one recording):", Question::Structure),
-        table("What can have changed (found with --reference):", Question::Change)
+        table("What can have changed (found with --reference):", Question::Change),
+        table("Fitted along and never named (what it explains as well gets no name):", Question::Foil)
     )
 }
 

@@ -6,12 +6,14 @@
 //! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
 //! clusters, Westfall and Young 1993 for the maximum).
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
-use super::random::{generator, signs};
-use super::ripple::ripple_probes;
+use super::random::{generator, quantile, signs};
+use super::ripple::{Cycle, strongest_cycle};
 use super::stage::{ChannelStage, OPEN};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, DriveInput, Kind, Question};
@@ -19,6 +21,8 @@ use crate::model::Scale;
 
 /// Draws of random signs.
 const DRAWS: usize = 999;
+/// Largest score, in upper quartiles of their sizes.
+const CLIP: f64 = 5.0;
 /// Parts of a block with a score of their own.
 const PARTS: usize = 4;
 
@@ -69,7 +73,9 @@ pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool
         _ => true,
     };
     // A regulator's base model has no parameters of its parts: what has changed in it is an effect that was not there.
-    let asked = info.question == question || data.plant.kind == Kind::Linear;
+    let asked = info.question == question
+        || (info.question == Question::Foil && question == Question::Structure)
+        || data.plant.kind == Kind::Linear;
     domain && known && asked
 }
 
@@ -89,10 +95,12 @@ pub fn trials(
         .map(|(data, stage)| {
             let wanted: Vec<usize> =
                 (0..CATALOGUE.len()).filter(|&e| applicable(data, e, question) && !named(e)).collect();
+            let searched = OnceLock::new();
+            let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));
             wanted
                 .par_iter()
                 .flat_map(|&effect| {
-                    let tried = try_effect(data, stage, effect);
+                    let tried = try_effect(data, stage, effect, &cycle);
                     tick();
                     tried
                 })
@@ -101,11 +109,19 @@ pub fn trials(
         .collect()
 }
 
-fn try_effect(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Trial> {
+fn try_effect(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    effect: usize,
+    cycle: &(dyn Fn() -> Option<Cycle> + Sync),
+) -> Vec<Trial> {
     let info = CATALOGUE[effect];
     let searched = info.probes.is_empty();
-    let probes: Vec<Vec<f64>> =
-        if searched { ripple_probes(data, stage) } else { info.probes.iter().map(|p| p.to_vec()).collect() };
+    let probes: Vec<Vec<f64>> = if searched {
+        cycle().map_or_else(Vec::new, |cycle| cycle.probes(info.id))
+    } else {
+        info.probes.iter().map(|p| p.to_vec()).collect()
+    };
     let first = info.parameters[0];
     let one_sided = first.null <= first.lower || first.null >= first.upper;
     probes
@@ -272,7 +288,13 @@ pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
     gates
 }
 
+/// Scores clipped and scaled to unit length. One part of a block with a movement like no other would otherwise rule the sum; clipping is
+/// odd, so random signs remain right under the null hypothesis.
 fn normalised(z: &[f64]) -> Vec<f64> {
-    let length = z.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if length > 0.0 { z.iter().map(|v| v / length).collect() } else { z.to_vec() }
+    let mut sizes: Vec<f64> = z.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    let most = if sizes.is_empty() { 0.0 } else { CLIP * quantile(&sizes, 0.75) };
+    let clipped: Vec<f64> = z.iter().map(|v| v.clamp(-most, most)).collect();
+    let length = clipped.iter().map(|v| v * v).sum::<f64>().sqrt();
+    if length > 0.0 { clipped.iter().map(|v| v / length).collect() } else { clipped }
 }

@@ -213,32 +213,41 @@ impl<'a> Profile<'a> {
     }
 }
 
-/// One estimate from those of several channels: weighted by precision, the error widened where they disagree more than theirs
-/// allow.
+/// One estimate from those of several channels. Where they differ by more than their errors allow (each valve has a size of its own), the
+/// mean is that of a population with a spread (DerSimonian and Laird, Controlled Clinical Trials 7, 1986), so that a channel with a
+/// small error does not speak for the others.
 #[must_use]
 pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     let known: Vec<&Coordinate> = channels.iter().filter(|c| c.error.is_finite()).collect();
     if known.is_empty() {
         return channels.first().copied();
     }
-    let weight = |c: &Coordinate| 1.0 / (c.error * c.error);
-    let total: f64 = known.iter().map(|c| weight(c)).sum();
-    let value = known.iter().map(|c| weight(c) * c.value).sum::<f64>() / total;
     let count = known.len() as f64;
-    let spread = known.iter().map(|c| weight(c) * (c.value - value).powi(2)).sum::<f64>();
-    let widening = if count > 1.0 { (spread / (count - 1.0)).max(1.0) } else { 1.0 };
+    let mean_by = |spread: f64| {
+        let weights: Vec<f64> = known.iter().map(|c| 1.0 / (c.error * c.error + spread)).collect();
+        let total: f64 = weights.iter().sum();
+        let value = weights.iter().zip(&known).map(|(w, c)| w * c.value).sum::<f64>() / total;
+        (weights, total, value)
+    };
+    let (weights, total, value) = mean_by(0.0);
+    let excess =
+        weights.iter().zip(&known).map(|(w, c)| w * (c.value - value).powi(2)).sum::<f64>() - (count - 1.0);
+    let scale = total - weights.iter().map(|w| w * w).sum::<f64>() / total;
+    let spread = if count > 1.0 && scale > 0.0 { (excess / scale).max(0.0) } else { 0.0 };
+    let (weights, total, value) = mean_by(spread);
     // Degrees of freedom of the sum of both variances (Satterthwaite, Biometrics Bulletin 2, 1946): few where the channels' scatter rules.
     let within = known.iter().map(|c| c.freedom).sum::<f64>();
-    let extra = widening - 1.0;
-    let freedom = widening * widening / (1.0 / within + extra * extra / (count - 1.0).max(1.0));
+    let errors = known.iter().map(|c| c.error * c.error).sum::<f64>() / count;
+    let own = errors / (errors + spread);
+    let freedom = 1.0 / (own * own / within + (1.0 - own).powi(2) / (count - 1.0).max(1.0));
     // A side that is open on one channel is closed by the others.
     let reach = [0, 1].map(|side| {
         if known.iter().all(|c| c.reach[side].is_infinite()) {
             return f64::INFINITY;
         }
-        known.iter().map(|c| weight(c) * c.reach[side].min(OPEN_REACH)).sum::<f64>() / total
+        weights.iter().zip(&known).map(|(w, c)| w * c.reach[side].min(OPEN_REACH)).sum::<f64>() / total
     });
-    Some(Coordinate { value, error: (widening / total).sqrt(), freedom, reach })
+    Some(Coordinate { value, error: total.sqrt().recip(), freedom, reach })
 }
 
 /// The 95 % interval in the parameter's own unit.

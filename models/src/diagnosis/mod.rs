@@ -7,9 +7,11 @@
 //! -> report.json, report.html, extended.toml, next_experiment.csv
 //! ```
 
+mod adequacy;
 mod base;
 mod blocks;
 mod candidate;
+mod causes;
 mod channel;
 mod check;
 mod correction;
@@ -29,10 +31,12 @@ mod prepare;
 mod random;
 mod rest;
 mod ripple;
+mod round;
 mod run;
 mod search;
 mod simulation;
 mod stage;
+mod validate;
 mod verdict;
 mod whiten;
 
@@ -44,7 +48,8 @@ pub use error::DiagnosisError;
 pub use experiment::{Excitation, NOTHING, Plan, TRAJECTORY_FILE};
 pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA};
 pub use prepare::{Purpose, prepare, prepare_for};
+pub use round::Considered;
 pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose, diagnose_with};
-pub use search::{Considered, Found, Outcome, Progress, search};
+pub use search::{Found, Outcome, Progress, Withheld, search};
 pub use simulation::{SimulatedChannel, simulate_extended};
 pub use stage::ChannelStage;

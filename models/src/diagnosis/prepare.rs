@@ -250,6 +250,19 @@ pub fn simulate_coarsely(channels: &mut [ChannelData], coarsely: bool) {
     }
 }
 
+/// Halves the integration step where drives are recorded; `false` when it is as fine as what is reported.
+pub fn simulate_finer(channels: &mut [ChannelData]) -> bool {
+    let mut finer = false;
+    for data in channels {
+        let next = (0.5 * data.plant.longest_step_s).max(LONGEST_STEP_S);
+        if data.inputs.drive != DriveInput::Controlled && next < data.plant.longest_step_s {
+            data.plant.longest_step_s = next;
+            finer = true;
+        }
+    }
+    finer
+}
+
 /// What drives the channel.
 fn drive_of(rig: &Rig, channel: &Channel, controller: bool) -> Result<DriveInput, String> {
     let has_loop = rig.controller.is_some() && rig.sensor.is_some() && rig.supply.is_some();

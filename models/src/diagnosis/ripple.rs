@@ -19,11 +19,20 @@ const SPACING: f64 = 0.8;
 /// Parts of a period in which the supply rises that are tried.
 const RISES: [f64; 2] = [0.3, 0.7];
 
-/// Probes (amplitude kPa, period s, phase, rise) of the strongest cycle on the fit blocks; empty when there is none.
+/// A sine in the supply pressure.
+#[derive(Debug, Clone, Copy)]
+pub struct Cycle {
+    frequency_hz: f64,
+    /// Amplitudes of its cosine and its sine, as parts of the gauge pressure.
+    waves: [f64; 2],
+    gauge_pa: f64,
+}
+
+/// The strongest cycle on the fit blocks.
 #[must_use]
-pub fn ripple_probes(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
+pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Cycle> {
     if data.plant.kind == Kind::Linear {
-        return Vec::new();
+        return None;
     }
     let duration = data.inputs.duration_s.max(1.0);
     let lowest = 1.5 / duration;
@@ -47,18 +56,30 @@ pub fn ripple_probes(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> 
             }
         }
     }
-    let Some((_, frequency, [cosine, sine])) = best else {
-        return Vec::new();
-    };
-    let amplitude = (cosine.hypot(sine) * gauge * 1e-3 * PI * PI / 8.0).clamp(0.5, 250.0);
-    RISES
-        .iter()
-        .map(|&rise| {
-            // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise / 2 + 1 / 4.
-            let peak = sine.atan2(cosine) / TAU;
-            vec![amplitude, 1.0 / frequency, (0.25 + 0.5 * rise - peak).rem_euclid(1.0), rise]
-        })
-        .collect()
+    best.map(|(_, frequency_hz, waves)| Cycle { frequency_hz, waves, gauge_pa: gauge })
+}
+
+impl Cycle {
+    /// Probes of an effect that is searched for over the periods; none for others.
+    #[must_use]
+    pub fn probes(&self, effect: &str) -> Vec<Vec<f64>> {
+        let [cosine, sine] = self.waves;
+        let (share, period_s) = (cosine.hypot(sine), 1.0 / self.frequency_hz);
+        match effect {
+            "supply_ripple" => {
+                let amplitude_kpa = (share * self.gauge_pa * 1e-3 * PI * PI / 8.0).clamp(0.5, 250.0);
+                // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise / 2 + 1 / 4.
+                let peak = sine.atan2(cosine) / TAU;
+                let phase = |rise: f64| (0.25 + 0.5 * rise - peak).rem_euclid(1.0);
+                RISES.iter().map(|&rise| vec![amplitude_kpa, period_s, phase(rise), rise]).collect()
+            }
+            "inflow_cycle" => {
+                let phase = (cosine.atan2(sine) / TAU).rem_euclid(1.0);
+                vec![vec![share.clamp(0.002, 0.4), period_s, phase]]
+            }
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// How much the cosine and the sine of number `k` take out of the whitened residual on the fit blocks, and their amplitudes as parts of

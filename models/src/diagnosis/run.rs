@@ -1,10 +1,8 @@
 //! A whole diagnosis: from a recording to what the reports hold.
 
-use std::collections::BTreeMap;
-
-use rayon::prelude::*;
-
+use super::adequacy;
 use super::blocks::{Role, block_length_s};
+use super::causes::cause;
 use super::channel::{ChannelData, Extended};
 use super::check::check;
 use super::dependence::Dependence;
@@ -12,27 +10,18 @@ use super::error::DiagnosisError;
 use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
 use super::gain::BlockErrors;
-use super::interval::{coordinates, interval, pool};
-use super::json::{
-    Baseline, BaselineChannel, Cause, Checks, Data, Estimate, Report, SCHEMA, Unexplained, Verdict,
-};
+use super::json::{Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict};
 use super::prepare::{LONGEST_STEP_S, Purpose, prepare_for, simulate_coarsely};
 use super::rest::{Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search};
 use super::stage::ChannelStage;
 use super::verdict;
 use crate::data::Recording;
-use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{DriveInput, EffectParameter};
-use crate::model::Scale;
+use crate::effects::DriveInput;
 use crate::rig::Rig;
 
 /// File name of the extended model.
 pub const EXTENDED_FILE: &str = "extended.toml";
-/// A base model whose error is more than this part of the pressure's movement describes nothing.
-const POOR: f64 = 0.3;
-/// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
-const FLAT: f64 = 0.8;
 
 /// Everything a report is made of.
 #[derive(Debug, Clone)]
@@ -171,7 +160,11 @@ fn assemble(
         .map(|(k, found)| cause(&channels, &outcome, found, steps[k].gain(&steps[k + 1])))
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
-    let depends_on = significant(&channels, &left);
+    let mut depends_on = significant(&channels, &left);
+    if let Some((cycle, note)) = adequacy::withheld_cycle(&channels, &outcome) {
+        depends_on.insert(0, cycle);
+        notes.push(note);
+    }
     let extended_models = corrected(&channels, &outcome.stages, &left);
     let correction = steps.last().and_then(|plain| correction_gain(&channels, plain, &extended_models));
     let halved = halved_step(&channels, &finals);
@@ -181,20 +174,15 @@ fn assemble(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
         ));
     }
-    let movement = movement_kpa(&channels);
-    let poor = base_errors.all() > POOR * movement;
-    if poor {
-        notes.push(format!(
-            "The base model alone is no description of this recording: its error of {:.2} kPa is not small against the movement of the pressure ({movement:.2} kPa RMS). Check the rig file, the units and the columns before trusting any name.",
-            base_errors.all()
-        ));
-    }
-    let verdict = match (causes.is_empty(), depends_on.is_empty()) {
-        (true, true) if poor => Verdict::Unexplained,
-        (true, true) => Verdict::Adequate,
-        (true, false) => Verdict::Unexplained,
-        (false, true) => Verdict::Explained,
-        (false, false) => Verdict::PartlyExplained,
+    notes.extend(adequacy::poor(&channels, base_errors.all()));
+    let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
+    let left_kpa = steps.last().map_or(0.0, BlockErrors::all);
+    let rest = !depends_on.is_empty() || adequacy::beyond(left_kpa, allowed_kpa);
+    let verdict = match (causes.is_empty(), rest) {
+        (true, false) => Verdict::Adequate,
+        (true, true) => Verdict::Unexplained,
+        (false, false) => Verdict::Explained,
+        (false, true) => Verdict::PartlyExplained,
     };
     let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
     let baseline = Baseline {
@@ -239,6 +227,7 @@ fn assemble(
         notes,
         checks: Checks {
             halved_step_rms_kpa: halved,
+            allowed_rmse_kpa: allowed_kpa,
             blocks: [count(Role::Fit), count(Role::Select), count(Role::Test)],
             block_s: block_length_s(recording.duration_s()),
         },
@@ -258,71 +247,6 @@ fn assemble(
         outcome,
         change,
         plan: None,
-    }
-}
-
-/// How far the pressures move about their means on the compared rows, kPa RMS.
-fn movement_kpa(channels: &[ChannelData]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0_f64);
-    for data in channels {
-        let mean = data.measured_kpa.iter().sum::<f64>() / data.measured_kpa.len().max(1) as f64;
-        sum += data.measured_kpa.iter().map(|p| (p - mean).powi(2)).sum::<f64>();
-        count += data.measured_kpa.len() as f64;
-    }
-    (sum / count.max(1.0)).sqrt()
-}
-
-fn cause(
-    channels: &[ChannelData],
-    outcome: &Outcome,
-    found: &super::search::Found,
-    gain: super::json::Gain,
-) -> Cause {
-    let info = CATALOGUE[found.effect];
-    let acting: Vec<(usize, &ChannelData)> =
-        channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
-    let by_channel: Vec<(String, Vec<super::interval::Coordinate>)> = acting
-        .par_iter()
-        .map(|(k, data)| (data.id.to_string(), coordinates(data, &outcome.stages[*k], found.effect)))
-        .collect();
-    let named = |estimates: Vec<super::interval::Coordinate>| -> BTreeMap<String, Estimate> {
-        info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
-    };
-    let pooled: Vec<super::interval::Coordinate> = (0..info.parameters.len())
-        .filter_map(|k| {
-            let all: Vec<super::interval::Coordinate> =
-                by_channel.iter().filter_map(|(_, c)| c.get(k).copied()).collect();
-            pool(&all)
-        })
-        .collect();
-    Cause {
-        effect: info.id.to_owned(),
-        channels: acting.iter().map(|(_, d)| d.id.to_string()).collect(),
-        equivalent: found.equivalent.iter().map(|&e| CATALOGUE[e].id.to_owned()).collect(),
-        parameters: named(pooled),
-        by_channel: by_channel.into_iter().map(|(id, c)| (id, named(c))).collect(),
-        p_value: found.p_value,
-        gain,
-    }
-}
-
-fn estimate(p: &EffectParameter, c: &super::interval::Coordinate) -> Estimate {
-    let value = match p.scale {
-        Scale::Linear => c.value,
-        Scale::Logarithmic => c.value.exp(),
-    };
-    let ends = interval(c, p.scale).map(|ends| ends.map(|v| v.clamp(p.lower, p.upper)));
-    let open = c.reach.iter().all(|r| r.is_infinite());
-    let flat = open
-        || ends.is_none_or(|[low, high]| match p.scale {
-            Scale::Linear => high - low > FLAT * (p.upper - p.lower),
-            Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
-        });
-    Estimate {
-        value,
-        ci95: if flat { None } else { ends },
-        unit: p.unit.to_owned(),
-        state: if flat { "not identifiable here" } else { "identified" }.to_owned(),
     }
 }
 

@@ -26,6 +26,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
     let before = report.baseline.test_rmse_kpa;
     let after = report.unexplained.test_rmse_kpa;
     let noise = report.baseline.noise_floor_kpa;
+    let allowed = report.checks.allowed_rmse_kpa;
     let names: Vec<String> = report.causes.iter().map(name).collect();
     let names = names.join(" and ");
     let reduction = 100.0 * (1.0 - after / before);
@@ -47,12 +48,15 @@ pub fn sentence(report: &Report, change: bool) -> String {
             "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
         ),
         Verdict::Explained => format!("{found}: {names}. {gain} What remains shows no pattern."),
+        Verdict::PartlyExplained if left.is_empty() => format!(
+            "{found}: {names}. {gain} That is not all: what remains is more than the {allowed:.2} kPa that noise and a usual wander of the supply leave, but depends on nothing that was measured."
+        ),
         Verdict::PartlyExplained => format!(
             "{found}: {names}. {gain} That is not all: what remains still depends on {}.",
             left.join(", ")
         ),
         Verdict::Unexplained if left.is_empty() => format!(
-            "The model does not describe this recording: its error on the test blocks is {before:.2} kPa (sensor noise {noise:.2} kPa), and no known cause explains it. Check the rig file, the units and the columns."
+            "The model misses something that is not in the catalogue: its error on the test blocks is {before:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
         ),
         Verdict::Unexplained => format!(
             "The model misses something that is not in the catalogue: its error ({before:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",

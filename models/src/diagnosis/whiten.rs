@@ -17,6 +17,12 @@ const LEVEL: f64 = 0.012;
 /// Standard deviation of the supply's change over half a block.
 const SLOPE: f64 = 0.008;
 
+/// What one standard deviation of the supply's level and of its change in a block does to a reading, kPa, from its derivatives.
+#[must_use]
+pub fn wander(derivatives: &[f64; 3]) -> [f64; 2] {
+    [derivatives[1] * LEVEL, derivatives[2] * SLOPE]
+}
+
 /// Weights of one channel.
 #[derive(Debug, Clone)]
 pub struct Whitening {

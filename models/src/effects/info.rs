@@ -16,6 +16,9 @@ pub enum Reach {
 pub enum Question {
     /// Which physical effect does the model lack? Asked after the base model was fitted to the recording.
     Structure,
+    /// None: it stands for causes outside the catalogue, and is fitted along where the structure is asked for. A name that it explains as
+    /// well as is withheld.
+    Foil,
     /// Which calibrated parameter has moved? Asked against a reference; the fit of a recording absorbs it.
     Change,
 }

@@ -17,7 +17,8 @@ pub use separation::{Explanation, Separation, separation};
 
 use super::channel::{ChannelData, Extended};
 use super::json::{Cause, ConsideredExperiment, NextExperiment};
-use super::search::{Found, Outcome, TIE_SHARE};
+use super::round::TIE_SHARE;
+use super::search::{Found, Outcome};
 use super::stage::ChannelStage;
 use super::verdict;
 use super::whiten::Whitening;

@@ -95,6 +95,7 @@ catalogue! {
     chamber_coupling::ChamberCoupling,
     supply_sag::SupplySag,
     supply_ripple::SupplyRipple,
+    inflow_cycle::InflowCycle,
     sensor_lag::SensorLag,
     sensor_nonlinearity::SensorNonlinearity,
     sensor_drift::SensorDrift,

@@ -15,7 +15,7 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         EffectParameter::linear("change", "kPa", (-200.0, 0.0, 200.0), "change of the zero in the end"),
-        EffectParameter::logarithmic("time_constant", "s", (2.0, 200.0, 3000.0), "time constant of the change"),
+        EffectParameter::logarithmic("time_constant", "s", (20.0, 200.0, 3000.0), "time constant of the change"),
     ],
     probes: &[&[4.0, 30.0], &[8.0, 300.0]],
     rivals: &["valve_wear", "wall_creep", "supply_ripple"],

@@ -1,0 +1,65 @@
+//! From what the search found to the causes of a report.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::channel::ChannelData;
+use super::interval::{Coordinate, coordinates, interval, pool};
+use super::json::{Cause, Estimate, Gain};
+use super::search::{Found, Outcome};
+use crate::effects::EffectParameter;
+use crate::effects::catalogue::CATALOGUE;
+use crate::model::Scale;
+
+/// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
+const FLAT: f64 = 0.8;
+
+/// A found cause as the report has it: where it acts, its parameters with their intervals, its rivals and its gain.
+pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: Gain) -> Cause {
+    let info = CATALOGUE[found.effect];
+    let acting: Vec<(usize, &ChannelData)> =
+        channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
+    let by_channel: Vec<(String, Vec<Coordinate>)> = acting
+        .par_iter()
+        .map(|(k, data)| (data.id.to_string(), coordinates(data, &outcome.stages[*k], found.effect)))
+        .collect();
+    let named = |estimates: Vec<Coordinate>| -> BTreeMap<String, Estimate> {
+        info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
+    };
+    let pooled: Vec<Coordinate> = (0..info.parameters.len())
+        .filter_map(|k| {
+            let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).copied()).collect();
+            pool(&all)
+        })
+        .collect();
+    Cause {
+        effect: info.id.to_owned(),
+        channels: acting.iter().map(|(_, d)| d.id.to_string()).collect(),
+        equivalent: found.equivalent.iter().map(|&e| CATALOGUE[e].id.to_owned()).collect(),
+        parameters: named(pooled),
+        by_channel: by_channel.into_iter().map(|(id, c)| (id, named(c))).collect(),
+        p_value: found.p_value,
+        gain,
+    }
+}
+
+fn estimate(p: &EffectParameter, c: &Coordinate) -> Estimate {
+    let value = match p.scale {
+        Scale::Linear => c.value,
+        Scale::Logarithmic => c.value.exp(),
+    };
+    let ends = interval(c, p.scale).map(|ends| ends.map(|v| v.clamp(p.lower, p.upper)));
+    let open = c.reach.iter().all(|r| r.is_infinite());
+    let flat = open
+        || ends.is_none_or(|[low, high]| match p.scale {
+            Scale::Linear => high - low > FLAT * (p.upper - p.lower),
+            Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
+        });
+    Estimate {
+        value,
+        ci95: if flat { None } else { ends },
+        unit: p.unit.to_owned(),
+        state: if flat { "not identifiable here" } else { "identified" }.to_owned(),
+    }
+}

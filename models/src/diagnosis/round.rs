@@ -1,0 +1,209 @@
+//! One round of the search: what passed the gate is refitted and ranked, and the best may be named.
+
+use rayon::prelude::*;
+
+use super::blocks::Role;
+use super::candidate::{Candidate, bootstrap, borrow, refit_effect, together};
+use super::channel::ChannelData;
+use super::gate::{Gate, Trial};
+use super::search::SETTLE;
+use super::stage::{ChannelStage, OPEN};
+use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
+
+/// Candidates that are looked at in a round at most.
+const MOST_LOOKS: usize = 10;
+/// Candidates that promise less than this part of the best promise are not looked at.
+const PROMISE: f64 = 0.2;
+/// Evaluations of the model that a first look may spend on each start.
+const LOOK: usize = 4;
+/// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
+/// evaluations.
+const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
+/// Times that the best candidate is fitted further where much is left ...
+const MORE: usize = 3;
+/// ... unless that leaves more than this part of it.
+const STUCK: f64 = 0.95;
+/// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
+pub const TIE_SHARE: f64 = 0.01;
+/// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
+const TIE_GAIN: f64 = 0.25;
+/// Level of the gate.
+pub const LEVEL: f64 = 0.05;
+/// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
+pub const PRACTICAL: f64 = 0.01;
+/// Mean squared whitened error, in variances of the noise, that is plainly not explained.
+pub const LARGE_ERROR: f64 = 2.0;
+
+/// An effect in one round of the search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Considered {
+    /// Number of the effect in the catalogue.
+    pub effect: usize,
+    /// Its statistic.
+    pub statistic: f64,
+    /// Its p-value over the whole catalogue.
+    pub p_value: f64,
+    /// Squared whitened error on the open blocks without it.
+    pub kept: f64,
+    /// The same with it, where it was refitted.
+    pub loss: Option<f64>,
+}
+
+/// Refits what passed the gate; returns the winner and all candidates, best first, when one is worth naming.
+pub fn round(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    tried: &[Vec<Trial>],
+    gates: &[Gate],
+    rounds: &mut Vec<Vec<Considered>>,
+) -> Option<(usize, Vec<Candidate>)> {
+    let mut passed: Vec<(f64, usize)> = gates
+        .iter()
+        .filter(|g| g.p_value <= LEVEL)
+        .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
+        .collect();
+    passed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = kept_total(channels, stages);
+    let promised = passed.first().map_or(0.0, |p| whole - p.0);
+    passed.retain(|p| whole - p.0 >= PROMISE * promised);
+    passed.truncate(MOST_LOOKS);
+    let look = |effect: usize, before: Option<&Candidate>, evaluations: usize| {
+        let candidate = refit_effect(channels, stages, tried, effect, before, evaluations);
+        let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
+        (loss, candidate)
+    };
+    // A first look at all, then in earnest at the best.
+    let mut ranked: Vec<(f64, Candidate)> =
+        passed.par_iter().map(|&(_, effect)| look(effect, None, LOOK)).collect();
+    for (near, evaluations) in EARNEST {
+        let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
+        ranked = ranked
+            .into_par_iter()
+            .map(|(loss, candidate)| {
+                if loss - least > near * (whole - least) {
+                    (loss, candidate)
+                } else {
+                    let (_, candidate) = look(candidate.effect, Some(&candidate), evaluations);
+                    let candidate = borrow(channels, stages, &candidate, evaluations);
+                    let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
+                    (loss, candidate)
+                }
+            })
+            .collect();
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Where much is left the best may not have arrived yet.
+    if let Some((loss, best)) = ranked.first_mut() {
+        for _ in 0..MORE {
+            if *loss <= LARGE_ERROR * open_rows(channels) {
+                break;
+            }
+            let (_, further) = look(best.effect, Some(best), SETTLE);
+            let further = borrow(channels, stages, &further, SETTLE);
+            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            let stuck = next > STUCK * *loss;
+            if next < *loss {
+                (*loss, *best) = (next, further);
+            }
+            if stuck {
+                break;
+            }
+        }
+    }
+    let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let before = together(channels, &kept, &[Role::Select]);
+    let considered = gates
+        .iter()
+        .map(|gate| {
+            let refitted = ranked.iter().find(|c| c.effect == gate.effect);
+            let loss = refitted.map(|c| together(channels, &c.losses, &OPEN).iter().sum());
+            Considered {
+                effect: gate.effect,
+                statistic: gate.statistic,
+                p_value: gate.p_value,
+                kept: whole,
+                loss,
+            }
+        })
+        .collect();
+    rounds.push(considered);
+    let winner = ranked
+        .iter()
+        .position(|candidate| !is_foil(candidate) && worth_naming(channels, candidate, &before))?;
+    Some((winner, ranked))
+}
+
+/// Does it stand for causes outside the catalogue?
+pub fn is_foil(candidate: &Candidate) -> bool {
+    CATALOGUE[candidate.effect].question == Question::Foil
+}
+
+/// Sum over the channels of the least loss that a probe promises.
+fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
+    let mut sum = 0.0;
+    for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
+        let kept = super::candidate::total(data, &stage.losses(data), &OPEN);
+        let least =
+            trials.iter().filter(|t| t.effect == effect).map(|t| t.loss).fold(f64::INFINITY, f64::min);
+        sum += least.min(kept);
+    }
+    sum
+}
+
+fn worth_naming(channels: &[ChannelData], candidate: &Candidate, before: &[f64]) -> bool {
+    if !candidate.acts.iter().any(|a| *a) {
+        return false;
+    }
+    let after = together(channels, &candidate.losses, &[Role::Select]);
+    let [low, ..] = bootstrap(before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
+    let gain = 1.0 - (after.iter().sum::<f64>() / before.iter().sum::<f64>()).sqrt();
+    low > 0.0 && gain >= PRACTICAL && large_enough(channels, candidate)
+}
+
+/// Is the effect's size beyond what timing and rounding can look like?
+fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
+    let info = CATALOGUE[candidate.effect];
+    let sizes = candidate.models.iter().zip(channels).zip(&candidate.acts).filter(|(_, acts)| **acts);
+    sizes
+        .filter_map(|((model, data), _)| {
+            model.range(&data.plant, candidate.effect).map(|r| model.values[r.start])
+        })
+        .any(|value| (value - info.parameters[0].null).abs() >= info.smallest)
+}
+
+/// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks cannot tell them apart, or what
+/// they leave is negligible against the gain.
+pub fn rivals(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    ranked: &[Candidate],
+    winner: usize,
+) -> Vec<usize> {
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let before: f64 = together(channels, &kept, &OPEN).iter().sum();
+    let best = together(channels, &ranked[winner].losses, &OPEN);
+    let gain = before - best.iter().sum::<f64>();
+    (0..ranked.len())
+        .filter(|&k| k != winner)
+        .filter(|&k| {
+            let other = together(channels, &ranked[k].losses, &OPEN);
+            let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
+            let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
+            left < TIE_SHARE * best.iter().sum::<f64>() || (low <= 0.0 && left < TIE_GAIN * gain)
+        })
+        .collect()
+}
+
+/// Squared whitened error of all channels on the open blocks.
+pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    together(channels, &kept, &OPEN).iter().sum()
+}
+
+/// Number of compared rows in the open blocks of all channels.
+pub fn open_rows(channels: &[ChannelData]) -> f64 {
+    let blocks = channels.iter().flat_map(|d| d.blocks.iter().zip(&d.spans));
+    blocks.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
+}
