@@ -30,6 +30,8 @@ pub struct Chip {
     log: Vec<u8>,
     resets: Vec<Reset>,
     core_event: Ticks,
+    /// Until then the processor executes nothing.
+    pub(crate) stalled_until: Ticks,
 }
 
 impl Chip {
@@ -62,6 +64,7 @@ impl Chip {
             log: Vec::new(),
             resets: Vec::new(),
             core_event: Ticks::NEVER,
+            stalled_until: Ticks::ZERO,
         };
         chip.load_sram();
         chip.start(ResetReason::PowerOn);
@@ -78,6 +81,7 @@ impl Chip {
 
     fn start(&mut self, reason: ResetReason) {
         self.resets.push(Reset { at: self.bus.now, reason });
+        self.stalled_until = Ticks::ZERO;
         self.core.reset(&mut self.bus, VECTOR_TABLE);
     }
 
@@ -101,7 +105,9 @@ impl Chip {
             if self.bus.now >= until {
                 return;
             }
-            if self.core.activity() == Activity::Running {
+            if self.bus.now < self.stalled_until {
+                self.bus.now = due.min(until).min(self.stalled_until);
+            } else if self.core.activity() == Activity::Running {
                 self.run_core(until);
             } else if !(self.bus.interrupts_changed && self.core.try_wake(&mut self.bus)) {
                 self.bus.interrupts_changed = false;
@@ -147,10 +153,12 @@ impl Chip {
     /// peripheral event, or [`Ticks::NEVER`]. Until then [`Chip::run_until`] costs next to nothing and nothing
     /// observable changes, unless a pin or a wire does.
     pub fn next_event(&self) -> Ticks {
+        let peripherals = self.bus.next_event().min(self.core_event);
         match self.core.activity() {
+            _ if self.bus.now < self.stalled_until => peripherals.min(self.stalled_until).max(self.bus.now),
             Activity::Running => self.bus.now,
             _ if self.bus.interrupts_changed || self.bus.pause_core => self.bus.now,
-            _ => self.bus.next_event().min(self.core_event).max(self.bus.now),
+            _ => peripherals.max(self.bus.now),
         }
     }
 

@@ -38,7 +38,7 @@
 //!
 //! `cortex_m0/` is the core, one file per encoding class of the architecture manual; `peripherals/` one file per
 //! peripheral of the datasheet; `bus/` joins them: address map, events, DMA transfers, clocks, pins. `chip.rs` runs
-//! it, `wires.rs` is the outside of the package.
+//! it, `wires.rs` is the outside of the package, `upsets.rs` what can be made to go wrong inside.
 
 mod bus;
 mod chip;
@@ -48,6 +48,7 @@ mod peripherals;
 mod report;
 mod rtt;
 mod ticks;
+mod upsets;
 mod wires;
 
 pub use bus::{Edge, Level};

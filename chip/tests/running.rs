@@ -275,3 +275,28 @@ fn the_stack_figure_is_the_deepest_since_it_was_cleared() {
     chip.run_until(Ticks::from_micros(200));
     assert_eq!(chip.lowest_stack_pointer(), STACK - 4);
 }
+
+/// Edges of a pin that a loop toggles stop and go on; a sleeping core wakes late, the alarm itself is on time.
+#[test]
+fn a_stalled_processor_does_nothing_and_peripherals_go_on() {
+    let program = output(released(), 25).load(0, OUT_XOR).load(1, 1 << 25);
+    let mut toggling = chip(program.op(0x6001).op(0xe7fd), &[]);
+    toggling.run_until(Ticks::from_micros(500));
+    toggling.watch_pins(1 << 25);
+    toggling.stall_until(Ticks::from_micros(600));
+    assert_eq!(toggling.next_event(), Ticks::from_micros(600));
+    toggling.run_until(Ticks::from_micros(599));
+    assert_eq!((toggling.now(), toggling.take_pin_edges().len()), (Ticks::from_micros(599), 0));
+    toggling.run_until(Ticks::from_micros(700));
+    let first = toggling.take_pin_edges()[0].at;
+    assert!(first >= Ticks::from_micros(600) && first < Ticks::from_micros(602), "{first:?}");
+
+    let mut sleeping = alarm_program();
+    sleeping.run_until(Ticks::from_micros(500));
+    let before = sleeping.interrupts_taken(0);
+    sleeping.stall_until(Ticks::from_micros(5_500));
+    sleeping.run_until(Ticks::from_micros(5_499));
+    assert_eq!(sleeping.interrupts_taken(0), before);
+    sleeping.run_until(Ticks::from_micros(5_600));
+    assert_eq!(sleeping.interrupts_taken(0), before + 1);
+}

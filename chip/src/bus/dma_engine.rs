@@ -62,6 +62,12 @@ impl Bus {
         if self.dma.any_busy() { self.dma.choose(|channel| self.dma_requested(channel)) } else { None }
     }
 
+    /// A channel loses what it was doing.
+    pub fn abort_dma(&mut self, channel: usize) {
+        self.dma.abort(channel, self.now);
+        self.settle();
+    }
+
     /// When the engine next moves something; never without a request.
     pub(super) fn next_dma_transfer(&self) -> Ticks {
         if self.ready_channel().is_some() { self.dma_engine.free_at } else { Ticks::NEVER }

@@ -32,10 +32,14 @@ const CS_STORED: u32 = EN | 1 << 1 | START_MANY | AINSEL | 0x1f << 16;
 /// FCS.
 const FIFO_EN: u32 = 1 << 0;
 const SHIFT: u32 = 1 << 1;
+const ERR_IN_FIFO: u32 = 1 << 2;
 const DREQ_EN: u32 = 1 << 3;
 const UNDER: u32 = 1 << 10;
 const OVER: u32 = 1 << 11;
 const FCS_STORED: u32 = 0x0f00_000f;
+
+/// FIFO: the conversion failed, if ERR_IN_FIFO asks for it.
+const ENTRY_ERR: u16 = 1 << 15;
 
 /// Entries of the FIFO.
 const FIFO_DEPTH: usize = 4;
@@ -80,6 +84,7 @@ pub(crate) struct Adc {
     paced_from: Ticks,
     next_start: u64,
     inputs: [u16; CHANNELS],
+    failing: bool,
     conversions: [Conversions; CHANNELS],
 }
 
@@ -98,16 +103,22 @@ impl Default for Adc {
             paced_from: Ticks::ZERO,
             next_start: 0,
             inputs: [0, 0, 0, 0, ROOM_TEMPERATURE],
+            failing: false,
             conversions: [Conversions::default(); CHANNELS],
         }
     }
 }
 
 impl Adc {
-    /// Registers and FIFO as after reset; the voltages outside stay.
+    /// Registers and FIFO as after reset; the voltages outside stay, and so does what is broken.
     pub fn reset(&mut self) {
-        *self =
-            Adc { clock: self.clock, inputs: self.inputs, conversions: self.conversions, ..Adc::default() };
+        *self = Adc {
+            clock: self.clock,
+            inputs: self.inputs,
+            failing: self.failing,
+            conversions: self.conversions,
+            ..Adc::default()
+        };
     }
 
     /// clk_adc is now `numerator / denominator` hertz.
@@ -123,6 +134,11 @@ impl Adc {
     /// Voltage at an input, in 12-bit counts.
     pub fn set_input(&mut self, channel: usize, counts: u16) {
         self.inputs[channel] = counts & 0xfff;
+    }
+
+    /// Whether conversions fail from now on.
+    pub fn set_failing(&mut self, failing: bool) {
+        self.failing = failing;
     }
 
     pub fn conversions(&self, channel: usize) -> Conversions {
@@ -274,12 +290,14 @@ impl Adc {
         let statistics = &mut self.conversions[conversion.channel.min(CHANNELS - 1)];
         statistics.count += 1;
         statistics.last_sampled = conversion.sampled;
+        self.control = self.control & !ERR | if self.failing { ERR | ERR_STICKY } else { 0 };
         if self.fifo_control & FIFO_EN != 0 {
             if self.fifo.len() == FIFO_DEPTH {
                 self.fifo_control |= OVER;
             } else {
                 let shift = if self.fifo_control & SHIFT != 0 { 4 } else { 0 };
-                self.fifo.push_back(conversion.value >> shift);
+                let marked = self.failing && self.fifo_control & ERR_IN_FIFO != 0;
+                self.fifo.push_back(conversion.value >> shift | if marked { ENTRY_ERR } else { 0 });
             }
         }
         self.select_next_channel();

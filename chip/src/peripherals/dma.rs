@@ -128,6 +128,12 @@ impl Dma {
         written
     }
 
+    /// Aborts one channel: a write to CHAN_ABORT from outside.
+    pub fn abort(&mut self, number: usize, now: Ticks) {
+        self.channels[number].abort();
+        self.note_awaited(now);
+    }
+
     /// The set of busy channels may have changed.
     fn note_awaited(&mut self, now: Ticks) {
         let busy = self.channels.iter().filter(|channel| channel.is_busy());

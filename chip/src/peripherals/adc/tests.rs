@@ -159,3 +159,22 @@ fn without_its_clock_nothing_is_converted() {
     set(&mut adc, CS, EN | START_ONCE, 0);
     assert_eq!(adc.next_event(), Ticks::NEVER);
 }
+
+#[test]
+fn a_conversion_that_fails_says_so_until_the_sticky_flag_is_cleared() {
+    let mut adc = adc();
+    set(&mut adc, FCS, FIFO_EN | ERR_IN_FIFO, 0);
+    adc.set_failing(true);
+    set(&mut adc, CS, EN | START_ONCE, 0);
+    adc.advance(Ticks::new(CONVERSION));
+    assert_eq!(get(&mut adc, CS) & (READY | ERR | ERR_STICKY), READY | ERR | ERR_STICKY);
+    assert_eq!((get(&mut adc, RESULT), get(&mut adc, FIFO)), (1000, 1000 | u32::from(ENTRY_ERR)));
+
+    adc.set_failing(false);
+    set(&mut adc, CS, EN | START_ONCE, CONVERSION);
+    adc.advance(Ticks::new(2 * CONVERSION));
+    assert_eq!(get(&mut adc, CS) & (ERR | ERR_STICKY), ERR_STICKY, "the last one was good");
+    assert_eq!(get(&mut adc, FIFO), 1000);
+    set(&mut adc, CS, EN | ERR_STICKY, 2 * CONVERSION);
+    assert_eq!(get(&mut adc, CS) & (ERR | ERR_STICKY), 0);
+}
