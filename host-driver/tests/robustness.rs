@@ -26,7 +26,10 @@ struct Host {
 
 impl Host {
     fn start(port: &Path, more: &[&str]) -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        Self::start_in(tempfile::tempdir().unwrap(), port, more)
+    }
+
+    fn start_in(folder: tempfile::TempDir, port: &Path, more: &[&str]) -> Self {
         let file = |name: &str| File::create(folder.path().join(name)).unwrap();
         let args = ["--rate", "200", "--json"];
         let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));
@@ -109,18 +112,21 @@ fn plug_in(link: &Path) -> PtyBoards {
     boards
 }
 
-fn link(folder: &tempfile::TempDir) -> PathBuf {
-    folder.path().join("usb-adapter")
+/// A host that has polled a board and recorded it, and whose adapter has been unplugged then. The adapter's link still stands in the
+/// host's folder.
+fn unplugged(arguments: &[&str]) -> (PathBuf, Host) {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("usb-adapter");
+    let boards = plug_in(&link);
+    let mut host = Host::start_in(folder, &link, arguments);
+    host.more_rows();
+    drop(boards);
+    (link, host)
 }
 
 #[test]
 fn an_adapter_that_is_unplugged_and_plugged_in_again_is_polled_on() {
-    let folder = tempfile::tempdir().unwrap();
-    let link = link(&folder);
-    let boards = plug_in(&link);
-    let mut host = Host::start(&link, PATIENT);
-    host.more_rows();
-    drop(boards);
+    let (link, mut host) = unplugged(PATIENT);
     host.says("the port is gone (adapter unplugged, or the other end closed); waiting for it to come back");
     let empty_rows = |host: &Host| host.rows().iter().filter(|row| is_empty(row)).count();
     host.until("rows without pressures", |host| empty_rows(host) >= 3);
@@ -147,12 +153,7 @@ fn an_adapter_that_is_unplugged_and_plugged_in_again_is_polled_on() {
 
 #[test]
 fn a_run_that_ends_while_the_port_is_gone_says_that_the_boards_are_not_safe() {
-    let folder = tempfile::tempdir().unwrap();
-    let link = link(&folder);
-    let boards = plug_in(&link);
-    let mut host = Host::start(&link, PATIENT);
-    host.more_rows();
-    drop(boards);
+    let (_link, mut host) = unplugged(PATIENT);
     host.says("waiting for it to come back");
     host.signal(Signal::INT);
     assert_eq!(host.child.wait().unwrap().code(), Some(1));
@@ -164,12 +165,7 @@ fn a_run_that_ends_while_the_port_is_gone_says_that_the_boards_are_not_safe() {
 
 #[test]
 fn a_port_that_vanishes_ends_a_run_that_is_told_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let link = link(&folder);
-    let boards = plug_in(&link);
-    let mut host = Host::start(&link, &[PATIENT, &["--no-reopen"]].concat());
-    host.more_rows();
-    drop(boards);
+    let (_link, mut host) = unplugged(&[PATIENT, &["--no-reopen"]].concat());
     assert_eq!(host.child.wait().unwrap().code(), Some(1));
     assert!(host.text("stderr").contains("the port is gone"));
 }
@@ -177,12 +173,7 @@ fn a_port_that_vanishes_ends_a_run_that_is_told_so() {
 /// Another host took the port while it was gone: this one says so and waits.
 #[test]
 fn a_port_that_comes_back_in_other_hands_is_not_shared() {
-    let folder = tempfile::tempdir().unwrap();
-    let link = link(&folder);
-    let boards = plug_in(&link);
-    let mut host = Host::start(&link, PATIENT);
-    host.more_rows();
-    drop(boards);
+    let (link, mut host) = unplugged(PATIENT);
     host.says("waiting for it to come back");
     fs::remove_file(&link).unwrap();
 

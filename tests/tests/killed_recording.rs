@@ -18,16 +18,12 @@ use support::virtual_bus;
 
 const FILE: &str = "PNEUDRIVE_TEST_RECORDING";
 
-/// The process that is killed: records two virtual boards without end, faster than any real ones.
-#[test]
-#[ignore = "started, and killed, by the other test"]
-fn a_host_that_records() {
-    let file = std::env::var_os(FILE).expect("the file to record to");
+/// What the process that is killed does: it records two virtual boards without end, faster than any real ones.
+fn record_until_killed(file: &Path) {
     let rig = RigOptions { boards: 2, ..RigOptions::default() };
     let pace = Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip };
     let options = PollerOptions { pace, ..PollerOptions::for_devices(2) };
-    let (_recorder, tap) =
-        Recorder::create(Path::new(&file), &options.boards, SensorScale::ORIGINAL, false).unwrap();
+    let (_recorder, tap) = Recorder::create(file, &options.boards, SensorScale::ORIGINAL, false).unwrap();
     let bus = virtual_bus::bus(&rig, BusOptions::default());
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(2)), vec![tap]);
     let started = Instant::now();
@@ -45,11 +41,15 @@ fn a_host_that_records() {
 
 #[test]
 fn the_recording_of_a_killed_host_opens() {
+    if let Some(file) = std::env::var_os(FILE) {
+        return record_until_killed(Path::new(&file));
+    }
     for (name, ms) in [("run.csv", 0), ("run.csv.gz", 130), ("run.csv.zst", 370)] {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "a_host_that_records", "--ignored"])
+            // This test once more, as the host.
+            .args(["--exact", "the_recording_of_a_killed_host_opens"])
             .env(FILE, &file)
             .stdout(Stdio::null())
             .spawn()
