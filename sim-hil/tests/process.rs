@@ -79,9 +79,31 @@ fn it_ends_by_itself_after_its_duration_and_counts_faults() {
     assert!(json["pace"]["virtual_s"].as_f64().unwrap() >= 0.2);
 }
 
+/// The law that the boards run, not that of `record`.
+#[test]
+fn the_rig_file_describes_the_boards() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rig.toml");
+    let (status, _, stderr) = output(&["--duration", "0.01", "--rig-out", file.to_str().unwrap()]);
+    assert_eq!(status, Some(0), "{stderr}");
+    let rig: toml::Table = std::fs::read_to_string(file).unwrap().parse().unwrap();
+    let law = pneudrive_control::BoardConfig::default();
+    let expected = [
+        ("rate_hz", 1e6 / law.loop_period.get() as f64),
+        ("kp", law.kp.into()),
+        ("kd", law.kd.into()),
+        ("saturation", law.saturation.into()),
+        ("filter", f64::from(law.filter_previous) / 256.0),
+    ];
+    for (key, value) in expected {
+        assert_eq!(rig["controller"][key].as_float(), Some(value), "{key}");
+    }
+    assert_eq!(rig["supply"]["pressure_kpa"].as_float(), Some(550.0));
+}
+
 #[test]
 fn unusable_arguments_are_status_2_and_say_what_would_be_right() {
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["--devices", "0"], "0 boards: a bus has 1 to 256"),
         (&["--devices", "257"], "257 boards"),
         (&["--baud", "300"], "300 baud is outside 1200 to 7812500 baud"),
@@ -91,6 +113,8 @@ fn unusable_arguments_are_status_2_and_say_what_would_be_right() {
         (&["--fault", "unplug@1,board=4"], "there is no board 4 among 4"),
         (&["--duration", "0"], "'0' is no number of seconds above 0"),
         (&["--link", "/nonexistent/port", "--timing", "instant"], "cannot make the link /nonexistent/port"),
+        (&["--rig-out", "/nonexistent/rig.toml"], "cannot write the rig file /nonexistent/rig.toml"),
+        (&["--rig-out", "rig.toml", "--firmware", "firmware.elf"], "cannot be used with"),
     ];
     for (arguments, message) in cases {
         let (status, stdout, stderr) = output(arguments);

@@ -9,7 +9,6 @@ mod support;
 
 use std::path::{Path, PathBuf};
 
-use pneudrive_control::BoardConfig;
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply, VENTED};
@@ -19,7 +18,6 @@ use pneudrive_model::data::{ChannelId, LoadOptions, Recording, load};
 use pneudrive_model::diagnosis::{Diagnosis, Request, diagnose_with};
 use pneudrive_model::rig::Rig;
 use pneudrive_protocol::SensorScale;
-use pneudrive_sim::record::{ControlSettings, RecordingSettings, rig_toml};
 use pneudrive_sim::rig::RigOptions;
 use support::virtual_bus;
 
@@ -27,19 +25,6 @@ const SCALE: SensorScale = SensorScale::ORIGINAL;
 /// The only channel that is moved, recorded and diagnosed.
 const CHANNEL: ChannelId = ChannelId { board: 0, channel: 0 };
 const LAGS: [&str; 3] = ["transport_delay", "valve_lag", "sensor_lag"];
-
-/// The nominal rig: the plant's, with the original boards' control law.
-fn nominal_settings() -> RecordingSettings {
-    let defaults = RecordingSettings::default();
-    let law = BoardConfig::ORIGINAL;
-    let control = ControlSettings {
-        kp: f64::from(law.kp),
-        kd: f64::from(law.kd),
-        filter: f64::from(law.filter_previous) / 256.0,
-        ..defaults.control
-    };
-    RecordingSettings { control, ..defaults }
-}
 
 /// A rig that hides one effect, and the nominal description of it that the diagnosis gets.
 struct HiddenRig {
@@ -51,7 +36,7 @@ struct HiddenRig {
 impl HiddenRig {
     fn hiding(effect: &str) -> Self {
         let options = RigOptions { effects: vec![effect.parse().unwrap()], seed: 3, ..RigOptions::default() };
-        let nominal = Rig::parse("rig.toml", &rig_toml(&nominal_settings()).unwrap()).unwrap();
+        let nominal = Rig::parse("rig.toml", &options.rig_toml().unwrap()).unwrap();
         Self { options, nominal, folder: tempfile::tempdir().unwrap() }
     }
 

@@ -51,6 +51,9 @@ pub(super) struct RunArgs {
     /// Laboratory nuisances: 1 % supply wander, 5 % spread between channels
     #[arg(long)]
     nuisances: bool,
+    /// Write the rig file for recordings of these boards here
+    #[arg(long, value_name = "TOML", conflicts_with = "firmware")]
+    rig_out: Option<PathBuf>,
     /// End after this much time, s, above 0
     #[arg(long, value_name = "S", value_parser = parse_duration)]
     duration: Option<Duration>,
@@ -109,6 +112,13 @@ impl RunArgs {
         Ok(Some(Firmware::new(elf)))
     }
 
+    fn write_rig(&self, rig: &RigOptions) -> Result<(), Failure> {
+        let Some(path) = &self.rig_out else { return Ok(()) };
+        let text = rig.rig_toml().map_err(|error| Failure { status: 2, message: error.to_string() })?;
+        let message = |error| format!("cannot write the rig file {}: {error}", path.display());
+        std::fs::write(path, text).map_err(|error| Failure { status: 2, message: message(error) })
+    }
+
     pub fn execute(&self) -> Result<(), Failure> {
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
@@ -121,7 +131,9 @@ impl RunArgs {
             spin_us: self.spin_us,
             fifo: usize::from(self.fifo),
         };
-        let mut front_end = FrontEnd::new(&self.rig()?, &pty).map_err(Failure::from)?;
+        let rig = self.rig()?;
+        self.write_rig(&rig)?;
+        let mut front_end = FrontEnd::new(&rig, &pty).map_err(Failure::from)?;
         say(&front_end.path().display().to_string());
         let result = front_end.run(&stop, self.duration);
         say(&json(&front_end.report()));

@@ -115,6 +115,44 @@ mod tests {
         }
     }
 
+    /// The rig file of boards on a bus is made from these settings: they must be those of the boards.
+    #[test]
+    fn a_configuration_comes_back_from_its_settings() {
+        let wild = BoardConfig {
+            loop_period: Micros::new(2_500),
+            kp: 7,
+            kd: 31,
+            saturation: 333,
+            filter_previous: 255,
+            ..BoardConfig::ORIGINAL
+        };
+        for config in [BoardConfig::ORIGINAL, wild] {
+            let power_up_vent = Micros::ZERO;
+            let mut real = Board::new(BoardConfig { power_up_vent, ..config }, Address::of_board(0)).unwrap();
+            let mut again = board(ControlSettings::from(&config));
+            for step in 0..1_000_u64 {
+                let now_ns = step * config.loop_period.get() * 1_000;
+                if step % 50 == 7 {
+                    let commands = [102 + (step % 700) as u16; 4];
+                    let packet = Packet { address: real.address(), values: commands.map(Counts::saturating) };
+                    for (byte, left) in packet.encode().into_iter().zip((0..10).rev()) {
+                        real.receive_byte(Micros::new(START_US + now_ns / 1_000 - left * BYTE_US), byte);
+                    }
+                    again.exchange(now_ns, commands);
+                }
+                let samples =
+                    [410 + step * 3 % 3_000, 3_600 - step * 3, 410 + step, 500].map(|code| code as u16);
+                let drives = real.control_step(
+                    Micros::new(START_US + now_ns / 1_000),
+                    samples.map(AdcSample::from_reading),
+                );
+                let want =
+                    drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
+                assert_eq!(again.step(now_ns, samples), want, "step {step} of {config:?}");
+            }
+        }
+    }
+
     #[test]
     fn gains_the_firmware_cannot_hold_are_refused() {
         let refusal = |settings| FirmwareBoard::new(settings).unwrap_err().to_string();

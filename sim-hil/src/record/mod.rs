@@ -34,5 +34,6 @@ pub use self::excitation::{Excitation, SetPoints};
 pub use self::firmware_board::FirmwareBoard;
 pub use self::ideal_board::IdealBoard;
 pub use self::recorder::{Recorder, Row};
+pub(crate) use self::rig::nominal_toml;
 pub use self::rig::rig_toml;
 pub use self::settings::{BoardKind, Columns, ControlSettings, Loop, RecordingSettings};

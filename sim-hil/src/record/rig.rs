@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::plant::counts10_to_kpa;
+use crate::plant::{PlantParameters, counts10_to_kpa};
 
 use super::error::RecordError;
-use super::settings::{Loop, RecordingSettings};
+use super::settings::{ControlSettings, Loop, RecordingSettings};
 
 #[derive(Serialize)]
 struct Rig {
@@ -62,8 +62,15 @@ struct Sensor {
 /// # Errors
 /// Only if the TOML writer refuses a number.
 pub fn rig_toml(settings: &RecordingSettings) -> Result<String, RecordError> {
-    let p = &settings.plant;
-    let c = &settings.control;
+    let rate_hz = match settings.control_loop {
+        Loop::Board { .. } => settings.control.rate_hz,
+        Loop::Row | Loop::Open { .. } => settings.rate_hz,
+    };
+    Ok(nominal_toml(&settings.plant, &ControlSettings { rate_hz, ..settings.control })?)
+}
+
+/// The same of any plant under any control law.
+pub(crate) fn nominal_toml(p: &PlantParameters, law: &ControlSettings) -> Result<String, toml::ser::Error> {
     let rig = Rig {
         supply: Supply { pressure_kpa: p.supply.pressure_kpa },
         ambient: Ambient {
@@ -78,17 +85,14 @@ pub fn rig_toml(settings: &RecordingSettings) -> Result<String, RecordError> {
         // Only the product of area and discharge coefficient can be identified, so it is fixed at 1.
         valve: Valve { discharge_coefficient: 1.0, critical_ratio: p.valve.flow.critical_ratio() },
         controller: Controller {
-            rate_hz: match settings.control_loop {
-                Loop::Board { .. } => c.rate_hz,
-                Loop::Row | Loop::Open { .. } => settings.rate_hz,
-            },
-            kp: c.kp,
-            kd: c.kd,
-            saturation: c.saturation,
-            filter: c.filter,
+            rate_hz: law.rate_hz,
+            kp: law.kp,
+            kd: law.kd,
+            saturation: law.saturation,
+            filter: law.filter,
         },
         // The bus carries 10-bit counts whatever the converter.
         sensor: Sensor { bits: 10, zero_counts: 102.4, kpa_per_count: counts10_to_kpa(103.4) },
     };
-    Ok(toml::to_string(&rig)?)
+    toml::to_string(&rig)
 }

@@ -1,6 +1,7 @@
 //! What to record.
 
 use crate::plant::{Effect, PlantParameters};
+use pneudrive_control::BoardConfig;
 
 use super::error::RecordError;
 use super::excitation::Excitation;
@@ -102,9 +103,23 @@ impl Default for Columns {
 }
 
 impl Default for ControlSettings {
-    /// The nominal rig's controller: 1 kHz, the original's gains without derivative and filter.
+    /// The nominal rig's controller: 1 kHz, the original's gains without derivative and filter. Virtual boards on a bus
+    /// ([`RigOptions`](crate::rig::RigOptions)) run the firmware's law, which has both.
     fn default() -> Self {
         Self { rate_hz: 1000.0, kp: 10.0, kd: 0.0, saturation: 400.0, filter: 0.0 }
+    }
+}
+
+impl From<&BoardConfig> for ControlSettings {
+    /// The law of boards that are configured so.
+    fn from(board: &BoardConfig) -> Self {
+        Self {
+            rate_hz: 1e6 / board.loop_period.get() as f64,
+            kp: board.kp.into(),
+            kd: board.kd.into(),
+            saturation: board.saturation.into(),
+            filter: f64::from(board.filter_previous) / 256.0,
+        }
     }
 }
 

@@ -22,6 +22,14 @@ pub enum RigError {
         /// The number that was refused.
         boards: usize,
     },
+    /// Gains are in the firmware's code.
+    #[error(
+        "the control law of a firmware file is not known here: take the rig file of native boards, and put the firmware's gains in"
+    )]
+    FirmwareLaw,
+    /// The rig file cannot be written as TOML.
+    #[error("rig file: {0}")]
+    RigFile(#[from] toml::ser::Error),
     /// The file is no firmware.
     #[error("firmware: {0}")]
     Firmware(#[from] pneudrive_chip::ElfError),

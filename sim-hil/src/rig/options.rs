@@ -3,6 +3,7 @@ use crate::board::{ChipBoard, NativeBoard, NativeBoardConfig, PlantAir, Turnarou
 use crate::bus::{Bus, BusNode, Line};
 use crate::fault::{FaultInjector, FaultSpec};
 use crate::plant::{Effect, Plant, PlantParameters};
+use crate::record::{ControlSettings, nominal_toml};
 use pneudrive_control::BoardConfig;
 use pneudrive_protocol::{Address, Baud};
 use std::fmt;
@@ -122,6 +123,18 @@ impl RigOptions {
         let parameters = PlantParameters { channels: 4 * self.boards, ..self.plant.clone() };
         let step_ns = parameters.step_ns;
         Ok(PlantAir::new(Plant::new(parameters, &self.effects, self.seed)?, step_ns))
+    }
+
+    /// The rig file of a recording that a host makes of these boards: what its user would know of the rig, and the law
+    /// that these boards run. Effects and nuisances are left out.
+    ///
+    /// # Errors
+    /// [`RigError::FirmwareLaw`]: the law of a firmware file is not known.
+    pub fn rig_toml(&self) -> Result<String, RigError> {
+        if self.firmware.is_some() {
+            return Err(RigError::FirmwareLaw);
+        }
+        Ok(nominal_toml(&self.plant, &ControlSettings::from(&self.control))?)
     }
 
     fn chip_board(
