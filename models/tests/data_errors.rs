@@ -130,6 +130,32 @@ fn too_few_rows() {
     );
 }
 
+/// It would be infinite in single precision.
+#[test]
+fn a_pressure_that_is_none() {
+    assert_message(
+        "t_s,b0_p0_kpa\n0,1\n0.01,1e9\n",
+        "run.csv, row 3, column b0_p0_kpa: 1000000000 is outside -100000000 to 100000000; that is no pressure in kPa; leave the cell empty where there is none",
+    );
+}
+
+/// The period, or its inverse, would be zero.
+#[test]
+fn times_that_give_no_rate() {
+    for (times, rate) in [(["0", "5e-324"], "inf"), (["0", "1e13"], "1e-13")] {
+        let text = format!("t_s,b0_p0_kpa\n{},1\n{},1\n", times[0], times[1]);
+        let expected = format!(
+            "run.csv: t_s gives a sampling rate of {rate} Hz, which nothing was recorded at: it must be in seconds"
+        );
+        assert_message(&text, &expected);
+    }
+    // One wild time stamp costs its row.
+    assert_message(
+        "t_s,b0_p0_kpa\n0,1\n-1e300,1\n1e300,1\n",
+        "run.csv: 1 usable rows; a recording needs at least 2, and fitting a few hundred",
+    );
+}
+
 #[test]
 fn a_cut_off_archive_names_the_last_row_read() {
     let folder = Folder::new();

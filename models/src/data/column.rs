@@ -96,25 +96,36 @@ impl ColumnKind {
         }
     }
 
-    /// Where the format itself bounds the values. Pressures are the rig's business.
-    pub(crate) fn valid_range(self) -> Option<ValidRange> {
+    /// Where the format itself bounds the values. What pressures are possible is the rig's business, but beyond a million bar (and
+    /// in the end beyond single precision) there is none.
+    pub(crate) fn valid_range(self) -> ValidRange {
         match self {
-            Self::Spool(_) => Some(ValidRange {
+            Self::Time => ValidRange {
+                // Nanoseconds since 1970 are 1.8e18: what they are is said when the sampling rate is known.
+                low: -1e19,
+                high: 1e19,
+                advice: "t_s is in seconds",
+            },
+            Self::Command(_) | Self::Pressure(_) | Self::Supply => ValidRange {
+                low: -1e8,
+                high: 1e8,
+                advice: "that is no pressure in kPa; leave the cell empty where there is none",
+            },
+            Self::Spool(_) => ValidRange {
                 low: -1.0,
                 high: 1.0,
                 advice: "a drive runs from -1 (vent) to 1 (fill): divide by the full-scale drive, or import it with a scale",
-            }),
-            Self::Fill(_) | Self::Vent(_) => Some(ValidRange {
+            },
+            Self::Fill(_) | Self::Vent(_) => ValidRange {
                 low: 0.0,
                 high: 1.0,
                 advice: "a separate drive runs from 0 (closed) to 1 (open): divide by 100 if it is in percent",
-            }),
-            Self::JointU(_) | Self::JointV(_) => Some(ValidRange {
+            },
+            Self::JointU(_) | Self::JointV(_) => ValidRange {
                 low: -std::f64::consts::TAU,
                 high: std::f64::consts::TAU,
                 advice: "joint angles are in rad: import them with the unit deg if they are in degrees",
-            }),
-            _ => None,
+            },
         }
     }
 }

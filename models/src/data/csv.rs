@@ -86,7 +86,7 @@ pub(crate) fn read(file: &str, text: &mut dyn Read, plan: &mut ReadPlan<'_>) -> 
         }
         let cell = Cell { file, line };
         let time = cell.number("t_s", &record[header.time])?;
-        if !time.is_finite() {
+        if !time.is_finite() || !ColumnKind::Time.valid_range().admits(time) {
             table.timeless_lines.push(row_number(line));
             continue;
         }
@@ -239,18 +239,19 @@ impl Cell<'_> {
     }
 
     pub(super) fn check_range(&self, name: &str, kind: ColumnKind, value: f64) -> Result<(), DataError> {
-        match kind.valid_range() {
-            Some(range) if !range.admits(value) => Err(DataError::OutOfRange {
-                file: self.file.to_owned(),
-                line: self.line,
-                column: name.to_owned(),
-                value,
-                low: range.low,
-                high: range.high,
-                advice: range.advice,
-            }),
-            _ => Ok(()),
+        let range = kind.valid_range();
+        if range.admits(value) {
+            return Ok(());
         }
+        Err(DataError::OutOfRange {
+            file: self.file.to_owned(),
+            line: self.line,
+            column: name.to_owned(),
+            value,
+            low: range.low,
+            high: range.high,
+            advice: range.advice,
+        })
     }
 }
 

@@ -172,6 +172,16 @@ pub enum DataError {
         /// Rows left.
         rows: usize,
     },
+    /// Time stamps that no recording has.
+    #[error(
+        "{file}: t_s gives a sampling rate of {rate_hz:e} Hz, which nothing was recorded at: it must be in seconds"
+    )]
+    ImpossibleRate {
+        /// The file as given.
+        file: String,
+        /// One over the median step.
+        rate_hz: f64,
+    },
     /// A channel was asked for that is not there.
     #[error("{file}: no channel {channel}; the file has {found}")]
     NoSuchChannel {

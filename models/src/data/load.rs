@@ -7,6 +7,10 @@ use super::csv::{RawColumn, RawTable, ReadPlan};
 use super::quality::{self, FindingKind, QualityReport, SensorLimits};
 use super::{Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recording, bag, csv, source};
 
+/// From a sample in 30,000 years (or one in ten seconds, in nanoseconds that were taken for seconds) to the resolution of a time stamp
+/// in picoseconds.
+const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
+
 /// What to read and against what to check it.
 #[derive(Default)]
 pub struct LoadOptions<'a> {
@@ -45,7 +49,7 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
     let mut plan = ReadPlan { channels: options.channels, progress: &mut progress };
     let file = open.file.clone();
     let table = if open.is_bag {
-        bag::read(&file, &mut *open.text, &mut plan)?
+        bag::read(&file, size, &mut *open.text, &mut plan)?
     } else {
         csv::read(&file, &mut *open.text, &mut plan)?
     };
@@ -81,6 +85,9 @@ fn assemble(
         return Err(DataError::TooFewRows { file: source.file, rows });
     }
     let sampling = quality::sampling(&table.time_s);
+    if !POSSIBLE_RATES_HZ.contains(&sampling.rate_hz) {
+        return Err(DataError::ImpossibleRate { file: source.file, rate_hz: sampling.rate_hz });
+    }
     let (breaks, gaps) = quality::find_breaks(&table.time_s, &table.line, &sampling);
     findings.extend(gaps);
 
@@ -146,7 +153,7 @@ fn header_findings(table: &RawTable) -> Vec<Finding> {
     }
     if let (Some(first), count) = (table.timeless_lines.first(), table.timeless_lines.len()) {
         let sentence = format!(
-            "t_s is empty or not a number in {count} row(s), the first of them row {first}: left out."
+            "t_s is empty or no usable number in {count} row(s), the first of them row {first}: left out."
         );
         findings.push(Finding::new(FindingKind::MissingTime, None, count, Vec::new(), sentence));
     }

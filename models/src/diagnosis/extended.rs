@@ -93,7 +93,11 @@ impl ExtendedFile {
         let text = std::fs::read_to_string(path).map_err(|e| problem(format!("cannot be read: {e}")))?;
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| problem(e.to_string()))?;
         match table.get("schema").and_then(toml::Value::as_str) {
-            Some(SCHEMA) => toml::from_str(&text).map_err(|e| problem(e.to_string())),
+            Some(SCHEMA) => {
+                let read: Self = toml::from_str(&text).map_err(|e| problem(e.to_string()))?;
+                read.rig.check("[rig]").map_err(|e| problem(e.to_string()))?;
+                Ok(read)
+            }
             Some(ParameterFile::SCHEMA) => {
                 let fitted = ParameterFile::load(path).map_err(|e| problem(e.to_string()))?;
                 Self::of_fit(&fitted).map_err(problem)

@@ -1,6 +1,7 @@
 //! What can be wrong with a parameter file.
 
 use crate::data::{ChannelId, DataError};
+use crate::rig::RigError;
 
 /// A parameter file that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -70,6 +71,21 @@ pub enum StoreError {
         name: String,
         /// The value.
         value: f64,
+    },
+    /// Its rig is none.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// No simulation takes so many steps, or none.
+    #[error("{file}: channel {channel}: substeps = {substeps}; 1 to {most} are possible")]
+    Substeps {
+        /// The file as given.
+        file: String,
+        /// The channel.
+        channel: ChannelId,
+        /// What it says.
+        substeps: usize,
+        /// The most that is accepted.
+        most: usize,
     },
     /// The values cannot be expressed in TOML: a defect of this program.
     #[error("{file}: cannot be expressed as TOML: {message}")]

@@ -122,6 +122,9 @@ impl ParameterFile {
     /// What the key `schema` says in a file of this form.
     pub const SCHEMA: &'static str = "pneudrive-parameters/1";
 
+    /// More Runge-Kutta steps a tick than any fit has chosen; a simulation takes proportionally longer.
+    pub const MOST_SUBSTEPS: usize = 1_000;
+
     /// What is kept of the fits of a recording. `fit_seconds` is the length of the fitted part, `stopped` whether the fits were
     /// stopped early.
     #[must_use]
@@ -157,13 +160,30 @@ impl ParameterFile {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
             .map_err(|source| StoreError::Open { file: file.clone(), source })?;
-        let syntax = |e: toml::de::Error| StoreError::Syntax { file: file.clone(), message: e.to_string() };
+        Self::parse(&file, &text)
+    }
+
+    /// Checks the content of a parameter file; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn parse(file: &str, text: &str) -> Result<Self, StoreError> {
+        let syntax =
+            |e: toml::de::Error| StoreError::Syntax { file: file.to_owned(), message: e.to_string() };
         let table: toml::Table = text.parse().map_err(syntax)?;
         if table.get("schema").and_then(toml::Value::as_str) != Some(Self::SCHEMA) {
             let found = table.get("schema").map_or_else(|| "missing".to_owned(), ToString::to_string);
-            return Err(StoreError::Schema { file, found, expected: Self::SCHEMA });
+            return Err(StoreError::Schema { file: file.to_owned(), found, expected: Self::SCHEMA });
         }
-        toml::from_str(&text).map_err(syntax)
+        let read: Self = toml::from_str(text).map_err(syntax)?;
+        read.rig.check(file)?;
+        for (&channel, stored) in &read.channels {
+            if !(1..=Self::MOST_SUBSTEPS).contains(&stored.substeps) {
+                let (file, substeps) = (file.to_owned(), stored.substeps);
+                return Err(StoreError::Substeps { file, channel, substeps, most: Self::MOST_SUBSTEPS });
+            }
+        }
+        Ok(read)
     }
 
     /// Writes the file, whole or not at all.

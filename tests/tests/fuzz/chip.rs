@@ -1,4 +1,4 @@
-use super::mutation::mutated;
+use super::mutation::contents;
 use super::scripts;
 use bolero::check;
 use elf_maker::elf;
@@ -20,12 +20,7 @@ fn elf_files() {
     let program = program();
     assert!(Chip::from_elf(&program).is_ok());
     check!().with_iterations(5_000).with_generator(scripts(48)).for_each(|script: &Vec<u8>| {
-        let file = match script.as_slice() {
-            [0..16, anything @ ..] => anything.to_vec(),
-            [_, edits @ ..] => mutated(&program, edits),
-            [] => return,
-        };
-        let Ok(mut chip) = Chip::from_elf(&file) else { return };
+        let Ok(mut chip) = Chip::from_elf(&contents(&program, script)) else { return };
         chip.run_until(Ticks::from_micros(20));
         assert!(chip.now() >= Ticks::from_micros(20));
     });

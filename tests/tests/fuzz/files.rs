@@ -1,19 +1,10 @@
-use super::mutation::mutated;
+use super::mutation::contents;
 use super::scripts;
 use bolero::check;
 use pneudrive_host::trajectory::Trajectory;
 use pneudrive_protocol::SensorScale;
 
 const TRAJECTORY: &[u8] = include_bytes!("seeds/trajectory.csv");
-
-/// The first byte decides between a damaged good file and anything at all.
-fn contents(seed: &[u8], script: &[u8]) -> Vec<u8> {
-    match script {
-        [0..16, anything @ ..] => anything.to_vec(),
-        [_, edits @ ..] => mutated(seed, edits),
-        [] => seed.to_vec(),
-    }
-}
 
 #[test]
 fn trajectories() {

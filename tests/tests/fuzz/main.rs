@@ -15,7 +15,9 @@ mod board;
 mod chip;
 mod decoders;
 mod files;
+mod models;
 mod mutation;
+mod recordings;
 
 /// Up to so many bytes.
 fn scripts(longest: usize) -> impl bolero::ValueGenerator<Output = Vec<u8>> {

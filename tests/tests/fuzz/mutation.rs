@@ -44,8 +44,17 @@ const WORDS: &[&str] = &[
     "0x10",
 ];
 
+/// What `script` makes of a good file: its first byte decides between damage to it and anything at all.
+pub fn contents(seed: &[u8], script: &[u8]) -> Vec<u8> {
+    match script {
+        [0..16, anything @ ..] => anything.to_vec(),
+        [_, edits @ ..] => mutated(seed, edits),
+        [] => seed.to_vec(),
+    }
+}
+
 /// `seed` after the edits that `script` stands for: four bytes each.
-pub fn mutated(seed: &[u8], script: &[u8]) -> Vec<u8> {
+fn mutated(seed: &[u8], script: &[u8]) -> Vec<u8> {
     let mut text = seed.to_vec();
     for edit in script.chunks_exact(4) {
         let at = usize::from(u16::from_le_bytes([edit[1], edit[2]])) % (text.len() + 1);

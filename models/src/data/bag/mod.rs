@@ -32,8 +32,9 @@ pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Messages between two progress calls.
 const PROGRESS_MESSAGES: usize = 1 << 14;
-/// A chunk or message longer than this is taken for damage, bytes.
-const RECORD_LIMIT: usize = 1 << 30;
+/// A chunk or message longer than the file is taken for damage, unless it is compressed and shorter than the first of these; longer than the
+/// second always. Bytes: what a length that was damaged can make the reader allocate.
+const RECORD_LIMITS: [u64; 2] = [1 << 26, 1 << 30];
 
 /// Boards that are asked in turn: by the node that publishes, and the bus it names.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,9 +49,10 @@ impl std::fmt::Display for BusName {
     }
 }
 
-/// Reads all of `content`.
+/// Reads all of `content`, of which `size` bytes are stored (0 if that is not known).
 pub(super) fn read(
     file: &str,
+    size: u64,
     content: &mut dyn Read,
     plan: &mut ReadPlan<'_>,
 ) -> Result<RawTable, DataError> {
@@ -59,8 +61,11 @@ pub(super) fn read(
     let mut commands: BTreeMap<(String, u8), Vec<align::Command>> = BTreeMap::new();
     let mut topics: BTreeMap<u16, Option<(Topic, Decoder)>> = BTreeMap::new();
     let mut seen = std::collections::BTreeSet::new();
+    let [least, most] = RECORD_LIMITS;
+    let limit = if size == 0 { most } else { size.clamp(least, most) };
+    let limit = usize::try_from(limit).unwrap_or(usize::MAX);
     let options =
-        LinearReaderOptions::default().with_record_length_limit(RECORD_LIMIT).with_validate_chunk_crcs(true);
+        LinearReaderOptions::default().with_record_length_limit(limit).with_validate_chunk_crcs(true);
     let mut unfinished = None;
     let mut count = 0;
     for message in MessageReader::new_with_options(content, options) {

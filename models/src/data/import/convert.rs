@@ -206,7 +206,7 @@ impl Reader<'_> {
             text: cell,
         })?;
         let converted = job.conversion.apply(value);
-        match job.kind.and_then(ColumnKind::valid_range) {
+        match job.kind.map(ColumnKind::valid_range) {
             Some(range) if !range.admits(converted) => Err(ImportError::OutOfRange(Box::new(OutOfRange {
                 file: self.file.to_owned(),
                 line,
