@@ -233,7 +233,7 @@ impl<L: Line> Polling<L> {
         let row = &mut self.rows[index];
         let sample = answer.pressures.map(|counts| self.options.scale.kpa(counts));
         // A board that was away may come back with anything: its old pressures are no history.
-        let was_away = self.presence[index].state() == BoardState::Missing;
+        let was_away = self.presence[index].was_away();
         let before = row.reading.filter(|old| !was_away && old.asked_ns >= self.line_since_ns);
         let kpa = match self.options.filter {
             Some(filter) => filter.step(before.map(|reading| reading.kpa), sample),

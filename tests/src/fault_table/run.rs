@@ -33,16 +33,11 @@ impl Boards {
         }
     }
 
-    /// Whether the table has this fault on these boards.
-    pub fn have(self, case: &Case) -> bool {
-        self == Self::Native || case.on_chips
-    }
-
     /// How long a run lasts, s of virtual time.
-    pub fn seconds(self) -> u64 {
+    pub fn seconds(self, case: &Case) -> u64 {
         match self {
             Self::Native => 20,
-            Self::Chips => 3,
+            Self::Chips => case.chip_seconds,
         }
     }
 }
@@ -100,7 +95,7 @@ pub fn run(setting: Setting) -> Outcome {
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
     let (believer, silences) = Believer::new(truth.clone());
     let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), vec![Box::new(believer)]);
-    let end_ns = START_NS + setting.boards.seconds() * 1_000_000_000;
+    let end_ns = START_NS + setting.boards.seconds(&setting.case) * 1_000_000_000;
     while polling.bus_mut().line().now_ns() < end_ns {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
