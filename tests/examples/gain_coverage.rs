@@ -45,7 +45,9 @@ fn main() -> ExitCode {
 }
 
 fn run(rounds: u64, seed: u64) -> Result<()> {
-    println!("| hidden | gain | 95 % interval | gain on the 660 s after it | contains it |\n|---|--:|--:|--:|---|");
+    println!(
+        "| hidden | gain | 95 % interval | gain on the 660 s after it | contains it |\n|---|--:|--:|--:|---|"
+    );
     let (mut inside, mut all) = (0, 0);
     for k in 0..rounds {
         for (id, sizes) in CATALOGUE.iter().filter(|(id, _)| !LATER_DIFFERENT.contains(id)) {

@@ -15,6 +15,12 @@ use system_tests::blind::score::{Outcome, named, score};
 
 /// Hides `arguments` in a recording and scores what is named.
 fn blind(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, String) {
+    let (outcome, report) = blind_report(kind, arguments, seed);
+    (outcome, named(&report))
+}
+
+/// The same with the whole report.
+fn blind_report(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, serde_json::Value) {
     let effects: Vec<Effect> = arguments.iter().map(|text| text.parse().unwrap()).collect();
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();
@@ -47,7 +53,7 @@ fn blind(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, String) {
         seed,
         drive: true,
     };
-    (score(&case, &report), named(&report))
+    (score(&case, &report), report)
 }
 
 fn assert_found(argument: &str, seed: u64) {
@@ -81,7 +87,30 @@ fn a_lagging_spool_is_named() {
 #[test]
 fn nothing_is_named_where_nothing_is_hidden() {
     for seed in [15, 16] {
-        let (outcome, named) = blind(Kind::Null, &[], seed);
-        assert_eq!(outcome, Outcome::Clean, "seed {seed}: named {named}");
+        let (outcome, report) = blind_report(Kind::Null, &[], seed);
+        assert_eq!(outcome, Outcome::Clean, "seed {seed}: named {}", named(&report));
+        assert_eq!(report["verdict"], "adequate", "{}", report["sentence"]);
     }
+}
+
+/// Slugs of water come and go: the error depends on nothing that is measured, and is far beyond noise and wander.
+#[test]
+fn an_error_without_a_pattern_is_unexplained_and_not_adequate() {
+    let (outcome, report) = blind_report(Kind::OffCatalogue, &["line_water"], 17);
+    assert_eq!(outcome, Outcome::Unnamed, "named {}", named(&report));
+    assert_eq!(report["verdict"], "unexplained", "{}", report["sentence"]);
+}
+
+/// Air that gets warmer and colder makes the inflow swing much like a supply whose pressure cycles.
+#[test]
+fn a_cycle_of_the_supplys_temperature_is_not_called_one_of_its_pressure() {
+    let (outcome, report) = blind_report(Kind::OffCatalogue, &["supply_temperature:period_s=7"], 18);
+    assert_eq!(outcome, Outcome::Unnamed, "named {}", named(&report));
+    assert_eq!(report["verdict"], "unexplained", "{}", report["sentence"]);
+    assert!(report["notes"].to_string().contains("explains it as well"), "{}", report["notes"]);
+}
+
+#[test]
+fn a_cycle_of_the_supplys_pressure_is_named() {
+    assert_found("supply_ripple:amplitude_kpa=30,period_s=3", 19);
 }

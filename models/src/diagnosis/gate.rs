@@ -298,3 +298,26 @@ fn normalised(z: &[f64]) -> Vec<f64> {
     let length = clipped.iter().map(|v| v * v).sum::<f64>().sqrt();
     if length > 0.0 { clipped.iter().map(|v| v / length).collect() } else { clipped }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(scores: Vec<f64>) -> Trial {
+        let start = Extended::base(Vec::new());
+        Trial { effect: 0, probe: 0, start, scores, loss: 0.0, one_sided: false }
+    }
+
+    #[test]
+    fn one_huge_score_neither_passes_nor_hides_the_others() {
+        // Consistent scores pass, also beside one that is a thousand times as large ...
+        let mut scores = vec![1.0; 40];
+        assert!(judge(&[vec![trial(scores.clone())]])[0].p_value < 0.01);
+        scores[0] = 1000.0;
+        assert!(judge(&[vec![trial(scores)]])[0].p_value < 0.01);
+        // ... which says nothing by itself.
+        let mut scores: Vec<f64> = (0..40).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        scores[0] = 1000.0;
+        assert!(judge(&[vec![trial(scores)]])[0].p_value > 0.1);
+    }
+}

@@ -292,6 +292,16 @@ mod tests {
     }
 
     #[test]
+    fn a_channel_with_a_small_error_does_not_speak_for_channels_that_differ() {
+        let mut channels = [1.0, 1.1, 1.2, 1.3].map(|value| coordinate(value, 0.01, [1.0; 2]));
+        channels[0].error = 1e-6;
+        let Some(p) = pool(&channels) else { panic!("channels with errors have a mean") };
+        assert!((p.value - 1.15).abs() < 0.01, "{p:?}");
+        // The spread of four channels over the root of their number.
+        assert!((p.error - 0.129 / 2.0).abs() < 0.005, "{p:?}");
+    }
+
+    #[test]
     fn channels_that_disagree_widen_the_interval() {
         let far = [coordinate(1.0, 0.1, [1.0; 2]), coordinate(2.0, 0.1, [1.0; 2])];
         let near = [coordinate(1.0, 0.1, [1.0; 2]), coordinate(1.1, 0.1, [1.0; 2])];

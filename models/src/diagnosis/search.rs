@@ -135,6 +135,12 @@ pub fn search(
         }
     }
     eliminate(channels, &mut stages, &mut causes, fixed);
+    // A rival that turned out to be needed as well is no rival.
+    let named: Vec<usize> = causes.iter().map(|c| c.effect).collect();
+    for cause in &mut causes {
+        cause.equivalent.retain(|e| !named.contains(e));
+        cause.rivals.retain(|r| !named.contains(&r.effect));
+    }
     if !causes.is_empty() && forced(channels, &first, &stages) {
         causes.clear();
         stages = first;

@@ -45,6 +45,10 @@ fn error_bars(diagnosis: &Diagnosis) -> Markup {
     if let Some(corrected) = &report.unexplained.correction {
         bars.push(("with the smooth correction", "after", corrected.gain.test_rmse_after_kpa));
     }
+    let allowed_kpa = report.checks.allowed_rmse_kpa;
+    if allowed_kpa > 1.05 * report.baseline.noise_floor_kpa {
+        bars.push(("noise and a usual wander of the supply", "noise", allowed_kpa));
+    }
     bars.push(("sensor noise", "noise", report.baseline.noise_floor_kpa));
     let longest = bars.iter().map(|b| b.2).fold(f64::MIN_POSITIVE, f64::max);
     html! {
