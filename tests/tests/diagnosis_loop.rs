@@ -146,3 +146,8 @@ fn the_loop_closes(hidden: &str, size: &str) {
 fn a_dead_time_is_told_from_a_lag_by_the_experiment_that_was_asked_for() {
     the_loop_closes("transport_delay", "0.03");
 }
+
+#[test]
+fn a_lag_is_told_from_a_dead_time_by_the_experiment_that_was_asked_for() {
+    the_loop_closes("valve_lag", "0.035");
+}
