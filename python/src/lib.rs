@@ -7,6 +7,7 @@
 mod bus;
 mod errors;
 mod toolkit;
+mod types;
 
 use pyo3::prelude::*;
 
@@ -18,8 +19,8 @@ mod _pneudrive {
 
     #[pymodule_export]
     use crate::toolkit::{
-        Comparison, Diagnosis, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose, effects, fit,
-        load, model_parameters, simulate, simulate_batch,
+        Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose,
+        effects, fit, load, model_parameters, simulate, simulate_batch,
     };
 
     #[pymodule_export]

@@ -1,6 +1,7 @@
 """The generated type stubs say what is there."""
 
 import ast
+import builtins
 import inspect
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pneudrive_py
 from pneudrive_py import _pneudrive
 
 STUB = Path(pneudrive_py.__file__).with_name("_pneudrive.pyi")
-REGENERATE = "run: maturin generate-stubs -m python/Cargo.toml -o python/python/pneudrive_py"
+REGENERATE = "run: maturin generate-stubs -m python/Cargo.toml -o python/python"
 
 
 def stubbed():
@@ -34,6 +35,28 @@ def test_stubs_are_up_to_date():
             assert list(inspect.signature(thing).parameters) == functions[name], f"{name}: {REGENERATE}"
     there = {name for name in _pneudrive.__all__ if name != "__version__"}
     assert there == classes.keys() | functions.keys(), REGENERATE
+
+
+def test_every_type_is_known():
+    """No `Incomplete`, and no quoted type that names a module which the stub does not import."""
+    text = STUB.read_text()
+    assert "Incomplete" not in text, REGENERATE
+    tree = ast.parse(text)
+    known = {alias.asname or alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    known |= {
+        alias.asname or alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
+    known |= {node.name for node in tree.body if isinstance(node, ast.ClassDef)} | set(dir(builtins))
+    known = {name.split(".")[0] for name in known}
+    hints = [argument.annotation for node in ast.walk(tree) if isinstance(node, ast.arguments) for argument in ast.walk(node) if isinstance(argument, ast.arg)]
+    hints += [node.returns for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    used = set()
+    for hint in filter(None, hints):
+        if isinstance(hint, ast.Constant) and isinstance(hint.value, str):
+            hint = ast.parse(hint.value, mode="eval")
+        used |= {node.id for node in ast.walk(hint) if isinstance(node, ast.Name)}
+    assert used <= known, f"{used - known}: {REGENERATE}"
+    assert {"NDArray", "ArrayLike"} <= used | {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
 
 
 def test_everything_public_is_documented():

@@ -10,6 +10,8 @@ import numpy as np
 import pandas
 import pytest
 from conftest import TRUE_PARAMETERS
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
 
 import pneudrive_py as pneu
 from pneudrive_py import DataError, FileError
@@ -42,6 +44,38 @@ def test_a_saved_recording_loads_again(recording, tmp_path, rig_file, ending):
     only = pneu.load(path, channels=["b0c1"])
     assert only.channels == ["b0c1"]
     assert pneu.Recording.from_columns(recording.to_dict(), channels=["b0c0"]).channels == ["b0c0"]
+
+
+def test_a_bag_loads(tmp_path):
+    """As the ROS node and `pneudrive-host --record run.mcap` write them."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = store.types
+    kind = "sensor_msgs/msg/JointState"
+    names = [f"b2_p{k}_kpa" for k in range(4)] + [f"b2_cmd{k}_kpa" for k in range(4)]
+    rows, nothing = 300, np.zeros(0)
+    pressures = 50.0 + np.arange(4) + 20.0 * np.sin(0.1 * np.arange(rows))[:, None]
+    with Writer(tmp_path / "bag", version=8, storage_plugin=StoragePlugin.MCAP) as writer:
+        topic = writer.add_connection("/pneudrive/joint_2/pressure_state", kind, typestore=store)
+        for row in range(rows):
+            stamp_ns = 1_763_742_822_000_000_000 + 10_000_000 * row
+            time = types["builtin_interfaces/msg/Time"](sec=stamp_ns // 10**9, nanosec=stamp_ns % 10**9)
+            header = types["std_msgs/msg/Header"](stamp=time, frame_id="bus0")
+            effort = np.concatenate([pressures[row], [10.0, 20.0, 30.0, 40.0]])
+            message = types[kind](header=header, name=names, position=nothing, velocity=nothing, effort=effort)
+            writer.write(topic, stamp_ns, store.serialize_cdr(message, kind))
+    path = tmp_path / "bag" / "bag.mcap"
+    recording = pneu.load(path)
+    assert recording.channels == ["b2c0", "b2c1", "b2c2", "b2c3"] and len(recording) == rows
+    assert recording.rate_hz == pytest.approx(100.0)
+    np.testing.assert_allclose(recording["b2_p3_kpa"], pressures[:, 3], rtol=1e-6)
+    np.testing.assert_array_equal(recording["b2_cmd1_kpa"], np.full(rows, 20.0))
+    assert pneu.load(path, channels=["b2c1"]).channels == ["b2c1"]
+    killed = tmp_path / "killed.mcap"
+    killed.write_bytes(path.read_bytes()[:-2000])
+    assert any("end of the file is missing" in sentence for sentence in pneu.load(killed).quality)
+    killed.write_bytes(path.read_bytes()[:8])
+    with pytest.raises(DataError, match="killed.mcap"):
+        pneu.load(killed)
 
 
 def test_missing_values_are_masked_and_named(columns):

@@ -9,8 +9,8 @@ use std::process::Command;
 /// From each crate to those of ours that it may depend on. What is not here may not be.
 ///
 /// Two arrows are missing on purpose. Host and simulator meet only through bytes, so that they cannot share a bug above the
-/// packet: only the host's binary starts the simulator, for `--port sim`, and that is an optional dependency. And the
-/// simulator's plant does not use the models, or every fit would be tested against itself.
+/// packet: only what takes `sim` for a port (the host's binary, the Python package, the ROS node) starts the simulator, and that is an
+/// optional dependency. And the simulator's plant does not use the models, or every fit would be tested against itself.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-protocol", &[]),
     ("pneudrive-control", &["pneudrive-protocol"]),
@@ -79,9 +79,11 @@ fn crates_depend_only_on_what_the_architecture_allows() {
 #[test]
 fn the_host_library_does_not_know_the_simulator() {
     let metadata = metadata();
-    let optional =
-        arrows(&metadata).into_iter().find(|(from, to, _)| from == "pneudrive-host" && to == "pneudrive-sim");
-    assert_eq!(optional.map(|(_, _, optional)| optional), Some(true), "feature `sim` can be switched off");
+    for user in ["pneudrive-host", "pneudrive_py", "pneudrive-ros"] {
+        let arrow = arrows(&metadata).into_iter().find(|(from, to, _)| from == user && to == "pneudrive-sim");
+        let optional = arrow.map(|(_, _, optional)| optional);
+        assert_eq!(optional, Some(true), "{user}: feature `sim` can be switched off");
+    }
     // Only the binary's own files name it.
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-driver/src");
     let mut folders = vec![std::path::PathBuf::from(source)];

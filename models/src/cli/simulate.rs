@@ -7,7 +7,7 @@ use pneudrive_model::data::{Channel, ChannelId, Flags, Loaded, Recording, write}
 use pneudrive_model::diagnosis::{
     EXTENDED_SCHEMA, ExtendedFile, Purpose, SimulatedChannel, simulate_extended,
 };
-use pneudrive_model::experiment::{ControllerUse, Sample, Score, Setup, score, score_samples, simulation};
+use pneudrive_model::experiment::{ControllerUse, Score, Setup, score, score_rows, simulation};
 use pneudrive_model::report::number;
 use pneudrive_model::rig::Rig;
 use pneudrive_model::rollout::Start;
@@ -203,15 +203,7 @@ fn extended_output(
         )));
     }
     let channel = recording.channel(id)?;
-    let samples = channel.pressure_kpa.iter().flatten().enumerate().filter(|(row, _)| simulated.usable[*row]);
-    let score = score_samples(samples.map(|(row, measured)| Sample {
-        measured_kpa: f64::from(*measured),
-        error_kpa: simulated.kpa[row] - f64::from(*measured),
-        interval_s: match recording.time_s.get(row + 1) {
-            Some(next) if !recording.breaks.contains(&(row + 1)) => next - recording.time_s[row],
-            _ => recording.period_s,
-        },
-    }));
+    let score = score_rows(recording, channel, &simulated.kpa, &simulated.usable);
     let stored = file.channels.get(&id.to_string());
     let output = ChannelOutput {
         setup: Simulated::Extended {

@@ -24,7 +24,7 @@ pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};
 pub use prepare::{Prepared, prepare, simulation};
 pub use result::{ChannelComparison, Comparison, ModelResult, Overall, Trace};
-pub use score::{Sample, Score, score, score_samples};
+pub use score::{Sample, Score, score, score_rows, score_samples};
 pub use split::{Split, SplitError};
 pub use subject::{Objective, Subject, subject};
 pub use table::comparison_text;

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::data::{Channel, Recording};
 use crate::model::column;
 use crate::rollout::Series;
 
@@ -109,6 +110,21 @@ pub fn score_samples(samples: impl IntoIterator<Item = Sample>) -> Option<Score>
         samples: samples_seen,
         seconds,
     })
+}
+
+/// The score of a channel's rows, simulated as `kpa` (kPa gauge); only those marked in `usable` count. `None` when nothing was
+/// measured there.
+#[must_use]
+pub fn score_rows(recording: &Recording, channel: &Channel, kpa: &[f64], usable: &[bool]) -> Option<Score> {
+    let measured = channel.pressure_kpa.iter().flatten().enumerate().filter(|(row, _)| usable[*row]);
+    score_samples(measured.map(|(row, measured)| Sample {
+        measured_kpa: f64::from(*measured),
+        error_kpa: kpa[row] - f64::from(*measured),
+        interval_s: match recording.time_s.get(row + 1) {
+            Some(next) if !recording.breaks.contains(&(row + 1)) => next - recording.time_s[row],
+            _ => recording.period_s,
+        },
+    }))
 }
 
 #[cfg(test)]

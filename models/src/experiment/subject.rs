@@ -6,8 +6,8 @@ use crate::model::{
 };
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    BatchError, BatchInputs, BatchOutput, Board, Chamber, Controller, Job, Rows, Sensor, Series, Start,
-    Steps, System, rollout, simulate, simulate_batch,
+    BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, Rows, Sensor, Series, Start,
+    Steps, System, rollout, simulate, simulate_batch_into,
 };
 
 use super::{ModelKind, Setup};
@@ -57,17 +57,17 @@ pub trait Subject: Send + Sync {
     /// Ticks of an interval of this length, s: see [`System::ticks`].
     fn ticks(&self, interval_s: f64) -> usize;
 
-    /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch`].
+    /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch_into`].
     ///
     /// # Errors
-    /// [`BatchError`] when there are inputs for another number of jobs, or a job has a wrong number of parameters.
+    /// [`BatchError`] when inputs or results are for another number of jobs, or a job has a wrong number of parameters.
     fn batch(
         &self,
         jobs: &[Job<'_, 1>],
         inputs: &BatchInputs<'_>,
         substeps: usize,
-        sensitivities: bool,
-    ) -> Result<BatchOutput<1>, BatchError>;
+        results: BatchResults<'_, 1>,
+    ) -> Result<(), BatchError>;
 
     /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of the row before; `NaN`
     /// where there is none.
@@ -181,9 +181,9 @@ impl<Q: Model> Subject for Chamber<Q> {
         jobs: &[Job<'_, 1>],
         inputs: &BatchInputs<'_>,
         substeps: usize,
-        sensitivities: bool,
-    ) -> Result<BatchOutput<1>, BatchError> {
-        simulate_batch(self, jobs, inputs, substeps, sensitivities)
+        results: BatchResults<'_, 1>,
+    ) -> Result<(), BatchError> {
+        simulate_batch_into(self, jobs, inputs, substeps, results)
     }
 
     fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {
@@ -233,9 +233,9 @@ impl<Q: Model> Subject for Board<Q> {
         jobs: &[Job<'_, 1>],
         inputs: &BatchInputs<'_>,
         substeps: usize,
-        sensitivities: bool,
-    ) -> Result<BatchOutput<1>, BatchError> {
-        simulate_batch(self, jobs, inputs, substeps, sensitivities)
+        results: BatchResults<'_, 1>,
+    ) -> Result<(), BatchError> {
+        simulate_batch_into(self, jobs, inputs, substeps, results)
     }
 
     fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {

@@ -13,6 +13,9 @@ const LANES: usize = 16;
 /// Rollouts in lockstep when sensitivities are computed too: a dual number is long already.
 const SENSITIVITY_LANES: usize = 4;
 
+/// Rows that are collected before they are written: a cache line of each rollout.
+const BLOCK: usize = 8;
+
 /// Sensitivities computed in one pass; more parameters take more passes.
 const DIRECTIONS: usize = 8;
 
@@ -79,6 +82,14 @@ pub enum BatchError {
         /// Values given.
         found: usize,
     },
+    /// Memory for the results that is too small or too large.
+    #[error("room for {found} values of the results, expected {expected}")]
+    Results {
+        /// Values expected.
+        expected: usize,
+        /// Values there is room for.
+        found: usize,
+    },
     /// A job has the wrong number of parameters.
     #[error("job {job} has {found} parameters, the system has {expected}")]
     Parameters {
@@ -91,8 +102,7 @@ pub enum BatchError {
     },
 }
 
-/// Simulates all jobs, in lockstep lanes and on all threads of the current rayon pool; `substeps` Runge-Kutta steps are made per
-/// tick.
+/// Simulates all jobs; `substeps` Runge-Kutta steps are made per tick.
 ///
 /// # Errors
 /// Inputs for another number of jobs, a wrong number of parameters.
@@ -103,6 +113,60 @@ pub fn simulate_batch<Y: System<N, M>, const N: usize, const M: usize>(
     substeps: usize,
     sensitivities: bool,
 ) -> Result<BatchOutput<M>, BatchError> {
+    let (samples, parameters) = (inputs.rows(), system.parameters().len());
+    let values = jobs.len() * samples;
+    let mut batch = BatchOutput {
+        samples,
+        parameters,
+        outputs: vec![[0.0; M]; values],
+        sensitivities: vec![[0.0; M]; if sensitivities { values * parameters } else { 0 }],
+    };
+    let results = BatchResults {
+        outputs: &mut batch.outputs,
+        sensitivities: sensitivities.then_some(&mut batch.sensitivities),
+        unit: BatchUnit::PASCAL,
+    };
+    simulate_batch_into(system, jobs, inputs, substeps, results)?;
+    Ok(batch)
+}
+
+/// What pressures are counted in: `(p - zero_pa) per_pa` of an absolute pressure `p` in Pa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BatchUnit {
+    /// Absolute pressure that counts as 0, Pa.
+    pub zero_pa: f64,
+    /// Units in a Pa.
+    pub per_pa: f64,
+}
+
+impl BatchUnit {
+    /// Absolute, Pa.
+    pub const PASCAL: Self = Self { zero_pa: 0.0, per_pa: 1.0 };
+}
+
+/// Where the results of a batch go.
+#[derive(Debug)]
+pub struct BatchResults<'a, const M: usize> {
+    /// Pressures, `[rollout][sample]`.
+    pub outputs: &'a mut [[f64; M]],
+    /// If asked for, their derivatives by the parameters, `[rollout][sample][parameter]`.
+    pub sensitivities: Option<&'a mut [[f64; M]]>,
+    /// Unit of both.
+    pub unit: BatchUnit,
+}
+
+/// As [`simulate_batch`], in lockstep lanes and on all threads of the current rayon pool, into memory of the caller's. Each thread
+/// writes its own part of it, in the unit that is wanted: another pass over so much memory would take as long as the simulation.
+///
+/// # Errors
+/// As there, and [`BatchError::Results`] when the memory does not fit.
+pub fn simulate_batch_into<Y: System<N, M>, const N: usize, const M: usize>(
+    system: &Y,
+    jobs: &[Job<'_, M>],
+    inputs: &BatchInputs<'_>,
+    substeps: usize,
+    results: BatchResults<'_, M>,
+) -> Result<(), BatchError> {
     let parameters = system.parameters().len();
     if jobs.len() != inputs.jobs() {
         return Err(BatchError::Jobs { jobs: jobs.len(), inputs: inputs.jobs() });
@@ -113,35 +177,35 @@ pub fn simulate_batch<Y: System<N, M>, const N: usize, const M: usize>(
         }
     }
     let samples = inputs.rows();
-    let mut batch = BatchOutput {
-        samples,
-        parameters,
-        outputs: vec![[0.0; M]; jobs.len() * samples],
-        sensitivities: vec![],
-    };
+    let BatchResults { outputs, sensitivities, unit } = results;
+    let expected = jobs.len() * samples;
+    let room = [(outputs.len(), expected)].into_iter();
+    let more = sensitivities.as_ref().map(|derivatives| (derivatives.len(), expected * parameters));
+    if let Some((found, expected)) = room.chain(more).find(|(found, expected)| found != expected) {
+        return Err(BatchError::Results { expected, found });
+    }
     if samples == 0 || jobs.is_empty() {
-        return Ok(batch);
+        return Ok(());
     }
     let steps = Steps { ticks: system.ticks(inputs.value(0, 0, column::INTERVAL_S)), substeps };
-    if sensitivities {
-        batch.sensitivities = vec![[0.0; M]; jobs.len() * samples * parameters];
-        let outputs = batch.outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
-        let derivatives = batch.sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
+    if let Some(sensitivities) = sensitivities {
+        let outputs = outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
+        let derivatives = sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
         jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate().for_each(
             |(chunk, ((jobs, outputs), derivatives))| {
-                let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps };
+                let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps, unit };
                 for from in (0..parameters).step_by(DIRECTIONS) {
                     roll_duals(system, lot, from, outputs, derivatives);
                 }
             },
         );
     } else {
-        let outputs = batch.outputs.par_chunks_mut(LANES * samples);
+        let outputs = outputs.par_chunks_mut(LANES * samples);
         jobs.par_chunks(LANES).zip(outputs).enumerate().for_each(|(chunk, (jobs, outputs))| {
-            roll_lanes(system, Lot { jobs, inputs, first: chunk * LANES, steps }, outputs);
+            roll_lanes(system, Lot { jobs, inputs, first: chunk * LANES, steps, unit }, outputs);
         });
     }
-    Ok(batch)
+    Ok(())
 }
 
 /// Jobs that are rolled out side by side.
@@ -152,6 +216,7 @@ struct Lot<'a, const M: usize> {
     /// Number of the first job.
     first: usize,
     steps: Steps,
+    unit: BatchUnit,
 }
 
 #[inline(always)]
@@ -162,10 +227,10 @@ fn lanes_of<const L: usize, const M: usize>(
     Lanes(std::array::from_fn(|lane| value(&jobs[lane.min(jobs.len() - 1)])))
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
-    Lot { jobs, inputs, first, steps }: Lot<'_, M>,
+    Lot { jobs, inputs, first, steps, unit }: Lot<'_, M>,
     outputs: &mut [[f64; M]],
 ) {
     let count = jobs[0].parameters.len();
@@ -173,6 +238,9 @@ fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
     let start = std::array::from_fn(|i| lanes_of(jobs, |job| job.start[i]));
     let samples = outputs.len() / jobs.len();
     let rows = (inputs.lanes::<LANES>(first), samples);
+    // Rows of all lanes become rows of each lane block by block: single values, each to a rollout of its own, would
+    // meet in the same few sets of the cache.
+    let mut block = [[Lanes([0.0; LANES]); M]; BLOCK];
     rollout(
         system,
         &system.coefficients(&parameters),
@@ -181,18 +249,25 @@ fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
         steps,
         #[inline(always)]
         |k, y| {
-            for job in 0..jobs.len() {
-                outputs[job * samples + k] = y.map(|lanes| lanes.0[job]);
+            block[k % BLOCK] = y.map(|lanes| lanes.plus(-unit.zero_pa).times(unit.per_pa));
+            if k % BLOCK == BLOCK - 1 || k + 1 == samples {
+                let from = k - k % BLOCK;
+                for job in 0..jobs.len() {
+                    let rows = &mut outputs[job * samples..][from..=k];
+                    for (row, lanes) in rows.iter_mut().zip(&block) {
+                        *row = lanes.map(|lanes| lanes.0[job]);
+                    }
+                }
             }
         },
     );
 }
 
 /// Derivatives by the parameters `from..from + DIRECTIONS`.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
-    Lot { jobs, inputs, first, steps }: Lot<'_, M>,
+    Lot { jobs, inputs, first, steps, unit }: Lot<'_, M>,
     from: usize,
     outputs: &mut [[f64; M]],
     derivatives: &mut [[f64; M]],
@@ -215,10 +290,11 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
         #[inline(always)]
         |k, y| {
             for job in 0..jobs.len() {
-                outputs[job * samples + k] = y.map(|number| number.value.0[job]);
+                outputs[job * samples + k] =
+                    y.map(|number| (number.value.0[job] - unit.zero_pa) * unit.per_pa);
                 for i in directions.clone() {
                     derivatives[(job * samples + k) * count + i] =
-                        y.map(|number| number.gradient[i - from].0[job]);
+                        y.map(|number| number.gradient[i - from].0[job] * unit.per_pa);
                 }
             }
         },

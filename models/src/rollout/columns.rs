@@ -118,11 +118,19 @@ impl<'a> BatchInputs<'a> {
         let row = self.columns.iter().map(|column| at(column, 0)).collect();
         let varying = self.columns.iter().enumerate().filter(|(_, column)| column.by_row);
         let varying = varying
-            .map(|(index, column)| Varying { index, column: *column, first: jobs.map(|job| job * self.rows) })
+            .map(|(index, column)| Varying {
+                index,
+                column: *column,
+                first: jobs.map(|job| job * self.rows),
+                block: [Lanes::constant(0.0); BLOCK],
+            })
             .collect();
-        ColumnRows { varying, row }
+        ColumnRows { varying, row, rows: self.rows }
     }
 }
+
+/// Rows that are fetched at once, a cache line of each rollout.
+const BLOCK: usize = 8;
 
 /// A column that changes from row to row.
 #[derive(Debug)]
@@ -131,6 +139,28 @@ struct Varying<'a, const L: usize> {
     column: BatchColumn<'a>,
     /// Where each lane's rollout begins.
     first: [usize; L],
+    /// The rows from the last multiple of `BLOCK` on.
+    block: [Lanes<L>; BLOCK],
+}
+
+impl<const L: usize> Varying<'_, L> {
+    /// Fetches the rows from `from` on, of `rows` in all.
+    #[inline(always)]
+    fn fetch(&mut self, from: usize, rows: usize) {
+        let count = BLOCK.min(rows - from);
+        if !self.column.by_job {
+            for (lanes, value) in self.block.iter_mut().zip(&self.column.values[from..from + count]) {
+                *lanes = Lanes::constant(*value);
+            }
+            return;
+        }
+        for lane in 0..L {
+            let values = &self.column.values[self.first[lane] + from..][..count];
+            for (lanes, value) in self.block.iter_mut().zip(values) {
+                lanes.0[lane] = *value;
+            }
+        }
+    }
 }
 
 /// Rows of `L` rollouts in lockstep: only what changes is fetched.
@@ -138,21 +168,18 @@ struct Varying<'a, const L: usize> {
 pub(super) struct ColumnRows<'a, const L: usize> {
     varying: Vec<Varying<'a, L>>,
     row: Vec<Lanes<L>>,
+    rows: usize,
 }
 
 impl<const L: usize> RowSource<Lanes<L>> for ColumnRows<'_, L> {
     #[inline(always)]
     fn row(&mut self, k: usize) -> &[Lanes<L>] {
-        for Varying { index, column, first } in &self.varying {
-            let raw = if column.by_job {
-                Lanes(first.map(
-                    #[inline(always)]
-                    |from| column.values[from + k],
-                ))
-            } else {
-                Lanes::constant(column.values[k])
-            };
-            self.row[*index] = raw.times(column.factor).plus(column.offset);
+        for varying in &mut self.varying {
+            if k.is_multiple_of(BLOCK) {
+                varying.fetch(k, self.rows);
+            }
+            let BatchColumn { factor, offset, .. } = varying.column;
+            self.row[varying.index] = varying.block[k % BLOCK].times(factor).plus(offset);
         }
         &self.row
     }

@@ -10,7 +10,7 @@ mod run;
 mod series;
 mod system;
 
-pub use batch::{BatchError, BatchOutput, Job, simulate_batch};
+pub use batch::{BatchError, BatchOutput, BatchResults, BatchUnit, Job, simulate_batch, simulate_batch_into};
 pub use board::{Arithmetic, Board, Controller, Sensor};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};

@@ -18,7 +18,8 @@ The modelling toolkit::
     fit = pneu.fit(recording, "rig.toml", model="nonlinear", fit_fraction=0.8)
     predicted = pneu.simulate(recording, fit.parameters)
     print(pneu.compare(recording, "rig.toml"))                  # three models on one recording
-    print(pneu.diagnose(recording, "rig.toml").sentence)        # what the model lacks
+    diagnosis = pneu.diagnose(recording, "rig.toml")            # what the model lacks
+    better = pneu.simulate(recording, diagnosis.extended_model)
 
     pressures, sensitivities = pneu.simulate_batch(             # thousands of chambers at once
         "nonlinear", fit.parameters.array("b0c0"), 0.01, drive=drives, rig="rig.toml", sensitivities=True

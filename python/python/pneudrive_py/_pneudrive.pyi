@@ -2,12 +2,14 @@
 The compiled part of `pneudrive_py`; import that.
 """
 
-from _typeshed import Incomplete, SupportsGetItem
+from _typeshed import SupportsGetItem
+from numpy import bool_, float64
+from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Comparison", "Diagnosis", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
+__all__ = ["__version__", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
 
 __version__: Final[str]
 
@@ -37,7 +39,7 @@ class Comparison:
             It cannot be written.
         """
     @property
-    def table(self, /) -> dict:
+    def table(self, /) -> dict[str, Any]:
         """
         One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``, ``model``, ``rollout_rmse_kpa``,
         ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``, ``error`` (why there is no result, else ``None``).
@@ -46,7 +48,7 @@ class Comparison:
         """
         Everything, as dictionaries.
         """
-    def trace(self, /, channel: str, model: str) -> "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]":
+    def trace(self, /, channel: str, model: str) -> tuple[NDArray[float64], NDArray[float64]]:
         """
         The rollout of one model over the judging part.
 
@@ -78,9 +80,9 @@ class Diagnosis:
         that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
         """
     @property
-    def extended_model(self, /) -> str:
+    def extended_model(self, /) -> ExtendedModel:
         """
-        The extended model as the text of a file (TOML); ``diagnose(reference=...)`` takes it.
+        The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it.
         """
     def html(self, /) -> str:
         """
@@ -96,7 +98,7 @@ class Diagnosis:
         """
         The whole of ``report.json`` as a dictionary.
         """
-    def residuals(self, /, channel: str) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
+    def residuals(self, /, channel: str) -> dict[str, NDArray[float64]]:
         """
         Measured and simulated pressures of one channel, where they were compared.
 
@@ -133,6 +135,69 @@ class Diagnosis:
         """
 
 @final
+class ExtendedModel:
+    """
+    A model with the effects that a diagnosis found, for the channels of one rig.
+
+    ``Diagnosis.extended_model``, or what ``ExtendedModel.load`` reads. ``simulate`` simulates it; as ``diagnose(reference=...)`` it is
+    what a later recording of the same rig is compared with.
+    """
+    def __repr__(self, /) -> str: ...
+    def _repr_html_(self, /) -> str: ...
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels, such as ``"b0c1"``.
+        """
+    def effects(self, /, channel: str) -> dict[str, dict[str, float]]:
+        """
+        Effects at work in a channel, and by name their parameters in the units of ``effects``.
+        """
+    @staticmethod
+    def load(path: str | PathLike[str]) -> ExtendedModel:
+        """
+        Reads ``extended.toml`` of a diagnosis, or a parameter file that ``Parameters.save`` wrote: a model without effects.
+
+        Raises
+        ------
+        DataError
+            It is neither, or holds what a diagnosis does not simulate.
+        FileError
+            It cannot be read.
+        """
+    @property
+    def model(self, /) -> str:
+        """
+        The base model: ``"nonlinear"`` or ``"linear"``.
+        """
+    @property
+    def rig(self, /) -> Rig:
+        """
+        The rig that it was fitted with.
+        """
+    def save(self, /, path: str | PathLike[str]) -> None:
+        """
+        Writes the file (TOML), which ``pneudrive-model simulate`` and ``diagnose --reference`` read too.
+
+        Raises
+        ------
+        FileError
+            It cannot be written.
+        """
+    def to_dict(self, /) -> Any:
+        """
+        All that the file holds, as dictionaries.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The file's text (TOML).
+        """
+    def values(self, /, channel: str) -> dict[str, float]:
+        """
+        Parameters of a channel's base model by name, in the units of ``model_parameters``.
+        """
+
+@final
 class Fit:
     """
     The fit of one model to the channels of a recording.
@@ -144,7 +209,7 @@ class Fit:
         """
         Names of the fitted channels.
         """
-    def covariance(self, /, channel: str) -> "tuple[list[str], numpy.typing.NDArray[numpy.float64]]":
+    def covariance(self, /, channel: str) -> tuple[list[str], NDArray[float64]]:
         """
         Names of a channel's free parameters, and their covariance.
 
@@ -155,13 +220,13 @@ class Fit:
             In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
         """
     @property
-    def fitted(self, /) -> dict:
+    def fitted(self, /) -> dict[str, dict[str, Any] | None]:
         """
         Errors of the rollouts on the fitted part, by channel: dictionaries with ``r2``, ``rmse_kpa``, ``mae_kpa``,
         ``iae_kpa_s`` (integral of the absolute error), ``largest_kpa``, ``samples``, ``seconds``.
         """
     @property
-    def held_out(self, /) -> dict:
+    def held_out(self, /) -> dict[str, dict[str, Any] | None]:
         """
         The same on the rest of the recording; ``None`` where everything was fitted.
         """
@@ -174,7 +239,7 @@ class Fit:
         """
         Writes the parameters to a file (TOML), as ``Parameters.save``.
         """
-    def to_dict(self, /) -> dict:
+    def to_dict(self, /) -> dict[str, Any]:
         """
         Everything about the fits, by channel: parameters with intervals, starts, what is not determined and why.
         """
@@ -186,7 +251,7 @@ class Parameters:
     """
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
-    def array(self, /, channel: str) -> "numpy.typing.NDArray[numpy.float64]":
+    def array(self, /, channel: str) -> NDArray[float64]:
         """
         The same as a float64 array of shape (parameters,), as ``simulate_batch`` takes it.
         """
@@ -229,7 +294,7 @@ class Parameters:
         """
         All that the file holds, as dictionaries.
         """
-    def values(self, /, channel: str) -> "dict[str, float]":
+    def values(self, /, channel: str) -> dict[str, float]:
         """
         The parameters of a channel by name, in the model's order and units (see ``model_parameters``).
         """
@@ -245,7 +310,7 @@ class Poller:
     def __enter__(self, /) -> Poller: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
     def __repr__(self, /) -> str: ...
-    def get_pressure_data(self, /, device: "int") -> "numpy.typing.NDArray[numpy.float64]":
+    def get_pressure_data(self, /, device: "int") -> NDArray[float64]:
         """
         The newest pressures of one board.
 
@@ -264,7 +329,7 @@ class Poller:
         StaleDataError
             The board did not answer in the last cycle in which it was asked, or has never answered.
         """
-    def history(self, /) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
+    def history(self, /) -> dict[str, NDArray[float64]]:
         """
         What happened in the time that is kept.
 
@@ -274,7 +339,7 @@ class Poller:
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
             (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
         """
-    def set_pressure_commands(self, /, device: "int", pressures: "numpy.typing.ArrayLike") -> None:
+    def set_pressure_commands(self, /, device: "int", pressures: ArrayLike) -> None:
         """
         Changes the set points of one board, from its next exchange on.
 
@@ -285,7 +350,7 @@ class Poller:
         pressures : array_like of float, shape (4,)
             Set points of channels 0 to 3, kPa gauge.
         """
-    def statistics(self, /) -> dict | None:
+    def statistics(self, /) -> dict[str, Any] | None:
         """
         What the run has been like.
 
@@ -341,7 +406,7 @@ class PressureController:
         """
         Commands 0 kPa to all boards and closes the port. Further calls do nothing.
         """
-    def exchange_all(self, /, pressures: "numpy.typing.ArrayLike") -> "numpy.typing.NDArray[numpy.float64]":
+    def exchange_all(self, /, pressures: ArrayLike) -> NDArray[float64]:
         """
         Commands all boards, one after the other, and receives all pressures.
 
@@ -362,7 +427,7 @@ class PressureController:
         NoAnswerError, GarbledAnswerError
             The first exchange that failed; the boards after it were still commanded.
         """
-    def get_pressure_data(self, /, device: "int") -> "numpy.typing.NDArray[numpy.float64]":
+    def get_pressure_data(self, /, device: "int") -> NDArray[float64]:
         """
         The pressures that one board sent in its last exchange.
 
@@ -426,7 +491,7 @@ class PressureController:
         """
         The port's path; for virtual boards that of their pty.
         """
-    def set_pressure_commands(self, /, device: "int", pressures: "numpy.typing.ArrayLike") -> None:
+    def set_pressure_commands(self, /, device: "int", pressures: ArrayLike) -> None:
         """
         Commands four pressures to one board and receives its four pressures.
 
@@ -454,7 +519,7 @@ class Recording:
     pressure of board 0, channel 1. Pressures are in kPa gauge, times in s, angles in rad, drives from -1 (vent) to 1 (fill).
     ``recording["b0_p1_kpa"]`` is one column, a float64 array of shape (rows,); ``len`` is the number of rows.
     """
-    def __getitem__(self, column: str, /) -> Incomplete: ...
+    def __getitem__(self, column: str, /) -> NDArray[float64]: ...
     def __len__(self, /) -> int: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
@@ -536,15 +601,15 @@ class Recording:
             The file cannot be written.
         """
     @property
-    def time_s(self, /) -> Incomplete:
+    def time_s(self, /) -> NDArray[float64]:
         """
         Time of each row, s; float64 array of shape (rows,).
         """
-    def to_dict(self, /) -> "dict[str, numpy.typing.NDArray[numpy.float64]]":
+    def to_dict(self, /) -> dict[str, NDArray[float64]]:
         """
         All columns by name, as ``pandas.DataFrame`` takes them.
         """
-    def usable(self, /, channel: str) -> "numpy.typing.NDArray[numpy.bool_]":
+    def usable(self, /, channel: str) -> NDArray[bool_]:
         """
         Which rows of a channel's pressure may be used: neither missing nor saturated nor stuck.
 
@@ -637,7 +702,7 @@ class Simulation:
         Names of the channels, in the order of ``pressure_kpa``.
         """
     @property
-    def pressure_kpa(self, /) -> Incomplete:
+    def pressure_kpa(self, /) -> NDArray[float64]:
         """
         Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the inputs are missing.
         """
@@ -647,12 +712,12 @@ class Simulation:
         The recording with simulated pressures in place of the measured ones.
         """
     @property
-    def scores(self, /) -> dict:
+    def scores(self, /) -> dict[str, dict[str, Any] | None]:
         """
         Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``, ``None`` where nothing was measured.
         """
     @property
-    def time_s(self, /) -> Incomplete:
+    def time_s(self, /) -> NDArray[float64]:
         """
         Time of each row, s; float64 array of shape (rows,).
         """
@@ -685,18 +750,21 @@ def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, 
         Nothing can be compared, or an argument is unusable. What only some models or channels lack is in ``Comparison.table``.
     """
 
-def diagnose(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, reference: str | PathLike[str] | None = None, progress: Any | None = None) -> Diagnosis:
+def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | str | PathLike[str] | None = None, *, reference: ExtendedModel | str | PathLike[str] | None = None, highest_kpa: SupportsFloat | SupportsIndex | None = None, progress: Any | None = None) -> Diagnosis:
     """
     Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
 
     Parameters
     ----------
-    recording : Recording
-        Thirty seconds or more.
+    recording : Recording or sequence of Recording
+        Thirty seconds or more. Several recordings of one rig, with the same channels and columns, are diagnosed together.
     rig : Rig or path, optional
-    reference : path, optional
-        ``extended.toml`` of an earlier diagnosis of the same rig. The question is then which calibrated parameter has moved;
-        without it, which physical effect the model lacks.
+        Without it the channels are taken for regulators and compared with the linear model.
+    reference : ExtendedModel or path, optional
+        ``extended.toml`` of an earlier diagnosis of the same rig, or a file that ``Parameters.save`` wrote. The question is then which
+        calibrated parameter has moved; without it, which physical effect the model lacks.
+    highest_kpa : float, optional
+        Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings.
     progress : callable, optional
         Called with (steps done, 0, what is being done).
 
@@ -707,7 +775,7 @@ def diagnose(recording: Recording, rig: Rig | str | PathLike[str] | None = None,
     Raises
     ------
     DataError
-        The data cannot carry a diagnosis, or the reference does not fit.
+        The data cannot carry a diagnosis, recordings do not belong together, or the reference does not fit.
 
     Notes
     -----
@@ -715,7 +783,7 @@ def diagnose(recording: Recording, rig: Rig | str | PathLike[str] | None = None,
     processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
     """
 
-def effects() -> "dict[str, dict[str, typing.Any]]":
+def effects() -> dict[str, dict[str, Any]]:
     """
     The catalogue of physical effects that ``diagnose`` knows.
 
@@ -778,7 +846,8 @@ def load(path: str | PathLike[str], rig: Rig | str | PathLike[str] | None = None
     Parameters
     ----------
     path : str or os.PathLike
-        CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on.
+        CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on;
+        or MCAP, a ROS 2 bag of the node's topics or of ``pneudrive-host --record``.
     rig : Rig or path, optional
         With its sensors, samples at a sensor's limit are found and masked.
     channels : sequence of str, optional
@@ -798,7 +867,7 @@ def load(path: str | PathLike[str], rig: Rig | str | PathLike[str] | None = None
         The file cannot be read.
     """
 
-def model_parameters(model: str, drive: str = "spool") -> list:
+def model_parameters(model: str, drive: str = "spool") -> list[dict[str, Any]]:
     """
     The parameters of a model, in the order that ``simulate_batch`` takes them.
 
@@ -814,7 +883,7 @@ def model_parameters(model: str, drive: str = "spool") -> list:
         ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
     """
 
-def simulate(recording: Recording, parameters: Parameters, *, rig: Rig | str | PathLike[str] | None = None, controller: str = "auto", start_kpa: SupportsFloat | SupportsIndex = 0.0, progress: Any | None = None) -> Simulation:
+def simulate(recording: Recording, parameters: Parameters | ExtendedModel, *, rig: Rig | str | PathLike[str] | None = None, controller: str = "auto", start_kpa: SupportsFloat | SupportsIndex = 0.0, progress: Any | None = None) -> Simulation:
     """
     Simulates the channels of a recording from its commands or drives alone.
 
@@ -824,8 +893,8 @@ def simulate(recording: Recording, parameters: Parameters, *, rig: Rig | str | P
     ----------
     recording : Recording
         Commands (for the linear model, or with the board's loop) or drives.
-    parameters : Parameters
-        Such as ``fit(...).parameters``. Their channels must include the recording's.
+    parameters : Parameters or ExtendedModel
+        Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``. Their channels must include the recording's.
     rig : Rig or path, optional
         By default the one the parameters were fitted with.
     controller : {"auto", "on", "off"}, default "auto"
@@ -845,7 +914,7 @@ def simulate(recording: Recording, parameters: Parameters, *, rig: Rig | str | P
         The recording, the rig or the parameters lack something.
     """
 
-def simulate_batch(model: str, parameters: "numpy.typing.ArrayLike | dict[str, numpy.typing.ArrayLike]", interval_s: SupportsFloat | SupportsIndex, *, drive: "numpy.typing.ArrayLike | None" = None, fill: "numpy.typing.ArrayLike | None" = None, vent: "numpy.typing.ArrayLike | None" = None, command_kpa: "numpy.typing.ArrayLike | None" = None, supply_kpa: "numpy.typing.ArrayLike | None" = None, volume_m3: "numpy.typing.ArrayLike | None" = None, start_kpa: "numpy.typing.ArrayLike | None" = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, progress: Any | None = None) -> "typing.Any":
+def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, progress: Any | None = None) -> Any:
     """
     Simulates many chambers at once, each with parameters, inputs and a start of its own.
 

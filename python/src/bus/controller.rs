@@ -1,11 +1,11 @@
 use super::commands::{self, SCALE};
 use super::poller::{Poller, PollerSettings};
-use super::port::{Port, bus_options};
+use super::port::{Port, Timing, bus_options};
 use crate::errors::{self, CommandError, NoAnswerError, PneuDriveError, PortError, StaleDataError};
+use crate::types::{Array, ArrayLike, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pneudrive_host::bus::{Answer, Bus};
 use pneudrive_protocol::{CHANNELS, Counts};
-use pneudrive_sim::rig::Timing;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -187,15 +187,10 @@ impl PressureController {
     ///     A pressure that cannot be commanded, a wrong shape, or no such board; nothing was sent.
     /// NoAnswerError, GarbledAnswerError
     ///     The exchange failed; ``get_pressure_data`` then has nothing to give.
-    #[pyo3(signature = (device: "int", pressures: "numpy.typing.ArrayLike"))]
-    fn set_pressure_commands(
-        &self,
-        py: Python<'_>,
-        device: i64,
-        pressures: &Bound<'_, PyAny>,
-    ) -> PyResult<()> {
+    #[pyo3(signature = (device: "int", pressures))]
+    fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
         let board = commands::board(device, self.devices)?;
-        let counts = commands::counts(board, pressures)?;
+        let counts = commands::counts(board, &pressures.0)?;
         self.exchange(py, board, counts).map(|_| ())
     }
 
@@ -215,12 +210,12 @@ impl PressureController {
     /// ------
     /// StaleDataError
     ///     The last exchange with this board failed, or there was none yet.
-    #[pyo3(signature = (device: "int") -> "numpy.typing.NDArray[numpy.float64]")]
-    fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[pyo3(signature = (device: "int"))]
+    fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
         let board = commands::board(device, self.devices)?;
         let reading = self.lock().readings.get(usize::from(board)).copied().flatten();
         match reading {
-            Some(kpa) => Ok(PyArray1::from_slice(py, &kpa)),
+            Some(kpa) => Ok(Array(PyArray1::from_slice(py, &kpa))),
             None => Err(StaleDataError::new_err((
                 format!(
                     "board {board}: no current pressures, because its last exchange failed or there was none yet"
@@ -248,13 +243,8 @@ impl PressureController {
     ///     Nothing was sent.
     /// NoAnswerError, GarbledAnswerError
     ///     The first exchange that failed; the boards after it were still commanded.
-    #[pyo3(signature = (pressures: "numpy.typing.ArrayLike") -> "numpy.typing.NDArray[numpy.float64]")]
-    fn exchange_all<'py>(
-        &self,
-        py: Python<'py>,
-        pressures: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let rows = pressures.try_iter()?.collect::<PyResult<Vec<_>>>()?;
+    fn exchange_all<'py>(&self, py: Python<'py>, pressures: ArrayLike<'py>) -> PyResult<Matrix<'py>> {
+        let rows = pressures.0.try_iter()?.collect::<PyResult<Vec<_>>>()?;
         if rows.len() != usize::from(self.devices) {
             return Err(CommandError::new_err(format!(
                 "expected pressures of shape ({}, {CHANNELS}), got {} rows",
@@ -278,7 +268,7 @@ impl PressureController {
                 Err(error) => first_failure = first_failure.or(Some(error)),
             }
         }
-        first_failure.map_or(Ok(measured), Err)
+        first_failure.map_or(Ok(Array(measured)), Err)
     }
 
     /// Polls all boards in the background, at a fixed rate or as fast as possible.

@@ -1,6 +1,7 @@
 use super::commands::{self, SCALE};
 use super::history::History;
 use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
+use crate::types::{Array, ArrayLike, Dict, Vector};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
 use pneudrive_host::bus::Bus;
 use pneudrive_host::poller::{self as host, BoardState, MissedTick, Pace, PollerOptions, SetPoints};
@@ -104,10 +105,10 @@ impl Poller {
     ///     Board number, from 0.
     /// pressures : array_like of float, shape (4,)
     ///     Set points of channels 0 to 3, kPa gauge.
-    #[pyo3(signature = (device: "int", pressures: "numpy.typing.ArrayLike"))]
-    fn set_pressure_commands(&self, device: i64, pressures: &Bound<'_, PyAny>) -> PyResult<()> {
+    #[pyo3(signature = (device: "int", pressures))]
+    fn set_pressure_commands(&self, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
         let board = commands::board(device, self.devices)?;
-        let counts = commands::counts(board, pressures)?;
+        let counts = commands::counts(board, &pressures.0)?;
         if let Run::Ended { failure, .. } = &*self.lock() {
             let why = failure.as_deref().unwrap_or("it was stopped");
             return Err(PortError::new_err(format!("this poller has ended: {why}")));
@@ -133,15 +134,15 @@ impl Poller {
     /// ------
     /// StaleDataError
     ///     The board did not answer in the last cycle in which it was asked, or has never answered.
-    #[pyo3(signature = (device: "int") -> "numpy.typing.NDArray[numpy.float64]")]
-    fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    #[pyo3(signature = (device: "int"))]
+    fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
         let board = commands::board(device, self.devices)?;
         let row = match &*self.lock() {
             Run::Polling(poller) => poller.latest().boards.into_iter().nth(usize::from(board)),
             _ => None,
         };
         match row.filter(|row| row.state == BoardState::Present).and_then(|row| row.reading) {
-            Some(reading) => Ok(PyArray1::from_slice(py, &reading.kpa)),
+            Some(reading) => Ok(Array(PyArray1::from_slice(py, &reading.kpa))),
             None => Err(StaleDataError::new_err((
                 format!("board {board}: no current pressures; it did not answer when it was last asked"),
                 board,
@@ -156,8 +157,7 @@ impl Poller {
     /// dict
     ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
     ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
-    #[pyo3(signature = () -> "dict[str, numpy.typing.NDArray[numpy.float64]]")]
-    fn history<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let samples = py.detach(|| self.history.samples());
         let shape = [samples.len(), usize::from(self.devices), CHANNELS];
         let commands = PyArray3::zeros(py, shape, false);
@@ -179,7 +179,7 @@ impl Poller {
         history.set_item("t_s", PyArray1::from_vec(py, times))?;
         history.set_item("commands_kpa", commands)?;
         history.set_item("pressures_kpa", pressures)?;
-        Ok(history)
+        Ok(Dict::new(history))
     }
 
     /// What the run has been like.
@@ -189,7 +189,7 @@ impl Poller {
     /// dict or None
     ///     ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
     ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. None before the first figures.
-    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {
         let statistics = match &*self.lock() {
             Run::Polling(poller) => poller.statistics(),
             Run::Ended { statistics, .. } => Some(statistics.clone()),
@@ -237,7 +237,7 @@ impl Poller {
     }
 }
 
-fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bound<'py, PyDict>> {
+fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
     let loop_hz = PyDict::new(py);
     loop_hz.set_item("mean", statistics.loop_hz.mean)?;
     loop_hz.set_item("std", statistics.loop_hz.std)?;
@@ -258,5 +258,5 @@ fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Bound<'py,
     dict.set_item("rejected", statistics.rejected)?;
     dict.set_item("missed_ticks", statistics.missed_ticks)?;
     dict.set_item("cpu_share", statistics.cpu_share)?;
-    Ok(dict)
+    Ok(Dict::new(dict))
 }

@@ -1,19 +1,24 @@
 //! A serial port, or virtual boards of our own.
 
-use crate::errors::{self, PneuDriveError, PortError};
+use crate::errors::{self, PortError};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_protocol::Baud;
-use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
-use pneudrive_sim::rig::{RigOptions, Timing};
 use pyo3::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Whether the bytes of virtual boards take as long as on a wire.
+#[derive(Debug, Clone, Copy)]
+pub enum Timing {
+    Wire,
+    Instant,
+}
 
 /// Where the boards are.
 pub struct Port {
     path: PathBuf,
     options: BusOptions,
-    /// Virtual boards end when this is dropped. They are talked to through their pty's bytes only.
-    _boards: Option<EmbeddedSim>,
+    /// They end when this is dropped.
+    _boards: Option<VirtualBoards>,
 }
 
 impl Port {
@@ -25,10 +30,7 @@ impl Port {
         if port.as_os_str() != Self::SIM {
             return Ok(Self { path: port, options, _boards: None });
         }
-        let rig =
-            RigOptions { boards: usize::from(devices), baud: options.baud, timing, ..RigOptions::default() };
-        let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
-            .map_err(|error| PneuDriveError::new_err(format!("virtual boards: {error}")))?;
+        let boards = VirtualBoards::start(devices, options.baud, timing)?;
         Ok(Self { path: boards.path().to_owned(), options, _boards: Some(boards) })
     }
 
@@ -38,8 +40,47 @@ impl Port {
     }
 
     /// Its path; that of the pty for virtual boards.
-    pub fn path(&self) -> &std::path::Path {
+    pub fn path(&self) -> &Path {
         &self.path
+    }
+}
+
+/// What stands behind `"sim"`. It is talked to through its pty's bytes only.
+struct VirtualBoards {
+    #[cfg(feature = "sim")]
+    boards: pneudrive_sim::pty::EmbeddedSim,
+}
+
+#[cfg(feature = "sim")]
+impl VirtualBoards {
+    fn start(devices: u16, baud: Baud, timing: Timing) -> PyResult<Self> {
+        use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
+        use pneudrive_sim::rig::{self, RigOptions};
+        let timing = match timing {
+            Timing::Wire => rig::Timing::Wire,
+            Timing::Instant => rig::Timing::Instant,
+        };
+        let rig = RigOptions { boards: usize::from(devices), baud, timing, ..RigOptions::default() };
+        let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
+            .map_err(|error| errors::PneuDriveError::new_err(format!("virtual boards: {error}")))?;
+        Ok(Self { boards })
+    }
+
+    fn path(&self) -> &Path {
+        self.boards.path()
+    }
+}
+
+#[cfg(not(feature = "sim"))]
+impl VirtualBoards {
+    fn start(_: u16, _: Baud, _: Timing) -> PyResult<Self> {
+        Err(PortError::new_err(
+            "this pneudrive_py was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
+        ))
+    }
+
+    fn path(&self) -> &Path {
+        Path::new(Port::SIM)
     }
 }
 

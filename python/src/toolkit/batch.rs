@@ -2,13 +2,14 @@ use super::arguments::{self, RigArgument};
 use super::shapes::{self, Extent, Field, ParameterTable};
 use super::work::{self, Watch};
 use crate::errors;
+use crate::types::{ArrayLike, Dict, NamedArrays};
 use numpy::{PyArray1, PyArrayMethods};
 use pneudrive_model::experiment::{DriveKind, ModelKind, Setup, Subject, subject};
 use pneudrive_model::model::{FlowForm, column};
 use pneudrive_model::rig::Rig;
-use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, Job};
+use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, BatchResults, BatchUnit, Job};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
 use std::ops::Range;
 
 const PA_PER_KPA: f64 = 1e3;
@@ -97,11 +98,9 @@ impl Batch {
     fn run(&self, watch: &Watch) -> Result<Simulated, BatchError> {
         watch.begin("simulating");
         let count = self.subject.parameters().len();
-        let mut pressures = Vec::with_capacity(self.chambers * self.rows);
-        let mut derivatives = Vec::new();
-        if self.sensitivities {
-            derivatives.reserve_exact(self.chambers * self.rows * count);
-        }
+        let values = self.chambers * self.rows;
+        let mut pressures = vec![[0.0]; values];
+        let mut derivatives = vec![[0.0]; if self.sensitivities { values * count } else { 0 }];
         let steps = self.rows * self.substeps * self.subject.ticks(self.interval_s);
         let part = (PART_STEPS / steps).max(1).next_multiple_of(LANES);
         for from in (0..self.chambers).step_by(part) {
@@ -110,14 +109,20 @@ impl Batch {
             let chambers = from..(from + part).min(self.chambers);
             let inputs = BatchInputs::new(self.columns(&chambers), chambers.len(), self.rows)?;
             let start = |chamber| [self.ambient_pa + PA_PER_KPA * self.start_kpa(chamber)];
+            let rows = from * self.rows..chambers.end * self.rows;
             let jobs: Vec<Job<'_, 1>> = chambers
                 .map(|chamber| Job { parameters: self.parameters.of(chamber), start: start(chamber) })
                 .collect();
-            let output = self.subject.batch(&jobs, &inputs, self.substeps, self.sensitivities)?;
-            pressures.extend(output.outputs.iter().map(|[pa]| (pa - self.ambient_pa) / PA_PER_KPA));
-            derivatives.extend(output.sensitivities.iter().map(|[pa]| pa / PA_PER_KPA));
+            let results = BatchResults {
+                sensitivities: self
+                    .sensitivities
+                    .then(|| &mut derivatives[rows.start * count..rows.end * count]),
+                outputs: &mut pressures[rows],
+                unit: BatchUnit { zero_pa: self.ambient_pa, per_pa: 1.0 / PA_PER_KPA },
+            };
+            self.subject.batch(&jobs, &inputs, self.substeps, results)?;
         }
-        Ok((pressures, derivatives))
+        Ok((pressures.into_flattened(), derivatives.into_flattened()))
     }
 
     fn start_kpa(&self, chamber: usize) -> f64 {
@@ -178,20 +183,20 @@ impl Batch {
 /// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
 /// many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them.
 #[pyfunction]
-#[pyo3(signature = (model, parameters: "numpy.typing.ArrayLike | dict[str, numpy.typing.ArrayLike]", interval_s, *, drive: "numpy.typing.ArrayLike | None" = None, fill: "numpy.typing.ArrayLike | None" = None, vent: "numpy.typing.ArrayLike | None" = None, command_kpa: "numpy.typing.ArrayLike | None" = None, supply_kpa: "numpy.typing.ArrayLike | None" = None, volume_m3: "numpy.typing.ArrayLike | None" = None, start_kpa: "numpy.typing.ArrayLike | None" = None, rig=None, controller=false, substeps=1, sensitivities=false, progress=None) -> "typing.Any")]
+#[pyo3(signature = (model, parameters, interval_s, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=false, substeps=1, sensitivities=false, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn simulate_batch<'py>(
     py: Python<'py>,
     model: &str,
-    parameters: &Bound<'py, PyAny>,
+    parameters: NamedArrays<'py>,
     interval_s: f64,
-    drive: Option<Bound<'py, PyAny>>,
-    fill: Option<Bound<'py, PyAny>>,
-    vent: Option<Bound<'py, PyAny>>,
-    command_kpa: Option<Bound<'py, PyAny>>,
-    supply_kpa: Option<Bound<'py, PyAny>>,
-    volume_m3: Option<Bound<'py, PyAny>>,
-    start_kpa: Option<Bound<'py, PyAny>>,
+    drive: Option<ArrayLike<'py>>,
+    fill: Option<ArrayLike<'py>>,
+    vent: Option<ArrayLike<'py>>,
+    command_kpa: Option<ArrayLike<'py>>,
+    supply_kpa: Option<ArrayLike<'py>>,
+    volume_m3: Option<ArrayLike<'py>>,
+    start_kpa: Option<ArrayLike<'py>>,
     rig: Option<RigArgument>,
     controller: bool,
     substeps: i64,
@@ -212,10 +217,10 @@ pub fn simulate_batch<'py>(
     let setup = setup(model, controller, separate);
     let subject = subject(setup, &rig, FlowForm::Iso6358).map_err(errors::unusable)?;
     let names: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();
-    let parameters = ParameterTable::extract(parameters, &names)?;
+    let parameters = ParameterTable::extract(&parameters.0, &names)?;
 
     let command_kpa = match (&command_kpa, by_command) {
-        (Some(command), true) => Field::extract("command_kpa", command, PRESSURE_KPA, "kPa")?,
+        (Some(command), true) => Field::extract("command_kpa", &command.0, PRESSURE_KPA, "kPa")?,
         (None, false) => Field::constant("command_kpa", 0.0),
         (Some(_), false) => {
             return Err(errors::unusable("command_kpa is for the linear model or with controller=True"));
@@ -274,9 +279,9 @@ fn setup(model: ModelKind, controller: bool, separate: bool) -> Setup {
 
 /// What opens the valves, of what was given.
 fn valve(
-    drive: Option<&Bound<'_, PyAny>>,
-    fill: Option<&Bound<'_, PyAny>>,
-    vent: Option<&Bound<'_, PyAny>>,
+    drive: Option<&ArrayLike<'_>>,
+    fill: Option<&ArrayLike<'_>>,
+    vent: Option<&ArrayLike<'_>>,
     by_command: bool,
 ) -> PyResult<Valve> {
     let half = [0.0, 1.0];
@@ -286,36 +291,36 @@ fn valve(
         _ if by_command => Err(errors::unusable(
             "drive, fill and vent are not used by the linear model or with controller=True",
         )),
-        (Some(drive), None, None) => Ok(Valve::Spool(Field::extract("drive", drive, [-1.0, 1.0], "")?)),
+        (Some(drive), None, None) => Ok(Valve::Spool(Field::extract("drive", &drive.0, [-1.0, 1.0], "")?)),
         (None, Some(fill), Some(vent)) => Ok(Valve::Separate {
-            fill: Field::extract("fill", fill, half, "")?,
-            vent: Field::extract("vent", vent, half, "")?,
+            fill: Field::extract("fill", &fill.0, half, "")?,
+            vent: Field::extract("vent", &vent.0, half, "")?,
         }),
         _ => Err(errors::unusable("give drive, or both fill and vent")),
     }
 }
 
-fn supply(given: Option<&Bound<'_, PyAny>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+fn supply(given: Option<&ArrayLike<'_>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
     match (given, &rig.supply) {
-        (Some(given), _) => Field::extract("supply_kpa", given, PRESSURE_KPA, "kPa"),
+        (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa"),
         (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
         (None, None) if model == ModelKind::Linear => Ok(Field::constant("supply_kpa", 0.0)),
         (None, None) => Err(errors::unusable("supply_kpa is missing: give it, or a rig with [supply]")),
     }
 }
 
-fn volume(given: Option<&Bound<'_, PyAny>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+fn volume(given: Option<&ArrayLike<'_>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
     match (given, &rig.chamber) {
-        (Some(given), _) => Field::extract("volume_m3", given, VOLUME_M3, "m^3"),
+        (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3"),
         (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
         (None, None) if model == ModelKind::Linear => Ok(Field::constant("volume_m3", 1.0)),
         (None, None) => Err(errors::unusable("volume_m3 is missing: give it, or a rig with [chamber]")),
     }
 }
 
-fn start(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+fn start(given: Option<&ArrayLike<'_>>) -> PyResult<Vec<f64>> {
     let Some(given) = given else { return Ok(vec![0.0]) };
-    let (shape, values) = shapes::numbers("start_kpa", given)?;
+    let (shape, values) = shapes::numbers("start_kpa", &given.0)?;
     if shape.len() > 1 {
         return Err(errors::unusable(format!("start_kpa has shape {shape:?}; expected () or (chambers,)")));
     }
@@ -341,6 +346,9 @@ fn check_size(chambers: usize, rows: usize, per_row: usize) -> PyResult<()> {
     }
 }
 
+/// One parameter's description.
+type Parameter<'py> = Dict<'py, Bound<'py, PyAny>>;
+
 /// The parameters of a model, in the order that ``simulate_batch`` takes them.
 ///
 /// Parameters
@@ -355,12 +363,11 @@ fn check_size(chambers: usize, rows: usize, per_row: usize) -> PyResult<()> {
 ///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
 #[pyfunction]
 #[pyo3(signature = (model, drive="spool"))]
-pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyResult<Bound<'py, PyList>> {
+pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyResult<Vec<Parameter<'py>>> {
     let separate = arguments::drive(drive)? == DriveKind::Separate;
     let setup = setup(arguments::model(model)?, false, separate);
     let subject = subject(setup, &Rig::default(), FlowForm::Iso6358).map_err(errors::unusable)?;
-    let list = PyList::empty(py);
-    for parameter in subject.parameters() {
+    let describe = |parameter: pneudrive_model::model::Parameter| {
         let dict = PyDict::new(py);
         dict.set_item("name", parameter.name)?;
         dict.set_item("unit", parameter.unit)?;
@@ -368,7 +375,7 @@ pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyRes
         dict.set_item("nominal", parameter.nominal)?;
         dict.set_item("upper", parameter.upper)?;
         dict.set_item("meaning", parameter.meaning)?;
-        list.append(dict)?;
-    }
-    Ok(list)
+        Ok(Dict::new(dict))
+    };
+    subject.parameters().into_iter().map(describe).collect()
 }

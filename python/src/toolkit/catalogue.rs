@@ -1,3 +1,4 @@
+use crate::types::Dict;
 use pneudrive_model::effects::catalogue::CATALOGUE;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,8 +12,7 @@ use pyo3::types::PyDict;
 ///     confused with), ``check`` (what to look at first on the rig), and ``parameters``: by their names tuples (unit, value at
 ///     which the effect is absent, meaning).
 #[pyfunction]
-#[pyo3(signature = () -> "dict[str, dict[str, typing.Any]]")]
-pub fn effects(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+pub fn effects<'py>(py: Python<'py>) -> PyResult<Dict<'py, Dict<'py, Bound<'py, PyAny>>>> {
     let catalogue = PyDict::new(py);
     for info in CATALOGUE {
         let parameters = PyDict::new(py);
@@ -34,5 +34,5 @@ pub fn effects(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         entry.set_item("parameters", parameters)?;
         catalogue.set_item(info.id, entry)?;
     }
-    Ok(catalogue)
+    Ok(Dict::new(catalogue))
 }

@@ -3,6 +3,7 @@ use super::convert;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::{Loaded, write};
 use pneudrive_model::experiment::{
@@ -45,7 +46,7 @@ impl Comparison {
     /// One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``, ``model``, ``rollout_rmse_kpa``,
     /// ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``, ``error`` (why there is no result, else ``None``).
     #[getter]
-    fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn table<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         type Number = fn(&ModelResult) -> Option<f64>;
         let numbers: [(&str, Number); 4] = [
             ("rollout_rmse_kpa", |m| m.rollout.map(|s| s.rmse_kpa)),
@@ -62,7 +63,7 @@ impl Comparison {
             dict.set_item(name, PyArray1::from_iter(py, values))?;
         }
         dict.set_item("error", PyList::new(py, all().map(|(_, m)| m.error.clone()))?)?;
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// The rollout of one model over the judging part.
@@ -79,14 +80,12 @@ impl Comparison {
     /// time_s : numpy.ndarray of float64, shape (rows,)
     /// pressure_kpa : numpy.ndarray of float64, shape (rows,)
     ///     kPa gauge; NaN where nothing was simulated.
-    #[pyo3(signature = (channel, model) -> "tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]")]
-    #[allow(clippy::type_complexity)] // a pair of arrays
     fn trace<'py>(
         &self,
         py: Python<'py>,
         channel: &str,
         model: &str,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let kind = arguments::model(model)?;
         let found = self.result.channels.iter().find(|c| c.channel.to_string() == channel);
         let result = found.and_then(|c| c.models.iter().find(|m| m.model == kind));
@@ -97,7 +96,7 @@ impl Comparison {
         })?;
         let rows = trace.first_row..trace.first_row + trace.rollout_kpa.len();
         let time_s = &self.loaded.recording.time_s[rows];
-        Ok((PyArray1::from_slice(py, time_s), PyArray1::from_slice(py, &trace.rollout_kpa)))
+        Ok((Array(PyArray1::from_slice(py, time_s)), Array(PyArray1::from_slice(py, &trace.rollout_kpa))))
     }
 
     /// Everything, as dictionaries.

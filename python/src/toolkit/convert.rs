@@ -1,6 +1,7 @@
 //! Results as Python objects: dictionaries by way of JSON, tables for notebooks, where files come from.
 
 use crate::errors::PneuDriveError;
+use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::Source;
 use pneudrive_model::experiment::{Origin, Score};
@@ -23,12 +24,15 @@ pub fn value(object: &Bound<'_, PyAny>) -> PyResult<serde_json::Value> {
 }
 
 /// Single precision as recordings keep it, as a float64 array.
-pub fn widened<'py>(py: Python<'py>, values: &[f32]) -> Bound<'py, PyArray1<f64>> {
-    PyArray1::from_iter(py, values.iter().map(|value| f64::from(*value)))
+pub fn widened<'py>(py: Python<'py>, values: &[f32]) -> Vector<'py> {
+    Array(PyArray1::from_iter(py, values.iter().map(|value| f64::from(*value))))
 }
 
+/// An error of a simulation by its measures, or `None` where there is nothing to compare with.
+pub type ScoreDict<'py> = Option<Dict<'py, Bound<'py, PyAny>>>;
+
 /// A score, or `None`.
-pub fn score<'py>(py: Python<'py>, score: Option<&Score>) -> PyResult<Option<Bound<'py, PyDict>>> {
+pub fn score<'py>(py: Python<'py>, score: Option<&Score>) -> PyResult<ScoreDict<'py>> {
     let Some(score) = score else { return Ok(None) };
     let dict = PyDict::new(py);
     dict.set_item("r2", score.r2)?;
@@ -38,7 +42,7 @@ pub fn score<'py>(py: Python<'py>, score: Option<&Score>) -> PyResult<Option<Bou
     dict.set_item("largest_kpa", score.largest_kpa)?;
     dict.set_item("samples", score.samples)?;
     dict.set_item("seconds", score.seconds)?;
-    Ok(Some(dict))
+    Ok(Some(Dict::new(dict)))
 }
 
 /// A score's error for a table.

@@ -1,11 +1,15 @@
 use super::arguments::RigArgument;
 use super::convert;
+use super::extended::ExtendedModel;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::types::{Dict, Vector};
 use numpy::PyArray1;
-use pneudrive_model::data::write;
-use pneudrive_model::diagnosis::{self as library, EXTENDED_FILE, ExtendedFile, TRAJECTORY_FILE, json, page};
+use pneudrive_model::data::{self, write};
+use pneudrive_model::diagnosis::{
+    self as library, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, json, page,
+};
 use pneudrive_model::report::{Table, html, number, paragraph, significant};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -96,10 +100,10 @@ impl Diagnosis {
         convert::object(py, self.report())
     }
 
-    /// The extended model as the text of a file (TOML); ``diagnose(reference=...)`` takes it.
+    /// The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it.
     #[getter]
-    fn extended_model(&self) -> PyResult<String> {
-        self.extended_text()
+    fn extended_model(&self) -> ExtendedModel {
+        ExtendedModel { file: Arc::new(self.diagnosis.extended.clone()), name: "extended model".to_owned() }
     }
 
     /// Measured and simulated pressures of one channel, where they were compared.
@@ -114,8 +118,7 @@ impl Diagnosis {
     /// dict
     ///     Residuals (simulated minus measured, kPa): ``base`` of the model without the causes and ``extended`` with them;
     ///     float64 arrays of shape (compared rows,).
-    #[pyo3(signature = (channel) -> "dict[str, numpy.typing.NDArray[numpy.float64]]")]
-    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Bound<'py, PyDict>> {
+    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Vector<'py>>> {
         let inner = &self.diagnosis;
         let index =
             inner.channels.iter().position(|data| data.id.to_string() == channel).ok_or_else(|| {
@@ -128,7 +131,7 @@ impl Diagnosis {
         let dict = PyDict::new(py);
         dict.set_item("base", PyArray1::from_vec(py, base))?;
         dict.set_item("extended", PyArray1::from_vec(py, extended))?;
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// The page with tables and plots, one self-contained HTML file's content.
@@ -177,16 +180,71 @@ impl Diagnosis {
     }
 }
 
+/// One recording, or several of one rig.
+#[derive(FromPyObject)]
+pub enum Recordings {
+    One(Py<Recording>),
+    Several(Vec<Py<Recording>>),
+}
+
+impl Recordings {
+    /// All as one, and what was noticed about their quality.
+    fn joined(self) -> PyResult<(data::Recording, Vec<String>)> {
+        let all = match self {
+            Self::One(one) => vec![one],
+            Self::Several(all) => all,
+        };
+        let mut joined: Option<data::Recording> = None;
+        let mut remarks = Vec::new();
+        for loaded in all.iter().map(|recording| &recording.get().loaded) {
+            let next = loaded.recording.clone();
+            let of = |sentence| {
+                if all.len() == 1 { sentence } else { format!("{}: {sentence}", next.source.file) }
+            };
+            remarks.extend(loaded.quality.sentences().into_iter().map(of));
+            joined = Some(match joined {
+                None => next,
+                Some(first) => first.followed_by(next).map_err(errors::unusable)?,
+            });
+        }
+        let joined = joined.ok_or_else(|| errors::unusable("recordings is empty: nothing to diagnose"))?;
+        Ok((joined, remarks))
+    }
+}
+
+/// A calibrated model, or the path of one.
+#[derive(FromPyObject)]
+pub enum Reference {
+    Model(Py<ExtendedModel>),
+    Path(PathBuf),
+}
+
+impl Reference {
+    /// What messages call it, and its content.
+    fn resolve(self) -> PyResult<(String, Arc<ExtendedFile>)> {
+        match self {
+            Self::Model(model) => Ok((model.get().name.clone(), Arc::clone(&model.get().file))),
+            Self::Path(path) => {
+                let file = ExtendedFile::load(&path).map_err(errors::unusable)?;
+                Ok((path.display().to_string(), Arc::new(file)))
+            }
+        }
+    }
+}
+
 /// Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
 ///
 /// Parameters
 /// ----------
-/// recording : Recording
-///     Thirty seconds or more.
+/// recording : Recording or sequence of Recording
+///     Thirty seconds or more. Several recordings of one rig, with the same channels and columns, are diagnosed together.
 /// rig : Rig or path, optional
-/// reference : path, optional
-///     ``extended.toml`` of an earlier diagnosis of the same rig. The question is then which calibrated parameter has moved;
-///     without it, which physical effect the model lacks.
+///     Without it the channels are taken for regulators and compared with the linear model.
+/// reference : ExtendedModel or path, optional
+///     ``extended.toml`` of an earlier diagnosis of the same rig, or a file that ``Parameters.save`` wrote. The question is then which
+///     calibrated parameter has moved; without it, which physical effect the model lacks.
+/// highest_kpa : float, optional
+///     Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings.
 /// progress : callable, optional
 ///     Called with (steps done, 0, what is being done).
 ///
@@ -197,34 +255,40 @@ impl Diagnosis {
 /// Raises
 /// ------
 /// DataError
-///     The data cannot carry a diagnosis, or the reference does not fit.
+///     The data cannot carry a diagnosis, recordings do not belong together, or the reference does not fit.
 ///
 /// Notes
 /// -----
 /// docs/diagnosis.md says how causes are decided upon, and what that has been measured to find. All cores are used; where several
 /// processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
 #[pyfunction]
-#[pyo3(signature = (recording, rig=None, *, reference=None, progress=None))]
+#[pyo3(signature = (recording, rig=None, *, reference=None, highest_kpa=None, progress=None))]
 pub fn diagnose(
     py: Python<'_>,
-    recording: &Recording,
+    recording: Recordings,
     rig: Option<RigArgument>,
-    reference: Option<PathBuf>,
+    reference: Option<Reference>,
+    highest_kpa: Option<f64>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Diagnosis> {
     let (rig, rig_file) = RigArgument::resolve(rig)?;
-    let provenance = convert::provenance(py, "diagnose", &recording.loaded.recording.source, rig_file)?;
-    let name = reference.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
-    let reference = reference.as_deref().map(ExtendedFile::load).transpose().map_err(errors::unusable)?;
-    let loaded = Arc::clone(&recording.loaded);
+    if let Some(kpa) = highest_kpa.filter(|kpa| !(*kpa > 0.0 && kpa.is_finite())) {
+        return Err(errors::unusable(format!(
+            "highest_kpa is {kpa}; it must be a pressure above 0 kPa gauge"
+        )));
+    }
+    let (recording, remarks) = recording.joined()?;
+    let provenance = convert::provenance(py, "diagnose", &recording.source, rig_file)?;
+    let reference = reference.map(Reference::resolve).transpose()?;
     let work = move |watch: &Watch| {
         let tell = |what: &str, _: u64| {
             watch.checkpoint();
             if what.is_empty() { watch.advance() } else { watch.begin(what) }
         };
-        let pair = reference.as_ref().map(|file| (name.as_str(), file));
-        let mut diagnosis = library::diagnose(&loaded.recording, &rig, pair, &tell)?;
-        diagnosis.report.notes.extend(loaded.quality.sentences());
+        let reference = reference.as_ref().map(|(name, file)| (name.as_str(), &**file));
+        let request = Request { reference, highest_kpa };
+        let mut diagnosis = library::diagnose_with(&recording, &rig, request, &tell)?;
+        diagnosis.report.notes.extend(remarks);
         diagnosis.extended.provenance = Some(provenance);
         Ok(diagnosis)
     };

@@ -1,9 +1,10 @@
 use super::arguments::{self, RigArgument};
-use super::convert;
+use super::convert::{self, ScoreDict};
 use super::parameters::Parameters;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::types::{Array, Dict, Matrix};
 use numpy::PyArray2;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::experiment::{FitSettings, FittedChannel, Score, fit_channels};
@@ -38,12 +39,12 @@ impl Fit {
         &self,
         py: Python<'py>,
         of: impl Fn(&FittedChannel) -> Option<&Score>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    ) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         let dict = PyDict::new(py);
         for fit in &self.channels {
             dict.set_item(fit.channel.to_string(), convert::score(py, of(fit))?)?;
         }
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// One line per channel: (channel, error on the fitted part, on the rest, starts, condition number).
@@ -81,13 +82,13 @@ impl Fit {
     /// Errors of the rollouts on the fitted part, by channel: dictionaries with ``r2``, ``rmse_kpa``, ``mae_kpa``,
     /// ``iae_kpa_s`` (integral of the absolute error), ``largest_kpa``, ``samples``, ``seconds``.
     #[getter]
-    fn fitted<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn fitted<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         self.scores(py, |fit| fit.fitted.as_ref())
     }
 
     /// The same on the rest of the recording; ``None`` where everything was fitted.
     #[getter]
-    fn held_out<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn held_out<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         self.scores(py, |fit| fit.held_out.as_ref())
     }
 
@@ -98,15 +99,10 @@ impl Fit {
     /// names : list of str
     /// covariance : numpy.ndarray of float64, shape (free, free)
     ///     In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
-    #[pyo3(signature = (channel) -> "tuple[list[str], numpy.typing.NDArray[numpy.float64]]")]
-    fn covariance<'py>(
-        &self,
-        py: Python<'py>,
-        channel: &str,
-    ) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>)> {
+    fn covariance<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<(Vec<String>, Matrix<'py>)> {
         let fit = &self.channel(channel)?.fit;
         let covariance = PyArray2::from_vec2(py, &fit.covariance).map_err(errors::unusable)?;
-        Ok((fit.free.clone(), covariance))
+        Ok((fit.free.clone(), Array(covariance)))
     }
 
     /// Writes the parameters to a file (TOML), as ``Parameters.save``.
@@ -115,12 +111,12 @@ impl Fit {
     }
 
     /// Everything about the fits, by channel: parameters with intervals, starts, what is not determined and why.
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         let dict = PyDict::new(py);
         for fit in &self.channels {
             dict.set_item(fit.channel.to_string(), convert::object(py, fit)?)?;
         }
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     fn __repr__(&self) -> String {

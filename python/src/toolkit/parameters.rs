@@ -1,6 +1,7 @@
 use super::convert;
 use super::rig::Rig;
 use crate::errors;
+use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::report::{html, significant};
@@ -69,20 +70,18 @@ impl Parameters {
     }
 
     /// The parameters of a channel by name, in the model's order and units (see ``model_parameters``).
-    #[pyo3(signature = (channel) -> "dict[str, float]")]
-    fn values<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Bound<'py, PyDict>> {
+    fn values<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, f64>> {
         let dict = PyDict::new(py);
         for parameter in &self.channel(channel)?.parameters {
             dict.set_item(&parameter.name, parameter.value)?;
         }
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// The same as a float64 array of shape (parameters,), as ``simulate_batch`` takes it.
-    #[pyo3(signature = (channel) -> "numpy.typing.NDArray[numpy.float64]")]
-    fn array<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn array<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Vector<'py>> {
         let parameters = &self.channel(channel)?.parameters;
-        Ok(PyArray1::from_iter(py, parameters.iter().map(|parameter| parameter.value)))
+        Ok(Array(PyArray1::from_iter(py, parameters.iter().map(|parameter| parameter.value))))
     }
 
     /// All that the file holds, as dictionaries.

@@ -2,6 +2,8 @@ use super::arguments::{self, RigArgument};
 use super::convert;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::types::{Array, Dict, Vector};
+use numpy::ndarray::Ix1;
 use numpy::{AllowTypeChange, PyArray1, PyArrayLike1};
 use pneudrive_model::data::{self, ChannelId, Drive, LoadOptions, Loaded, SensorLimits, write};
 use pneudrive_model::report::{html, notes, number};
@@ -162,8 +164,8 @@ impl Recording {
 
     /// Time of each row, s; float64 array of shape (rows,).
     #[getter]
-    fn time_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.data().time_s)
+    fn time_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        Array(PyArray1::from_slice(py, &self.data().time_s))
     }
 
     /// Time from the first row to the last, s.
@@ -194,23 +196,22 @@ impl Recording {
     /// Returns
     /// -------
     /// numpy.ndarray of bool, shape (rows,)
-    #[pyo3(signature = (channel) -> "numpy.typing.NDArray[numpy.bool_]")]
-    fn usable<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Bound<'py, PyArray1<bool>>> {
+    fn usable<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Array<'py, bool, Ix1>> {
         let id: ChannelId = channel.parse().map_err(errors::unusable)?;
         let channel = self.data().channel(id).map_err(errors::recording)?;
         let measured = channel.pressure_kpa.is_some();
-        Ok(PyArray1::from_iter(py, channel.flags.iter().map(|flags| measured && flags.pressure_usable())))
+        let usable = channel.flags.iter().map(|flags| measured && flags.pressure_usable());
+        Ok(Array(PyArray1::from_iter(py, usable)))
     }
 
     /// All columns by name, as ``pandas.DataFrame`` takes them.
-    #[pyo3(signature = () -> "dict[str, numpy.typing.NDArray[numpy.float64]]")]
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let dict = PyDict::new(py);
         dict.set_item("t_s", self.time_s(py))?;
         for (name, values) in columns(self.data()) {
             dict.set_item(name, convert::widened(py, values))?;
         }
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// Writes the recording to a file: ``.csv``, ``.csv.gz`` or ``.csv.zst``.
@@ -223,7 +224,7 @@ impl Recording {
         py.detach(|| write::recording(&path, self.data()).map_err(errors::recording))
     }
 
-    fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Vector<'py>> {
         if column == "t_s" {
             return Ok(self.time_s(py));
         }
@@ -354,7 +355,8 @@ fn csv(table: &[(String, Vec<f64>)]) -> PyResult<String> {
 /// Parameters
 /// ----------
 /// path : str or os.PathLike
-///     CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on.
+///     CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on;
+///     or MCAP, a ROS 2 bag of the node's topics or of ``pneudrive-host --record``.
 /// rig : Rig or path, optional
 ///     With its sensors, samples at a sensor's limit are found and masked.
 /// channels : sequence of str, optional

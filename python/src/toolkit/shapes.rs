@@ -40,7 +40,11 @@ impl Field {
                 )));
             }
         };
-        if let Some(at) = values.iter().position(|v| !(*v >= low && *v <= high)) {
+        let possible = |value: &f64| *value >= low && *value <= high;
+        // Without an early end the compiler looks at several at once.
+        let all_possible = values.iter().fold(true, |all, value| all & possible(value));
+        if let Some(at) = (!all_possible).then(|| values.iter().position(|value| !possible(value))).flatten()
+        {
             return Err(errors::unusable(format!(
                 "{name} is {} at row {}{}; it must be {low} to {high} {unit}",
                 values[at],
@@ -190,5 +194,7 @@ fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
 pub fn numbers(name: &str, object: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
         object.extract().map_err(|_| errors::unusable(format!("{name}: expected an array of numbers")))?;
-    Ok((array.shape().to_vec(), array.as_array().iter().copied().collect()))
+    let view = array.as_array();
+    let values = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[f64]>::to_vec);
+    Ok((array.shape().to_vec(), values))
 }

@@ -1,12 +1,15 @@
 use super::arguments::{self, RigArgument};
-use super::convert;
+use super::convert::{self, ScoreDict};
+use super::extended::ExtendedModel;
 use super::parameters::Parameters;
 use super::recording::Recording;
-use super::work;
+use super::work::{self, Watch};
 use crate::errors::{self, PneuDriveError};
+use crate::types::{Array, Dict, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pneudrive_model::data::{self, Channel, Flags, Loaded};
-use pneudrive_model::experiment::{ControllerUse, Score, Setup, score, simulation};
+use pneudrive_model::diagnosis::{self, ExtendedFile, Purpose, simulate_extended};
+use pneudrive_model::experiment::{ControllerUse, Score, Setup, score, score_rows, simulation};
 use pneudrive_model::report::{Table, html, significant};
 use pneudrive_model::rig;
 use pneudrive_model::rollout::Start;
@@ -26,7 +29,8 @@ struct SimulatedChannel {
     channel: Channel,
     /// kPa gauge; NaN where the inputs are missing.
     kpa: Vec<f64>,
-    setup: Setup,
+    /// What was simulated, in words.
+    model: String,
     score: Option<Score>,
 }
 
@@ -35,10 +39,9 @@ const HEAD: [&str; 4] = ["channel", "model", "RMSE, kPa", "R2"];
 impl Simulation {
     fn rows(&self) -> Vec<Vec<String>> {
         let line = |one: &SimulatedChannel| {
-            let loop_ = if one.setup.controller { " behind the board's loop" } else { "" };
             vec![
                 one.channel.id.to_string(),
-                format!("{}{loop_}", one.setup.model.name()),
+                one.model.clone(),
                 convert::rmse(one.score.as_ref()),
                 one.score.map_or_else(|| "-".to_owned(), |score| significant(score.r2, 4)),
             ]
@@ -57,13 +60,13 @@ impl Simulation {
 
     /// Time of each row, s; float64 array of shape (rows,).
     #[getter]
-    fn time_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.loaded.recording.time_s)
+    fn time_s<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        Array(PyArray1::from_slice(py, &self.loaded.recording.time_s))
     }
 
     /// Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the inputs are missing.
     #[getter]
-    fn pressure_kpa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+    fn pressure_kpa<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         let array = PyArray2::zeros(py, [self.loaded.recording.rows(), self.channels.len()], false);
         {
             let mut view = array.readwrite();
@@ -73,17 +76,17 @@ impl Simulation {
                 }
             }
         }
-        array
+        Array(array)
     }
 
     /// Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``, ``None`` where nothing was measured.
     #[getter]
-    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         let dict = PyDict::new(py);
         for one in &self.channels {
             dict.set_item(one.channel.id.to_string(), convert::score(py, one.score.as_ref())?)?;
         }
-        Ok(dict)
+        Ok(Dict::new(dict))
     }
 
     /// The recording with simulated pressures in place of the measured ones.
@@ -109,6 +112,13 @@ impl Simulation {
     }
 }
 
+/// What can be simulated.
+#[derive(FromPyObject)]
+pub enum Simulated {
+    Fitted(Py<Parameters>),
+    Extended(Py<ExtendedModel>),
+}
+
 /// Simulates the channels of a recording from its commands or drives alone.
 ///
 /// Measured pressures are not used, except for the first of each stretch to start from, and to judge the simulation by.
@@ -117,8 +127,8 @@ impl Simulation {
 /// ----------
 /// recording : Recording
 ///     Commands (for the linear model, or with the board's loop) or drives.
-/// parameters : Parameters
-///     Such as ``fit(...).parameters``. Their channels must include the recording's.
+/// parameters : Parameters or ExtendedModel
+///     Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``. Their channels must include the recording's.
 /// rig : Rig or path, optional
 ///     By default the one the parameters were fitted with.
 /// controller : {"auto", "on", "off"}, default "auto"
@@ -141,7 +151,7 @@ impl Simulation {
 pub fn simulate(
     py: Python<'_>,
     recording: &Recording,
-    parameters: &Parameters,
+    parameters: Simulated,
     rig: Option<RigArgument>,
     controller: &str,
     start_kpa: f64,
@@ -153,54 +163,115 @@ pub fn simulate(
             "start_kpa is {start_kpa}; it must be a pressure in kPa gauge"
         )));
     }
-    let file = Arc::clone(&parameters.file);
-    let name = parameters.name.clone();
-    let rig = match rig {
-        None => Arc::new(file.rig.clone()),
-        given => RigArgument::resolve(given)?.0,
-    };
+    let rig = rig.map(|given| RigArgument::resolve(Some(given))).transpose()?.map(|(rig, _)| rig);
     let loaded = Arc::clone(&recording.loaded);
-    work::run(py, progress.as_ref(), move |watch| {
-        watch.begin("simulating");
-        let (recording, mut channels) = (&loaded.recording, Vec::new());
-        for channel in &recording.channels {
-            watch.checkpoint();
-            channels.push(one(&name, &file, recording, channel, &rig, (controller, start_kpa))?);
-            watch.tell(channels.len() as u64, recording.channels.len() as u64);
+    let job = Job { loaded, rig, controller, start_kpa };
+    match parameters {
+        Simulated::Fitted(parameters) => {
+            let (file, name) = (Arc::clone(&parameters.get().file), parameters.get().name.clone());
+            work::run(py, progress.as_ref(), move |watch| fitted(&name, &file, job, watch))?
         }
-        Ok(Simulation { loaded, channels })
-    })?
+        Simulated::Extended(model) => {
+            let (file, name) = (Arc::clone(&model.get().file), model.get().name.clone());
+            work::run(py, progress.as_ref(), move |watch| extended(&name, &file, job, watch))?
+        }
+    }
 }
 
-fn one(
+/// What to simulate from.
+struct Job {
+    loaded: Arc<Loaded>,
+    /// By default the model's own.
+    rig: Option<Arc<rig::Rig>>,
+    controller: ControllerUse,
+    start_kpa: f64,
+}
+
+fn fitted(name: &str, file: &ParameterFile, job: Job, watch: &Watch) -> PyResult<Simulation> {
+    watch.begin("simulating");
+    let recording = &job.loaded.recording;
+    let mut channels = Vec::new();
+    for channel in &recording.channels {
+        watch.checkpoint();
+        channels.push(fitted_channel(name, file, &job, channel)?);
+        watch.tell(channels.len() as u64, recording.channels.len() as u64);
+    }
+    Ok(Simulation { loaded: job.loaded, channels })
+}
+
+fn fitted_channel(
     name: &str,
     file: &ParameterFile,
-    recording: &data::Recording,
+    job: &Job,
     channel: &Channel,
-    rig: &rig::Rig,
-    (controller, start_kpa): (ControllerUse, f64),
 ) -> PyResult<SimulatedChannel> {
+    let (recording, rig) = (&job.loaded.recording, job.rig.as_deref().unwrap_or(&file.rig));
     let stored = file.channel(name, channel.id).map_err(errors::store)?;
-    let controller = match controller {
+    let controller = match job.controller {
         ControllerUse::Auto if stored.setup.controller => ControllerUse::On,
         chosen => chosen,
     };
     let drive = stored.setup.drive.unwrap_or_default();
     let setup = Setup::resolve(stored.setup.model, controller, drive, recording, channel, rig)
         .map_err(errors::unusable)?;
-    let prepared =
-        simulation(setup, recording, channel, rig, file.flow_form(), start_kpa).map_err(errors::unusable)?;
+    let prepared = simulation(setup, recording, channel, rig, file.flow_form(), job.start_kpa)
+        .map_err(errors::unusable)?;
     let values = file.values(name, channel.id, &*prepared.subject).map_err(errors::store)?;
     let series = &prepared.series[0];
     let absolute = prepared.subject.simulate(&values, series, Start::Measured, stored.substeps);
     if series.segments().iter().any(|rows| absolute[rows.clone()].iter().any(|p| !p.is_finite())) {
-        return Err(PneuDriveError::new_err(format!(
-            "channel {}: the simulation runs away; the inputs or the rig are not what the parameters were fitted with",
-            channel.id
-        )));
+        return Err(runs_away(channel));
     }
     let ambient_kpa = rig.ambient_or_standard().pressure_kpa_abs;
     let kpa = absolute.iter().map(|pa| pa * 1e-3 - ambient_kpa).collect();
     let score = (channel.usable_samples() > 0).then(|| score(series, &absolute)).flatten();
-    Ok(SimulatedChannel { channel: channel.clone(), kpa, setup, score })
+    let loop_ = if setup.controller { " behind the board's loop" } else { "" };
+    Ok(SimulatedChannel {
+        channel: channel.clone(),
+        kpa,
+        model: format!("{}{loop_}", setup.model.name()),
+        score,
+    })
+}
+
+fn extended(name: &str, file: &ExtendedFile, job: Job, watch: &Watch) -> PyResult<Simulation> {
+    watch.begin("simulating");
+    let (recording, rig) = (&job.loaded.recording, job.rig.as_deref().unwrap_or(&file.rig));
+    let controller = match job.controller {
+        ControllerUse::On => true,
+        ControllerUse::Off => false,
+        ControllerUse::Auto => file.channels.values().any(|channel| channel.drive == "board"),
+    };
+    let purpose = Purpose::Simulate { start_kpa: job.start_kpa, controller };
+    // All channels at once: neighbours act on each other.
+    let simulated = simulate_extended(name, file, recording, rig, purpose).map_err(errors::unusable)?;
+    let one = |simulated: diagnosis::SimulatedChannel| {
+        let channel = recording.channel(simulated.id).map_err(errors::recording)?;
+        if !simulated.kpa.iter().all(|kpa| kpa.is_finite()) {
+            return Err(runs_away(channel));
+        }
+        let stored = file.channels.get(&simulated.id.to_string());
+        let mut parts: Vec<&str> =
+            stored.iter().flat_map(|stored| stored.effects.keys().map(String::as_str)).collect();
+        if stored.is_some_and(|stored| stored.correction.is_some()) {
+            parts.push("a correction");
+        }
+        let with = if parts.is_empty() { String::new() } else { format!(" with {}", parts.join(", ")) };
+        let loop_ = if simulated.driven_by == "board" { " behind the board's loop" } else { "" };
+        Ok(SimulatedChannel {
+            score: score_rows(recording, channel, &simulated.kpa, &simulated.usable),
+            channel: channel.clone(),
+            kpa: simulated.kpa,
+            model: format!("{}{with}{loop_}", file.model),
+        })
+    };
+    let channels = simulated.into_iter().map(one).collect::<PyResult<_>>()?;
+    Ok(Simulation { loaded: job.loaded, channels })
+}
+
+fn runs_away(channel: &Channel) -> PyErr {
+    PneuDriveError::new_err(format!(
+        "channel {}: the simulation runs away; the inputs or the rig are not what the parameters were fitted with",
+        channel.id
+    ))
 }
