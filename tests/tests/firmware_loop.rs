@@ -50,8 +50,8 @@ fn the_loop_runs_at_1_khz_with_little_jitter_on_a_busy_bus() {
         let (mean, worst) = mean_and_jitter_us(&times);
         println!("{what} every {mean:.3} us on average; the worst interval is {worst:.1} us off");
         assert!((mean - 1_000.0).abs() < 0.1, "{what}: mean period {mean} us");
-        // Which line of the log meets which step depends on every instruction: unrelated changes were seen to make it 34 us.
-        assert!(worst < 40.0, "{what}: jitter {worst} us");
+        // Which line of the log meets which step depends on every instruction: 22.5 to 24.6 us in five builds that differ in a line.
+        assert!(worst < 30.0, "{what}: jitter {worst} us");
     }
 }
 

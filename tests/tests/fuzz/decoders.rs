@@ -1,7 +1,7 @@
 use super::scripts;
 use bolero::check;
 use pneudrive_protocol::{
-    Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, FrameFinder, Heard, Packet,
+    Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard, Packet,
     RequestDecoder, Sequence,
 };
 
@@ -61,10 +61,12 @@ fn the_boards_ear() {
         for byte in line(script) {
             heard.push(byte);
             let Some(request) = decoder.push(byte) else { continue };
-            let last: &[u8; 10] = heard[heard.len() - 10..].try_into().unwrap();
-            let packet = Packet::decode(last)
-                .or_else(|_| CheckedPacket::decode(last, Direction::Request).map(|checked| checked.packet));
-            assert_eq!(packet.map(|packet| (packet.address, packet.values)), Ok((own, request.commands)));
+            let packet = Packet { address: own, values: request.commands };
+            let sent = match request.format {
+                Format::Unchecked => packet.encode(),
+                Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Request),
+            };
+            assert_eq!(heard[heard.len() - 10..], sent);
         }
     });
 }
@@ -82,10 +84,9 @@ fn the_hosts_ear() {
             for byte in line(script) {
                 heard.push(byte);
                 let Some(Heard::Answer(pressures)) = ear.push(byte) else { continue };
-                let last: &[u8; 10] = heard[heard.len() - 10..].try_into().unwrap();
-                let answer = CheckedPacket::decode(last, Direction::Answer).unwrap();
-                assert_eq!((answer.packet.address, answer.sequence), (packet.address, request.sequence));
-                assert_eq!(answer.packet.values, pressures);
+                let packet = Packet { address: packet.address, values: pressures };
+                let sent = CheckedPacket { packet, sequence: request.sequence }.encode(Direction::Answer);
+                assert_eq!(heard[heard.len() - 10..], sent);
             }
             let mut ear = AnswerDecoder::new(packet, echo);
             for byte in line(script) {
