@@ -12,6 +12,9 @@ const WORDS: &[&str] = &[
     "inf",
     "-inf",
     "1e999",
+    "1e300",
+    "-1e300",
+    "5e-324",
     "-1",
     "0",
     "-0.0",
@@ -44,11 +47,12 @@ const WORDS: &[&str] = &[
     "0x10",
 ];
 
-/// What `script` makes of a good file: its first byte decides between damage to it and anything at all.
+/// What `script` makes of a good file: its first byte decides between anything at all and one to four edits. After more the file is
+/// refused for the first of them, and the rest of the loader is not reached.
 pub fn contents(seed: &[u8], script: &[u8]) -> Vec<u8> {
     match script {
         [0..16, anything @ ..] => anything.to_vec(),
-        [_, edits @ ..] => mutated(seed, edits),
+        [few, edits @ ..] => mutated(seed, &edits[..edits.len().min(4 + 4 * usize::from(few % 4))]),
         [] => seed.to_vec(),
     }
 }
