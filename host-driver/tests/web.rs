@@ -35,6 +35,11 @@ struct Rig {
 
 impl Rig {
     fn start(control: bool) -> Self {
+        Self::start_recording(control, "csv")
+    }
+
+    /// The recording button makes files that end so.
+    fn start_recording(control: bool, ending: &str) -> Self {
         let boards = PtyBoards::start(2);
         let bus_options = BusOptions {
             echo: EchoMode::Known(Echo::Absent),
@@ -53,7 +58,7 @@ impl Rig {
             names: vec!["robot.example".into()],
             overriding: overriding.clone(),
             control: control.then(|| Control { token: Token::new(TOKEN).unwrap(), limit_kpa: 150.0 }),
-            recording: Some(Recording { switch, folder: folder.path().into(), ending: "csv".into() }),
+            recording: Some(Recording { switch, folder: folder.path().into(), ending: ending.into() }),
             whole_run: None,
             lines: None,
             notice: Box::new(move |line| heard.lock().unwrap().push(line)),
@@ -273,6 +278,45 @@ fn recordings_start_and_stop_by_button() {
     until("the end of the recording", || last().is_string());
     let said = format!("{} rows", rows() - 1);
     assert!(last().as_str().unwrap().contains(&said), "{} is not {said}", last());
+}
+
+/// Each in a folder of its own, or the next one's metadata.yaml would replace it.
+#[test]
+fn bags_by_button_are_folders() {
+    let rig = Rig::start_recording(false, "mcap");
+    let json_type = [("Content-Type", "application/json")];
+    let start = |body: &str| rig.send("POST", "/api/record/start", &json_type, body);
+    let bags = || std::fs::read_dir(rig.folder.path()).unwrap().count();
+    let mut files = Vec::new();
+    for name in ["first", "second"] {
+        let (status, said) = start(&json!({ "name": name }).to_string());
+        assert_eq!(status, 200, "{said}");
+        let file = std::path::PathBuf::from(said["file"].as_str().unwrap());
+        let folder = file.parent().unwrap();
+        assert_eq!(folder.parent(), Some(rig.folder.path()));
+        assert_eq!(file.file_stem(), folder.file_name());
+        assert!(file.to_str().unwrap().ends_with(&format!("Z-{name}.mcap")), "{said}");
+        files.push(file);
+        assert_eq!(start(r#"{"name": "third"}"#).0, 409, "one at a time");
+        assert_eq!(bags(), files.len(), "what was refused leaves no folder behind");
+        until("rows", || {
+            let size = |file: &std::path::PathBuf| std::fs::metadata(file).map_or(0, |data| data.len());
+            size(files.last().unwrap()) > 2_000
+        });
+        assert_eq!(rig.send("POST", "/api/record/stop", &[], "").0, 200);
+        let recording = || rig.send("GET", "/api/state", &[], "").1["figures"]["recording"].clone();
+        until("the end of the recording", || {
+            recording()["last"].as_str().is_some_and(|last| last.contains(name))
+        });
+    }
+    for file in files {
+        let content = std::fs::read(&file).unwrap();
+        let messages = mcap::MessageStream::new(&content).unwrap().map(Result::unwrap).count();
+        let metadata = std::fs::read_to_string(file.with_file_name("metadata.yaml")).unwrap();
+        assert!(messages > 10, "{messages}");
+        assert!(metadata.contains(&format!("  message_count: {messages}\n")), "{messages}: {metadata}");
+        assert!(metadata.contains(file.file_name().unwrap().to_str().unwrap()), "{metadata}");
+    }
 }
 
 /// One client that reads nothing, and more clients than there is room for.

@@ -10,7 +10,8 @@ use crate::record::{RecordError, SwitchError};
 use pneudrive_protocol::SensorScale;
 use serde::Deserialize;
 use serde_json::json;
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 /// What to do with a request.
@@ -126,7 +127,12 @@ fn start(request: &Request, options: &WebOptions, from: &str) -> Result<Response
     let recording = recording(options)?;
     let new = if request.body.is_empty() { NewRecording::default() } else { body(request)? };
     let file = file(recording, &new.name).map_err(|message| Response::error(422, &message))?;
+    let made = bag_folder(&file, recording).map_err(|message| Response::error(500, &message))?;
     recording.switch.start(&file).map_err(|error| {
+        if made && let Some(folder) = file.parent() {
+            // It is empty, or it stays.
+            let _ = fs::remove_dir(folder);
+        }
         let status = match error {
             SwitchError::Running { .. } | SwitchError::NotRunning => 409,
             SwitchError::Record(RecordError::Exists { .. }) => 409,
@@ -143,7 +149,19 @@ fn recording(options: &WebOptions) -> Result<&Recording, Response> {
     options.recording.as_ref().ok_or_else(|| Response::error(403, message))
 }
 
-/// A new file's name: the time, and what the user calls it.
+/// Makes the folder of a bag, if `file` has one; returns whether it did.
+fn bag_folder(file: &Path, recording: &Recording) -> Result<bool, String> {
+    match file.parent() {
+        Some(folder) if folder != recording.folder && !folder.exists() => match fs::create_dir(folder) {
+            Ok(()) => Ok(true),
+            Err(error) => Err(format!("{}: {error}", folder.display())),
+        },
+        _ => Ok(false),
+    }
+}
+
+/// A new file's name: the time, and what the user calls it. A bag has a folder of its own of this name, as `ros2 bag` makes them: its
+/// metadata.yaml has the same name in all of them.
 fn file(recording: &Recording, name: &str) -> Result<PathBuf, String> {
     const LONGEST: usize = 40;
     if name.len() > LONGEST || !name.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_".contains(&b)) {
@@ -153,7 +171,11 @@ fn file(recording: &Recording, name: &str) -> Result<PathBuf, String> {
     // As ISO 8601's basic format has it, 20261121T163343Z: colons are trouble in file names.
     let now = now.replace(['-', ':'], "");
     let label = if name.is_empty() { String::new() } else { format!("-{name}") };
-    Ok(recording.folder.join(format!("{now}{label}.{}", recording.ending)))
+    let stem = format!("{now}{label}");
+    let name = format!("{stem}.{}", recording.ending);
+    let folder =
+        if recording.ending == "mcap" { recording.folder.join(stem) } else { recording.folder.clone() };
+    Ok(folder.join(name))
 }
 
 /// The request's JSON. Its type must be said: a foreign page cannot send this one without asking first.

@@ -56,6 +56,9 @@ pub enum RecordFormat {
     /// Text, compressed
     #[value(name = "csv.zst")]
     CsvZst,
+    /// ROS 2 bag: a folder with an MCAP file and its metadata.yaml
+    #[value(name = "mcap")]
+    Mcap,
 }
 
 impl RecordFormat {
@@ -65,6 +68,7 @@ impl RecordFormat {
             Self::Csv => "csv",
             Self::CsvGz => "csv.gz",
             Self::CsvZst => "csv.zst",
+            Self::Mcap => "mcap",
         }
     }
 }
