@@ -50,9 +50,11 @@ fn run(rounds: u64, seed: u64) -> Result<()> {
     );
     let (mut inside, mut all) = (0, 0);
     for k in 0..rounds {
-        for (id, sizes) in CATALOGUE.iter().filter(|(id, _)| !LATER_DIFFERENT.contains(id)) {
+        let steady = CATALOGUE.iter().filter(|(id, _)| !LATER_DIFFERENT.contains(id));
+        for (number, (id, sizes)) in steady.enumerate() {
             let effect = format!("{id}={}", sizes[1]);
-            let Some(line) = one(&effect, seed + k)? else {
+            // Another noise and another wander every time.
+            let Some(line) = one(&effect, 1000 * (seed + k) + number as u64)? else {
                 println!("| `{effect}` | | | | nothing named |");
                 continue;
             };

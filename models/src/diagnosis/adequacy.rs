@@ -11,7 +11,7 @@ use crate::effects::catalogue::CATALOGUE;
 /// A base model whose error is more than this part of the pressure's movement describes nothing.
 const POOR: f64 = 0.3;
 /// An error larger than the allowed one by this factor is something else.
-const BEYOND: f64 = 2.0;
+const BEYOND: f64 = 1.7;
 
 /// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where the model is right, kPa.
 #[must_use]

@@ -40,6 +40,8 @@ pub struct Chamber<S> {
     pressure: S,
     temperature: S,
     port: S,
+    /// Pressure before the vent's restriction at the last step, Pa: where the next search begins.
+    before_outlet_pa: f64,
 }
 
 impl<S: Scalar<Real = f64>> Chamber<S> {
@@ -55,6 +57,7 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
             pressure: ambient,
             temperature: S::constant(plant.gas.temperature_k),
             port: ambient,
+            before_outlet_pa: plant.gas.ambient_pa,
         }
     }
 
@@ -98,7 +101,8 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         }
         let per_area = self.conductance / c.volume_m3;
         let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by) = self.vent(c, self.pressure);
+        let (outflow, out_by, before_outlet) = self.vent(c, self.pressure);
+        self.before_outlet_pa = before_outlet;
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
@@ -114,7 +118,8 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let t0 = self.ambient_k;
         let per_area = self.conductance / c.volume_m3;
         let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by) = self.vent(c, self.pressure);
+        let (outflow, out_by, before_outlet) = self.vent(c, self.pressure);
+        self.before_outlet_pa = before_outlet;
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let (p, t) = (self.pressure, self.temperature);
         let warmth = t.times(1.0 / t0);
@@ -149,7 +154,7 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let rates = |port: S, chamber: S| {
             let (inflow, _, in_by) = self.flow_pressure(c.supply, port);
-            let (outflow, out_by) = self.vent(c, port);
+            let (outflow, out_by, before_outlet) = self.vent(c, port);
             let (through, by_port, by_chamber) = self.flow_pressure(port, chamber);
             let room = c.stretch.factor + (chamber * c.stretch.by_pressure).times(GAMMA);
             let at_port = (fill * inflow - vent * outflow - tube * through) / fraction;
@@ -162,9 +167,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
                 ],
                 [tube * by_port / room, (tube * by_chamber - swelling.real()) / room],
             ];
-            ([at_port, in_chamber], jacobian, fill.real() / per_area * inflow.real())
+            ([at_port, in_chamber], jacobian, [fill.real() / per_area * inflow.real(), before_outlet])
         };
-        let (f1, j, draw) = rates(self.port, self.pressure);
+        let (f1, j, [draw, before_outlet]) = rates(self.port, self.pressure);
         let (a, b, cc, d) =
             (1.0 - G * h * j[0][0], -G * h * j[0][1], -G * h * j[1][0], 1.0 - G * h * j[1][1]);
         let inverse = 1.0 / (a * d - b * cc);
@@ -174,28 +179,29 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let k1 = solve(f1);
         let (f2, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
         let k2 = solve([f2[0] - k1[0].times(2.0), f2[1] - k1[1].times(2.0)]);
+        self.before_outlet_pa = before_outlet;
         self.port = self.port + k1[0].times(1.5 * h) + k2[0].times(0.5 * h);
         self.pressure = self.pressure + k1[1].times(1.5 * h) + k2[1].times(0.5 * h);
         draw
     }
 
-    /// Flow pressure of the vent port and its slope by the port's pressure, with the pressure before a restriction if there is one.
+    /// Flow pressure of the vent port, its slope by the port's pressure, and the pressure (Pa) before a restriction if there is one.
     #[inline(always)]
-    fn vent(&self, c: &Conditions<S>, port: S) -> (S, f64) {
+    fn vent(&self, c: &Conditions<S>, port: S) -> (S, f64, f64) {
         let ambient = S::constant(self.ambient_pa);
         let Some(ratio) = self.structure.outlet else {
             let (outflow, by_port, _) = self.flow_pressure(port, ambient);
-            return (outflow, by_port);
+            return (outflow, by_port, self.ambient_pa);
         };
         let outlet = ratio * c.open.vent;
         // Where the two flows are equal, between ambient and port: a safeguarded Newton search on the values ...
         let (mut low, mut high) = (self.ambient_pa, port.real().max(self.ambient_pa));
-        let mut between = 0.5 * (low + high);
+        let mut between = self.before_outlet_pa.clamp(low, high);
         let balance = |between: f64| {
             let (a, b) = (c.areas.vent.real(), outlet.real());
-            let (inflow, _, in_by) = self.flow_pressure(S::constant(port.real()), S::constant(between));
-            let (out, out_by, _) = self.flow_pressure(S::constant(between), ambient);
-            (a * inflow.real() - b * out.real(), a * in_by - b * out_by)
+            let (inflow, [_, in_by]) = self.flow_value(port.real(), between);
+            let (out, [out_by, _]) = self.flow_value(between, self.ambient_pa);
+            (a * inflow - b * out, a * in_by - b * out_by)
         };
         for _ in 0..40 {
             let (excess, slope) = balance(between);
@@ -220,7 +226,18 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let between = at - (c.areas.vent * inflow - outlet * out).times(1.0 / slope);
         let (outflow, _, _) = self.flow_pressure(port, between);
         let follows = -c.areas.vent.real() * by_port / slope;
-        (outflow, by_port + in_by * follows)
+        (outflow, by_port + in_by * follows, between.real())
+    }
+
+    /// Flow pressure as a number, and its partial derivatives by the two pressures.
+    #[inline(always)]
+    fn flow_value(&self, from: f64, to: f64) -> (f64, [f64; 2]) {
+        let d = self.flow.pressure(Dual::<f64, 2>::variable(from, 0), Dual::variable(to, 1));
+        let value = match self.structure.flow_function {
+            None => d.value,
+            Some((ratio, exponent)) => general_flow_pressure(from, to, ratio.real(), exponent.real()),
+        };
+        (value, d.gradient)
     }
 
     /// Flow pressure and its partial derivatives by the two pressures.

@@ -153,7 +153,7 @@ fn method(diagnosis: &Diagnosis) -> Markup {
         "Errors are those of simulations that run through the whole recording from drives or commands alone; in each block only the start pressure is taken from the data.".to_owned(),
         "An effect is named when random chance over the whole catalogue makes its trace in the error unlikely (p at most 0.05), when it makes blocks that were not fitted better beyond their differences, and by at least 1 %.".to_owned(),
         format!(
-            "Slow wander of the supply by about 1 % counts as normal and is not named; with the noise it leaves an error of {:.2} kPa where the model is right. More than twice that counts as unexplained.",
+            "Slow wander of the supply by about 1 % counts as normal and is not named; with the noise it leaves an error of {:.2} kPa where the model is right. More than 1.7 times that counts as unexplained.",
             report.checks.allowed_rmse_kpa
         ),
         format!("Halving the integration step changes the simulation by {:.3} kPa RMS.", report.checks.halved_step_rms_kpa),
