@@ -297,8 +297,8 @@ mod tests {
         channels[0].error = 1e-6;
         let Some(p) = pool(&channels) else { panic!("channels with errors have a mean") };
         assert!((p.value - 1.15).abs() < 0.01, "{p:?}");
-        // The spread of four channels over the root of their number.
-        assert!((p.error - 0.129 / 2.0).abs() < 0.005, "{p:?}");
+        // By hand: weights 1e12 and three of 1e4, Q = 1400, spread^2 = (1400 - 3) / 6e4, over the root of four channels.
+        assert!((p.error - 0.0763).abs() < 0.0005, "{p:?}");
     }
 
     #[test]
