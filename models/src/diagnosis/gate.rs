@@ -42,6 +42,8 @@ pub struct Trial {
     pub scores: Vec<f64>,
     /// Sum of squared whitened residuals of `start` on the open blocks.
     pub loss: f64,
+    /// The same at the best size along the direction, at which an effect smaller or larger than the probe is not worse off.
+    pub promise: f64,
     /// Does only one sign of the score speak for the effect?
     pub one_sided: bool,
 }
@@ -128,7 +130,7 @@ fn try_effect(
         .iter()
         .enumerate()
         .filter_map(|(probe, values)| try_probe(data, stage, effect, values).map(|t| (probe, t)))
-        .map(|(probe, (start, direction, loss))| Trial {
+        .map(|(probe, (start, direction, loss, promise))| Trial {
             effect,
             probe,
             start,
@@ -140,18 +142,19 @@ fn try_effect(
                 if searched { &[Role::Select] } else { &OPEN },
             ),
             loss,
+            promise,
             one_sided: one_sided || searched,
         })
         .collect()
 }
 
-/// The model with an effect at one size, what it changes in the whitened readings, and its loss on the open blocks.
+/// The model with an effect at one size, what it changes in the whitened readings, its loss on the open blocks, and what the best size promises.
 fn try_probe(
     data: &ChannelData,
     stage: &ChannelStage,
     effect: usize,
     values: &[f64],
-) -> Option<(Extended, Vec<f64>, f64)> {
+) -> Option<(Extended, Vec<f64>, f64, f64)> {
     let mut model = stage.model.with(&data.plant, effect, values);
     let parameters = stage.model.parameters(&data.plant);
     let inserted = model.range(&data.plant, effect)?;
@@ -183,7 +186,12 @@ fn try_probe(
     let [own, dot, square] = products(data, &stage.residuals, &linear);
     if !(dot * dot > HOPELESS * own * square) {
         // Next to nothing of this is in the residual: what the parameters would do exactly is not worth a simulation.
-        return linear.iter().all(|v| v.is_finite()).then_some((model, linear, own - 2.0 * dot + square));
+        return linear.iter().all(|v| v.is_finite()).then_some((
+            model,
+            linear,
+            own - 2.0 * dot + square,
+            own,
+        ));
     }
     let mut d = change(&model);
     if !d.iter().all(|v| v.is_finite()) {
@@ -203,7 +211,9 @@ fn try_probe(
         .map(|(_, span)| closest[span.clone()].iter().map(|v| v * v).sum::<f64>())
         .sum();
     give_way(&mut model, &forward);
-    Some((model, d, loss))
+    let [own, dot, square] = products(data, &stage.residuals, &d);
+    let scaled = if dot > 0.0 { own - dot * dot / square } else { own };
+    Some((model, d, loss, loss.min(scaled)))
 }
 
 /// Products on the open blocks: residual by itself, by a direction, and the direction by itself.
@@ -305,7 +315,7 @@ mod tests {
 
     fn trial(scores: Vec<f64>) -> Trial {
         let start = Extended::base(Vec::new());
-        Trial { effect: 0, probe: 0, start, scores, loss: 0.0, one_sided: false }
+        Trial { effect: 0, probe: 0, start, scores, loss: 0.0, promise: 0.0, one_sided: false }
     }
 
     #[test]

@@ -146,7 +146,7 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
     for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
         let kept = super::candidate::total(data, &stage.losses(data), &OPEN);
         let least =
-            trials.iter().filter(|t| t.effect == effect).map(|t| t.loss).fold(f64::INFINITY, f64::min);
+            trials.iter().filter(|t| t.effect == effect).map(|t| t.promise).fold(f64::INFINITY, f64::min);
         sum += least.min(kept);
     }
     sum
