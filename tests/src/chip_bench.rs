@@ -20,6 +20,10 @@ pub const LED: usize = 25;
 pub const CHARACTER: Ticks = Ticks::from_micros(10);
 /// More than the time from power-on to the first control step, which is the crystal's start-up delay and little more.
 pub const BOOT: Ticks = Ticks::from_millis(140);
+/// All coils driven to vent.
+pub const VENT: [f64; CHANNELS] = [-1.0; CHANNELS];
+/// All coils driven to fill.
+pub const FILL: [f64; CHANNELS] = [1.0; CHANNELS];
 
 /// A chip that runs the firmware. A clone goes on from the same state.
 #[derive(Clone)]
@@ -113,6 +117,18 @@ impl ChipBench {
     pub fn running(board: u8) -> Self {
         let mut bench = Self::booted(board);
         bench.run(Ticks::from_millis(2_000));
+        bench
+    }
+
+    /// Board 0 filling all four chambers, 5 ms after a request was answered.
+    ///
+    /// # Panics
+    /// As [`power_on`](Self::power_on), and when the firmware does not answer or does not fill.
+    pub fn filling() -> Self {
+        let mut bench = Self::running(0);
+        assert!(bench.exchange(packet(0, [500; CHANNELS])).is_some());
+        bench.run(Ticks::from_millis(5));
+        assert_eq!(bench.coils(), FILL);
         bench
     }
 

@@ -2,11 +2,9 @@
 
 use pneudrive_chip::{Level, ResetReason, Ticks};
 use pneudrive_protocol::{CheckedPacket, Counts, Direction, Sequence};
-use system_tests::chip_bench::{BOOT, ChipBench, DIR, LED, PWM, packet};
+use system_tests::chip_bench::{BOOT, ChipBench, DIR, FILL, LED, PWM, VENT, packet};
 use system_tests::firmware;
 
-const VENT: [f64; 4] = [-1.0; 4];
-const FILL: [f64; 4] = [1.0; 4];
 const MS: Ticks = Ticks::from_millis(1);
 
 /// Branches to itself.
@@ -14,18 +12,9 @@ const HANG: u16 = 0xE7FE;
 /// Permanently undefined: a HardFault.
 const UNDEFINED: u16 = 0xDE00;
 
-/// Filling all four chambers, with a request just answered.
-fn filling() -> ChipBench {
-    let mut bench = ChipBench::running(0);
-    assert!(bench.exchange(packet(0, [500; 4])).is_some());
-    bench.run(MS * 5);
-    assert_eq!(bench.coils(), FILL);
-    bench
-}
-
 #[test]
 fn it_holds_for_two_seconds_when_the_host_dies_and_then_vents() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     // The request was answered 5 ms ago; 500 ms of patience and 2 s of hold.
     bench.run(MS * 2_490);
     assert_eq!(bench.coils(), FILL);
@@ -40,7 +29,7 @@ fn it_holds_for_two_seconds_when_the_host_dies_and_then_vents() {
 
 #[test]
 fn a_broken_sensor_vents_its_chamber_and_the_answer_says_so() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     bench.read([102, 0, 1023, 102]);
     bench.run(MS * 12);
     assert_eq!(bench.coils(), [1.0, -1.0, -1.0, 1.0]);
@@ -73,7 +62,7 @@ fn partial_drives_reach_the_pins() {
 
 #[test]
 fn the_led_tells_running_from_waiting() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     bench.chip.watch_pins(1 << LED);
     bench.run(MS * 400);
     assert_eq!(bench.chip.take_pin_edges(), []);

@@ -2,24 +2,13 @@
 //! stands still at the wrong moment.
 
 use pneudrive_chip::{Level, ResetReason, Ticks};
-use system_tests::chip_bench::{BUS, ChipBench, DRIVER_ENABLE, packet};
+use system_tests::chip_bench::{BUS, ChipBench, DRIVER_ENABLE, FILL, VENT, packet};
 
-const VENT: [f64; 4] = [-1.0; 4];
-const FILL: [f64; 4] = [1.0; 4];
 const MS: Ticks = Ticks::from_millis(1);
 const US: Ticks = Ticks::from_micros(1);
 
 /// DMA channel that takes the bus's characters from the UART (firmware/src/bus/receiver.rs).
 const CHARACTERS_CHANNEL: usize = 0;
-
-/// Filling all four chambers, with a request just answered.
-fn filling() -> ChipBench {
-    let mut bench = ChipBench::running(0);
-    assert!(bench.exchange(packet(0, [500; 4])).is_some());
-    bench.run(MS * 5);
-    assert_eq!(bench.coils(), FILL);
-    bench
-}
 
 /// Within the watchdog's 50 ms and one of its checks, 10 ms.
 #[track_caller]
@@ -35,7 +24,7 @@ fn is_reset_soon(bench: &mut ChipBench, what: &str) {
 /// Without samples there is no control step, and the valves stay as they are: only the reset vents them.
 #[test]
 fn a_converter_that_fails_is_a_reset() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     (0..4).for_each(|channel| bench.chip.set_adc(channel, 408));
     bench.chip.set_adc_failing(true);
     is_reset_soon(&mut bench, "ADC fails");
@@ -53,7 +42,7 @@ fn a_converter_that_fails_is_a_reset() {
 /// One conversion that fails costs a step, not a reset.
 #[test]
 fn a_conversion_that_fails_now_and_then_is_none() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     for n in 0..100 {
         bench.chip.set_adc_failing(true);
         bench.run(Ticks::from_micros(1_100));
@@ -68,7 +57,7 @@ fn a_conversion_that_fails_now_and_then_is_none() {
 /// The bus interrupt goes on, because supervision asks for it: that it hears nothing any more must show.
 #[test]
 fn a_receiver_that_stops_is_a_reset() {
-    let mut bench = filling();
+    let mut bench = ChipBench::filling();
     bench.chip.abort_dma(CHARACTERS_CHANNEL);
     is_reset_soon(&mut bench, "receiver's DMA channel stops");
     bench.run(MS * 140);
