@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
+use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
 use super::gate::Trial;
 use super::random::{generator, quantile, runs};
@@ -19,6 +20,8 @@ const WORSE: f64 = 1.5;
 const THRESHOLD_FACTOR: f64 = 1.35;
 /// Thresholds that are looked at on either side of the start.
 const SCAN: i32 = 7;
+/// Simulations in which the other parameters follow a threshold.
+const FOLLOW: usize = 3;
 /// Resamples of blocks.
 const RESAMPLES: usize = 999;
 /// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
@@ -192,16 +195,15 @@ fn fit_from(
     };
     let position = range.start;
     let rest: Vec<usize> = free.iter().copied().filter(|k| *k != position).collect();
-    let cost = |model: &Extended| {
-        let objective = BlockObjective {
-            data,
-            whitening: &stage.whitening,
-            model: model.clone(),
-            free: Vec::new(),
-            roles: &[Role::Fit],
-        };
-        total(data, &block_losses(data, &objective.whitened(model)), &[Role::Fit])
+    let objective = |model: &Extended| BlockObjective {
+        data,
+        whitening: &stage.whitening,
+        model: model.clone(),
+        free: rest.clone(),
+        roles: &[Role::Fit],
     };
+    let cost =
+        |model: &Extended| total(data, &block_losses(data, &objective(model).whitened(model)), &[Role::Fit]);
     let bounds = (CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
     let at = |value: f64| {
         let mut model = start.clone();
@@ -212,7 +214,7 @@ fn fit_from(
     let scanned = (-SCAN..=SCAN).map(|k| at(start.values[position] * THRESHOLD_FACTOR.powi(k)));
     let start = scanned.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(|| start.clone(), |best| best.1);
     let mut best = refit(data, &stage.whitening, &start, &rest, evaluations.div_ceil(2)).0;
-    let mut least = cost(&best);
+    let (mut derivatives, mut least) = objective(&best).derivatives();
     let mut factor = THRESHOLD_FACTOR.sqrt();
     for _ in 0..evaluations {
         let centre = best.values[position];
@@ -220,9 +222,9 @@ fn fit_from(
         for value in [centre / factor, centre * factor] {
             let mut model = best.clone();
             model.values[position] = value.clamp(bounds.0, bounds.1);
-            let model = refit(data, &stage.whitening, &model, &rest, 2).0;
-            let c = cost(&model);
+            let (model, c) = refit_with(&objective(&model), &derivatives, FOLLOW);
             if c < least {
+                (derivatives, _) = objective(&model).derivatives();
                 (best, least, moved) = (model, c, true);
                 break;
             }

@@ -48,6 +48,24 @@ impl BlockObjective<'_> {
         self.whitening.apply(&mut r);
         r
     }
+
+    /// Whitened derivatives of the readings by the free parameters where the model stands, kPa, row by row, and the cost there,
+    /// kPa^2.
+    #[must_use]
+    pub fn derivatives(&self) -> (Vec<f64>, f64) {
+        let (readings, mut matrix) = self.data.sensitivities(&self.model, &self.free);
+        let mut r: Vec<f64> = readings.iter().zip(&self.data.measured_kpa).map(|(y, m)| y - m).collect();
+        self.whitening.apply(&mut r);
+        self.whitening.apply_columns(&mut matrix, self.free.len());
+        (matrix, self.cost(&r))
+    }
+
+    /// Sum of squares over the blocks that count.
+    fn cost(&self, residuals: &[f64]) -> f64 {
+        let counted =
+            self.data.blocks.iter().zip(&self.data.spans).filter(|(b, _)| self.roles.contains(&b.role));
+        counted.flat_map(|(_, span)| &residuals[span.clone()]).map(|v| v * v).sum()
+    }
 }
 
 impl Objective for BlockObjective<'_> {
@@ -84,6 +102,12 @@ impl Objective for BlockObjective<'_> {
         self.whitening.apply(&mut r);
         self.whitening.apply_columns(&mut matrix, self.free.len());
         normal_equations(self.data, self.roles, &r, &matrix, self.free.len())
+    }
+
+    fn last(&self, coordinates: &[f64]) -> Normal {
+        let mut normal = Normal::zeros(self.free.len());
+        normal.cost = self.cost(&self.whitened(&self.model_at(coordinates)));
+        normal
     }
 
     fn residuals(&self) -> usize {

@@ -9,8 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::blocks::Role;
+use super::candidate::total;
 use super::channel::ChannelData;
-use super::fit::{BlockObjective, refit};
+use super::chord::refit_with;
+use super::fit::BlockObjective;
 use super::stage::ChannelStage;
 use crate::fit::Objective;
 use crate::model::Scale;
@@ -19,8 +21,8 @@ use crate::model::Scale;
 const FIRST_STEP: f64 = 0.002;
 /// Points at which one side of a profile is evaluated at most.
 const POINTS: usize = 6;
-/// Evaluations of the model for a point.
-const FOLLOW: usize = 3;
+/// Simulations for a point.
+const FOLLOW: usize = 4;
 /// Nearness of a point to the wanted rise that ends the search, as a part of its root.
 const NEAR: f64 = 0.1;
 
@@ -133,6 +135,8 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
 /// The cost of the fit blocks along one parameter.
 struct Profile<'a> {
     objective: BlockObjective<'a>,
+    /// Whitened derivatives at the optimum, kPa, row by row.
+    derivatives: Vec<f64>,
     start: Vec<f64>,
     bounds: Vec<(f64, f64)>,
     least: f64,
@@ -148,18 +152,9 @@ impl<'a> Profile<'a> {
             roles: &[Role::Fit],
         };
         let (start, bounds) = (objective.nominal(), objective.bounds());
-        let mut profile = Self { objective, start, bounds, least: 0.0 };
-        profile.least = profile.cost(&stage.model);
-        profile
-    }
-
-    /// Sum of squares in variances of the noise.
-    fn cost(&self, model: &super::channel::Extended) -> f64 {
-        let r = self.objective.whitened(model);
-        let data = self.objective.data;
-        let fitted = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Fit);
-        let sum = fitted.flat_map(|(_, span)| &r[span.clone()]).map(|v| v * v).sum::<f64>();
-        sum / (data.noise_kpa * data.noise_kpa)
+        let derivatives = stage.sensitivities.iter().map(|s| s * data.noise_kpa).collect();
+        let least = total(data, &stage.losses(data), &[Role::Fit]);
+        Self { objective, derivatives, start, bounds, least }
     }
 
     /// Distances below and above at which the cost has risen by `rise`; infinite where a bound comes first. `stride` is where they
@@ -171,18 +166,33 @@ impl<'a> Profile<'a> {
     fn end(&self, k: usize, sign: f64, stride: f64, rise: f64) -> f64 {
         let (low, high) = self.bounds[k];
         let wall = if sign > 0.0 { high - self.start[k] } else { self.start[k] - low };
+        let data = self.objective.data;
+        let n = self.objective.free.len();
         let mut others = self.objective.free.clone();
         let position = others.remove(k);
+        let derivatives: Vec<f64> = self
+            .derivatives
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| index % n != k)
+            .map(|(_, derivative)| *derivative)
+            .collect();
         let mut warm = self.objective.model.clone();
         let mut root = |distance: f64| {
             let mut at = self.start.clone();
             at[k] += sign * distance;
             let moved = self.objective.model_at(&at).values[position];
             warm.values[position] = moved;
-            let (model, _) = refit(self.objective.data, self.objective.whitening, &warm, &others, FOLLOW);
-            let rise = (self.cost(&model) - self.least).max(0.0);
+            let objective = BlockObjective {
+                data,
+                whitening: self.objective.whitening,
+                model: warm.clone(),
+                free: others.clone(),
+                roles: self.objective.roles,
+            };
+            let (model, cost) = refit_with(&objective, &derivatives, FOLLOW);
             warm = model;
-            rise.sqrt()
+            (cost / (data.noise_kpa * data.noise_kpa) - self.least).max(0.0).sqrt()
         };
         let target = rise.sqrt();
         let mut next = if stride > 0.0 { stride } else { FIRST_STEP * (high - low) };

@@ -14,6 +14,7 @@ mod candidate;
 mod causes;
 mod channel;
 mod check;
+mod chord;
 mod correction;
 mod dependence;
 mod error;

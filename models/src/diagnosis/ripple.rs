@@ -16,6 +16,8 @@ const SHORTEST_S: f64 = 1.5;
 const MOST: usize = 160;
 /// Distance of neighbouring frequencies, periods per recording.
 const SPACING: f64 = 0.8;
+/// Every how many frequencies the response is simulated; between them it is interpolated.
+const SIMULATED: usize = 4;
 /// Parts of a period in which the supply rises that are tried.
 const RISES: [f64; 2] = [0.3, 0.7];
 
@@ -46,14 +48,12 @@ pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Cycle
     let frequencies: Vec<f64> = (0..count).map(|k| lowest + SPACING / duration * k as f64).collect();
     let mut white = residual;
     stage.whitening.apply(&mut white);
-    for part in frequencies.chunks(SINES) {
-        let responses = data.sine_derivatives(&stage.model, part);
-        for (k, &frequency) in part.iter().enumerate() {
-            if let Some((gain, waves)) = response(data, stage, &responses, &white, k)
-                && best.as_ref().is_none_or(|(g, _, _)| gain > *g)
-            {
-                best = Some((gain, frequency, waves));
-            }
+    let envelopes = Envelopes::new(data, stage, &frequencies);
+    for &frequency in &frequencies {
+        if let Some((gain, waves)) = response(data, stage, envelopes.waves(frequency), &white)
+            && best.as_ref().is_none_or(|(g, _, _)| gain > *g)
+        {
+            best = Some((gain, frequency, waves));
         }
     }
     best.map(|(_, frequency_hz, waves)| Cycle { frequency_hz, waves, gauge_pa: gauge })
@@ -82,17 +82,63 @@ impl Cycle {
     }
 }
 
-/// How much the cosine and the sine of number `k` take out of the whitened residual on the fit blocks, and their amplitudes as parts of
-/// the gauge pressure.
+/// What sines in the supply do to the readings. To a wave `exp(i w t)` they answer with `Z(w, t) exp(i w t)`; the envelope `Z` changes with
+/// the frequency only over the inverse of the time that the readings remember, so it is simulated at some frequencies and
+/// interpolated between them.
+struct Envelopes<'a> {
+    data: &'a ChannelData,
+    /// Frequencies at which it was simulated, Hz, ascending.
+    frequencies: Vec<f64>,
+    /// Real and imaginary part for each of them, compared row by compared row, kPa per part of the gauge pressure.
+    values: Vec<Vec<[f64; 2]>>,
+}
+
+impl<'a> Envelopes<'a> {
+    fn new(data: &'a ChannelData, stage: &ChannelStage, frequencies: &[f64]) -> Self {
+        let last = frequencies.last().copied();
+        let mut knots: Vec<f64> = frequencies.iter().copied().step_by(SIMULATED).collect();
+        knots.extend(last.filter(|last| knots.last() != Some(last)));
+        let mut values = Vec::with_capacity(knots.len());
+        for part in knots.chunks(SINES) {
+            let responses = data.sine_derivatives(&stage.model, part);
+            for (k, &frequency) in part.iter().enumerate() {
+                let turned = data.rows.iter().zip(&responses).map(|(&row, answer)| {
+                    let (sine, cosine) = (TAU * frequency * data.inputs.time_s[row as usize]).sin_cos();
+                    let [a, b] = [answer[2 * k], answer[2 * k + 1]];
+                    [a * cosine + b * sine, b * cosine - a * sine]
+                });
+                values.push(turned.collect());
+            }
+        }
+        Self { data, frequencies: knots, values }
+    }
+
+    /// The readings' answers to a cosine and a sine, row by row, in standard deviations of the noise.
+    fn waves(&self, frequency: f64) -> Vec<f64> {
+        let above = self.frequencies.partition_point(|f| *f < frequency).min(self.frequencies.len() - 1);
+        let below = above.saturating_sub(1);
+        let gap = self.frequencies[above] - self.frequencies[below];
+        let part = if gap > 0.0 { (frequency - self.frequencies[below]) / gap } else { 0.0 };
+        let scale = 1.0 / self.data.noise_kpa;
+        let pairs = self.values[below].iter().zip(&self.values[above]).zip(&self.data.rows);
+        pairs
+            .flat_map(|((low, high), &row)| {
+                let (sine, cosine) = (TAU * frequency * self.data.inputs.time_s[row as usize]).sin_cos();
+                let [re, im] = [0, 1].map(|k| scale * (low[k] + part * (high[k] - low[k])));
+                [re * cosine - im * sine, re * sine + im * cosine]
+            })
+            .collect()
+    }
+}
+
+/// How much a cosine and a sine take out of the whitened residual on the fit blocks, and their amplitudes as parts of the gauge pressure.
+/// `columns` are what they do to the readings.
 fn response(
     data: &ChannelData,
     stage: &ChannelStage,
-    responses: &[[f64; 2 * SINES]],
+    mut columns: Vec<f64>,
     white: &[f64],
-    k: usize,
 ) -> Option<(f64, [f64; 2])> {
-    let pair = |row: &[f64; 2 * SINES]| [row[2 * k] / data.noise_kpa, row[2 * k + 1] / data.noise_kpa];
-    let mut columns: Vec<f64> = responses.iter().flat_map(pair).collect();
     stage.whitening.apply_columns(&mut columns, 2);
     let (mut gram, mut right) = (DMatrix::<f64>::zeros(2, 2), DVector::<f64>::zeros(2));
     for row in rows_of(data, &[Role::Fit]) {

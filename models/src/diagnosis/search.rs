@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::base::{fit_base, free_base};
 use super::candidate::{Candidate, bootstrap, together};
 use super::channel::{ChannelData, Extended};
+use super::chord::refit_near;
 use super::fit::refit;
 use super::gate::{Gate, judge, trials};
 use super::prepare::simulate_finer;
@@ -179,6 +180,17 @@ fn free_of(data: &ChannelData, model: &Extended, fixed: bool) -> Vec<usize> {
 
 /// Refits models with the weights that go with them.
 fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
+    settle_by(channels, models, fixed, |data, whitening, model, free| {
+        refit(data, whitening, model, free, SETTLE).0
+    })
+}
+
+fn settle_by(
+    channels: &mut [ChannelData],
+    models: &[Extended],
+    fixed: bool,
+    fit: impl Fn(&ChannelData, &Whitening, &Extended, &[usize]) -> Extended + Sync,
+) -> Vec<ChannelStage> {
     share_draws(channels, models);
     channels
         .par_iter()
@@ -186,7 +198,7 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
         .map(|(data, model)| {
             let free = free_of(data, model, fixed);
             let whitening = Whitening::new(data, &data.disturbances(model));
-            let (model, _) = refit(data, &whitening, model, &free, SETTLE);
+            let model = fit(data, &whitening, model, &free);
             ChannelStage::new(data, model, free)
         })
         .collect()
@@ -202,11 +214,14 @@ impl Outcome {
 
     /// Fits all models again, after the channels' simulation has become finer.
     pub fn refine(&mut self, channels: &mut [ChannelData], change: bool) {
-        let again = |channels: &mut [ChannelData], models: &[Extended]| settle(channels, models, change);
+        let again = |channels: &mut [ChannelData], models: &[Extended]| {
+            settle_by(channels, models, change, refit_near)
+        };
         let models = |stages: &[ChannelStage]| stages.iter().map(|s| s.model.clone()).collect::<Vec<_>>();
         let coarse = self.base.clone();
-        if !change {
-            self.base = models(&again(channels, &coarse));
+        let base = (!change).then(|| again(channels, &coarse));
+        if let Some(base) = &base {
+            self.base = models(base);
         }
         for cause in &mut self.causes {
             cause.before = if cause.before == coarse {
@@ -215,7 +230,10 @@ impl Outcome {
                 models(&again(channels, &cause.before))
             };
         }
-        self.stages = again(channels, &models(&self.stages));
+        self.stages = match base {
+            Some(base) if self.causes.is_empty() => base,
+            _ => again(channels, &models(&self.stages)),
+        };
     }
 }
 

@@ -7,7 +7,7 @@
 use super::hook::{Areas, Stretch, Structure};
 use super::plant::Plant;
 use crate::model::{FlowFunction, GAMMA, psi_max};
-use crate::numeric::{Dual, Scalar};
+use crate::numeric::Scalar;
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
@@ -243,11 +243,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
     /// Flow pressure and its partial derivatives by the two pressures.
     #[inline(always)]
     fn flow_pressure(&self, from: S, to: S) -> (S, f64, f64) {
-        let d = self.flow.pressure(Dual::<f64, 2>::variable(from.real(), 0), Dual::variable(to.real(), 1));
-        let [by_from, by_to] = d.gradient;
-        let nominal = S::chain2(d.value, from, by_from, to, by_to);
+        let (value, by_from, by_to) = self.flow.with_partials(from.real(), to.real());
         match self.structure.flow_function {
-            None => (nominal, by_from, by_to),
+            None => (S::chain2(value, from, by_from, to, by_to), by_from, by_to),
             Some((ratio, exponent)) => (general_flow_pressure(from, to, ratio, exponent), by_from, by_to),
         }
     }

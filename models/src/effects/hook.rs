@@ -1,6 +1,8 @@
 //! Where an effect can take hold of a simulated channel.
 
 use super::inputs::ChannelInputs;
+use super::plant::{Kind, Plant};
+use crate::model::ValveDrive;
 use crate::numeric::Scalar;
 
 /// The moment a hook is asked for.
@@ -33,6 +35,21 @@ pub struct ValveLaw<S> {
     pub threshold_out: S,
     /// Width of the corners.
     pub corner: S,
+}
+
+impl<S: Scalar> ValveLaw<S> {
+    /// What the base model's parameters say; all zero for a regulator, which has no valve.
+    pub fn of(plant: &Plant, base: &[S]) -> Self {
+        // Where one spool opens both ports they share the gain, and the vent port opens on the other side.
+        let [leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner] = match plant.kind {
+            Kind::Nonlinear(ValveDrive::Separate) => [0, 1, 2, 3, 4, 5, 6].map(|k| base[k]),
+            Kind::Nonlinear(ValveDrive::Spool) => {
+                [base[0], base[1], base[2], base[2], base[3], -base[4], base[5]]
+            }
+            Kind::Linear => [S::zero(); 7],
+        };
+        Self { leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner }
+    }
 }
 
 /// How a regulator answers: `dp/dt = speed (beta command - alpha p)`.
@@ -93,28 +110,35 @@ pub trait Hook<S: Scalar> {
     fn structure(&self, structure: &mut Structure<S>) {}
 
     /// The drive that reaches valve number `valve` (0: the spool or the fill valve, 1: the vent valve), mean over the step.
+    #[inline(always)]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         drive
     }
 
     /// Changes the law of the valve.
+    #[inline(always)]
     fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {}
 
     /// Changes the law of a regulator.
+    #[inline(always)]
     fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {}
 
     /// Changes the areas of the ports.
+    #[inline(always)]
     fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {}
 
     /// The supply pressure at this channel's valve, absolute, Pa. `areas` and `pressure` (chamber, absolute, Pa) are those of this step.
+    #[inline(always)]
     fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
         supply
     }
 
     /// Changes the volume, at an absolute chamber pressure in Pa.
+    #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {}
 
     /// What the sensor delivers, gauge, Pa, at the end of the step.
+    #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         gauge
     }

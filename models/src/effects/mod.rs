@@ -7,6 +7,7 @@
 
 pub mod catalogue;
 mod chamber;
+mod controller;
 mod hook;
 mod info;
 mod inputs;

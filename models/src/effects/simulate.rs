@@ -2,9 +2,10 @@
 
 use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
+use super::controller::{Controller, Pace};
 use super::hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 use super::inputs::{ChannelInputs, DriveInput};
-use super::plant::{BoardLoop, Kind, Plant};
+use super::plant::{Kind, Plant};
 use multiversion::multiversion;
 
 use crate::model::smooth_corner;
@@ -77,8 +78,8 @@ fn roll<S: Scalar<Real = f64>>(
         inputs,
         chamber: Chamber::new(plant, structure),
         reading: S::zero(),
-        before: S::zero(),
-        filtered: S::zero(),
+        controller: Controller::new(),
+        law: ValveLaw::of(plant, base),
         supply: S::zero(),
     };
     let mut next_start = 0;
@@ -108,10 +109,10 @@ struct Run<'a, S: Scalar> {
     chamber: Chamber<S>,
     /// What the sensor delivers now, gauge, Pa.
     reading: S,
-    /// What it delivered a step of the board before.
-    before: S,
-    /// The board's filtered sample, gauge, Pa.
-    filtered: S,
+    /// The board's controller, where it is part of the simulation.
+    controller: Controller<S>,
+    /// The valve before effects.
+    law: ValveLaw<S>,
     /// Supply pressure over this interval before effects, Pa.
     supply: S,
 }
@@ -121,8 +122,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let measured = self.inputs.measured_pa[row];
         self.chamber.start(S::constant(measured));
         self.reading = S::constant(measured - self.inputs.ambient_pa);
-        self.before = self.reading;
-        self.filtered = self.reading;
+        self.controller.start(self.reading);
     }
 
     /// Moves the pressure, and what the sensor delivers with it.
@@ -130,30 +130,15 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let change = pressure - self.chamber.pressure();
         self.chamber.shift(change);
         self.reading = self.reading + change;
-        self.before = self.before + change;
+        self.controller.shift(change);
     }
 
-    /// What the board reports: the filtered pressure where it filters. The loop that samples this reading runs at the first step
-    /// after the row.
+    /// What is reported: by a board, what its loop makes of the reading.
     fn report(&self) -> S {
         match (&self.inputs.drive, &self.plant.board) {
-            (DriveInput::Controlled, Some(board)) if board.filter > 0.0 => {
-                self.filtered.times(board.filter) + self.reading.times(1.0 - board.filter)
-            }
+            (DriveInput::Controlled, Some(board)) => self.controller.report(board, self.reading),
             _ => self.reading,
         }
-    }
-
-    /// The command that the board follows at step `k` of a row's interval, of `loops` of its loops, Pa gauge. The row's pressure is
-    /// what the first of them sampled; that one ran before the exchange and still has the command of the row before.
-    fn command(&self, row: usize, k: usize, loops: f64) -> f64 {
-        let now = self.inputs.command_pa[row];
-        let known = if k == 0 && self.inputs.starts.binary_search(&row).is_err() {
-            now + (self.inputs.command_pa[row - 1] - now) / loops
-        } else {
-            now
-        };
-        known - self.inputs.ambient_pa
     }
 
     #[inline(always)]
@@ -172,20 +157,16 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             }
             None => (self.plant.steps(interval), 1),
         };
+        let pace = controlled.map(|board| Pace::new(board, interval / loops as f64));
         let steps = loops * parts;
         let length_s = interval / steps as f64;
         let (mut mean_drive, mut mean_draw) = (0.0, 0.0);
-        let mut held = S::zero();
-        for k in 0..steps {
-            let time_s = inputs.time_s[row] + (k as f64 + 0.5) * length_s;
-            let step = Step { row, time_s, length_s, inputs };
-            let (mut fill, mut vent) = match (&inputs.drive, controlled) {
+        for tick in 0..loops {
+            let (fill, vent) = match (&inputs.drive, &pace) {
                 (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
                 (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
-                (DriveInput::Controlled, Some(board)) => {
-                    if k % parts == 0 {
-                        held = self.control(board, row, k / parts, interval / loops as f64);
-                    }
+                (DriveInput::Controlled, Some(pace)) => {
+                    let held = self.controller.drive(pace, inputs, (row, tick), self.reading);
                     (held, -held)
                 }
                 (DriveInput::Controlled | DriveInput::Command, _) => {
@@ -193,85 +174,52 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                     (S::constant(u), S::constant(-u))
                 }
             };
-            let separate = matches!(inputs.drive, DriveInput::Separate { .. });
-            mean_drive += if separate { fill.real() - vent.real() } else { fill.real() };
-            for effect in effects.iter_mut() {
-                fill = effect.drive(&step, 0, fill);
-                if separate {
-                    vent = effect.drive(&step, 1, vent);
-                }
+            for part in 0..parts {
+                let time_s = inputs.time_s[row] + ((tick * parts + part) as f64 + 0.5) * length_s;
+                let step = Step { row, time_s, length_s, inputs };
+                let (drive, draw) = self.step(&step, fill, vent, effects);
+                mean_drive += drive;
+                mean_draw += draw;
             }
-            if !separate {
-                vent = -fill;
-            }
-            let draw = match self.plant.kind {
-                Kind::Nonlinear(_) => self.nonlinear_step(&step, fill, vent, effects),
-                Kind::Linear => {
-                    self.linear_step(&step, fill, effects);
-                    0.0
-                }
-            };
-            mean_draw += draw;
-            let mut reading = self.chamber.port().plus(-inputs.ambient_pa);
-            for effect in effects.iter_mut() {
-                reading = effect.sense(&step, reading);
-            }
-            self.reading = reading;
         }
         (mean_drive / steps as f64, mean_draw / steps as f64)
     }
 
-    /// A step of the board's controller, `length_s` long: one of its loops, or the mean of several. The sensor's noise, rounding
-    /// included, is part of it: it shakes the drive, and with it whatever friction the spool has.
+    /// One step under the drives of the fill and the vent port. Returns drive and flow drawn.
     #[inline(always)]
-    fn control(&mut self, board: &BoardLoop, row: usize, k: usize, length_s: f64) -> S {
-        let loops = (length_s * board.rate_hz).max(1.0);
-        let command = self.command(row, k, loops).clamp(board.lowest_pa, board.highest_pa);
-        let noise = self.inputs.noise_pa * dither(row, k);
-        // The loops of a step sample on average this part of a step after its start.
-        let ahead = 0.5 * (loops - 1.0) / loops;
-        let sample = self.reading + (self.reading - self.before).times(ahead);
-        self.before = self.reading;
-        let sample = sample.plus(noise).max(S::constant(board.lowest_pa));
-        let previous = self.filtered;
-        let weight = if loops > 1.0 { board.filter.powf(loops) } else { board.filter };
-        self.filtered = previous.times(weight) + sample.times(1.0 - weight);
-        let error = -self.filtered.plus(-command);
-        let change = (self.filtered - previous).times(1.0 / loops);
-        let one = S::constant(1.0);
-        (error.times(board.gain_per_pa) - change.times(board.damping_per_pa)).min(one).max(-one)
-    }
-
-    #[inline(always)]
-    fn law(&self) -> ValveLaw<S> {
-        let p = self.base;
-        if self.plant.separate() {
-            ValveLaw {
-                leak_in: p[0],
-                leak_out: p[1],
-                gain_in: p[2],
-                gain_out: p[3],
-                threshold_in: p[4],
-                threshold_out: p[5],
-                corner: p[6],
-            }
-        } else {
-            ValveLaw {
-                leak_in: p[0],
-                leak_out: p[1],
-                gain_in: p[2],
-                gain_out: p[2],
-                threshold_in: p[3],
-                threshold_out: -p[4],
-                corner: p[5],
+    fn step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
+        let inputs = self.inputs;
+        let (mut fill, mut vent) = (fill, vent);
+        let separate = matches!(inputs.drive, DriveInput::Separate { .. });
+        let drive = if separate { fill.real() - vent.real() } else { fill.real() };
+        for effect in effects.iter_mut() {
+            fill = effect.drive(step, 0, fill);
+            if separate {
+                vent = effect.drive(step, 1, vent);
             }
         }
+        if !separate {
+            vent = -fill;
+        }
+        let draw = match self.plant.kind {
+            Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
+            Kind::Linear => {
+                self.linear_step(step, fill, effects);
+                0.0
+            }
+        };
+        let mut reading = self.chamber.port().plus(-inputs.ambient_pa);
+        for effect in effects.iter_mut() {
+            reading = effect.sense(step, reading);
+        }
+        self.reading = reading;
+        (drive, draw)
     }
 
     #[inline(always)]
     fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
         let inputs = self.inputs;
-        let mut law = self.law();
+        let mut law = self.law;
         for effect in effects.iter_mut() {
             effect.valve(step, &mut law);
         }
@@ -320,91 +268,5 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             next = gauge + (next - gauge).min(most).max(-most);
         }
         self.chamber.set(next.plus(self.inputs.ambient_pa));
-    }
-}
-
-/// A reproducible stand-in for the sensor's noise at a loop of the board: nearly normal with unit variance (sum of four
-/// uniform numbers from the SplitMix64 hash).
-fn dither(row: usize, tick: usize) -> f64 {
-    let mut z =
-        (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    let sum: u64 = (0..4).map(|k| (z >> (16 * k)) & 0xffff).sum();
-    // Mean 2, variance 4/12 in units of 65536.
-    (sum as f64 / 65_536.0 - 2.0) * 3.0_f64.sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effects::Undisturbed as None;
-    use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
-
-    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second; the command jumps at row 5.
-    fn after_a_jump(filter: f64) -> Vec<(f64, f64)> {
-        const ROWS: usize = 10;
-        let ambient_pa = 101_325.0;
-        let plant = Plant {
-            kind: Kind::Nonlinear(ValveDrive::Spool),
-            gas: Gas { ambient_pa, ..Gas::default() },
-            flow: FlowFunction::new(0.3, FlowForm::Iso6358),
-            critical_ratio: 0.3,
-            discharge_coefficient: 1.0,
-            board: Some(BoardLoop {
-                rate_hz: 1000.0,
-                gain_per_pa: 1e-3,
-                damping_per_pa: 0.0,
-                filter,
-                lowest_pa: 0.0,
-                loops_per_step: 1,
-                highest_pa: 7e5,
-            }),
-            longest_step_s: 0.005,
-            command_range_pa: 3e5,
-        };
-        let command = |row: usize| if row < 5 { 1e5 } else { 3e5 } + ambient_pa;
-        let inputs = ChannelInputs {
-            time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
-            interval_s: vec![0.01; ROWS],
-            duration_s: 0.09,
-            starts: vec![0],
-            drive: DriveInput::Controlled,
-            command_pa: (0..ROWS).map(command).collect(),
-            supply_pa: vec![650e3; ROWS],
-            volume_m3: vec![1e-4; ROWS],
-            volume_rate_m3_s: vec![0.0; ROWS],
-            measured_pa: vec![command(0); ROWS],
-            usable: vec![true; ROWS],
-            opposite_pa: vec![],
-            sampled_before_pa: vec![],
-            others_draw: vec![0.0; ROWS],
-            noise_pa: 0.0,
-            ambient_pa,
-        };
-        // Tight: nothing flows at rest.
-        let base = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-        let mut rows = Vec::new();
-        simulate(&plant, &base, &mut [], &inputs, &None, |row: Row<f64>| rows.push((row.reading, row.drive)));
-        rows
-    }
-
-    #[test]
-    fn the_loop_that_a_row_reports_has_the_command_of_the_row_before() {
-        let rows = after_a_jump(0.0);
-        assert_eq!(rows[4].1, 0.0);
-        // Nine of the ten loops after row 5 know its command and drive fully.
-        assert!((rows[5].1 - 0.9).abs() < 1e-12, "{rows:?}");
-        assert!((rows[6].1 - 1.0).abs() < 1e-12, "{rows:?}");
-    }
-
-    #[test]
-    fn a_filtered_report_contains_the_sample_of_the_row() {
-        // A ramp, filtered with weight one half, is reported one loop late.
-        let (plain, filtered) = (after_a_jump(0.0), after_a_jump(0.5));
-        let loop_pa = (plain[9].0 - plain[8].0) / 10.0;
-        let late = (plain[9].0 - filtered[9].0) / loop_pa;
-        assert!((late - 1.0).abs() < 0.05, "{late} loops late");
     }
 }

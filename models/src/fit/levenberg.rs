@@ -106,8 +106,12 @@ pub fn minimise(
                 ending = Some(Ending::Converged);
                 break;
             }
-            let next = objective.normal(&trial);
             evaluations += 1;
+            let next = if evaluations < stopping.evaluations {
+                objective.normal(&trial)
+            } else {
+                objective.last(&trial)
+            };
             let gain = (normal.cost - next.cost) / predicted;
             if next.is_finite() && gain > 1e-4 {
                 let decrease = normal.cost - next.cost;

@@ -18,6 +18,12 @@ pub trait Objective: Sync {
     /// The normal equations at the given coordinates; not finite where the simulation runs away.
     fn normal(&self, coordinates: &[f64]) -> Normal;
 
+    /// As [`normal`](Self::normal) where a search that may evaluate no further looks for the last time: whoever needs
+    /// nothing but the coordinates may leave gradient and matrix at zero.
+    fn last(&self, coordinates: &[f64]) -> Normal {
+        self.normal(coordinates)
+    }
+
     /// The most coordinates the objective can differentiate by.
     fn most_coordinates(&self) -> usize {
         usize::MAX

@@ -89,7 +89,7 @@ impl FlowFunction {
 
     /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
     #[inline(always)]
-    fn with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
+    pub(crate) fn with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
         let backwards = from.below(to);
         let high = R::select(backwards, to, from);
         let low = R::select(backwards, from, to);

@@ -35,6 +35,7 @@ macro_rules! catalogue {
             }
         }
 
+        // Called at every step: without a call for what an effect leaves alone.
         impl<S: Scalar<Real = f64>> Hook<S> for AnyEffect<S> {
             fn reset(&mut self) {
                 match self { $(Self::$name(e) => e.reset()),* }
@@ -44,30 +45,37 @@ macro_rules! catalogue {
                 match self { $(Self::$name(e) => e.structure(structure)),* }
             }
 
+            #[inline(always)]
             fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
                 match self { $(Self::$name(e) => e.drive(step, valve, drive)),* }
             }
 
+            #[inline(always)]
             fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
                 match self { $(Self::$name(e) => e.valve(step, law)),* }
             }
 
+            #[inline(always)]
             fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {
                 match self { $(Self::$name(e) => e.regulator(step, law)),* }
             }
 
+            #[inline(always)]
             fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
                 match self { $(Self::$name(e) => e.areas(step, areas)),* }
             }
 
+            #[inline(always)]
             fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
                 match self { $(Self::$name(e) => e.supply(step, supply, areas, pressure)),* }
             }
 
+            #[inline(always)]
             fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
                 match self { $(Self::$name(e) => e.stretch(step, pressure, stretch)),* }
             }
 
+            #[inline(always)]
             fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
                 match self { $(Self::$name(e) => e.sense(step, gauge)),* }
             }
