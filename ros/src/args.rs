@@ -49,6 +49,9 @@ pub struct Flags {
     /// Vent a joint that has got no valid command for so long, s; 0 holds the last one for ever [changeable while running]
     #[arg(long, value_name = "S", default_value_t = 0.0)]
     pub command_timeout_s: f64,
+    /// Vent all joints when the node itself has been stuck for so long, s: the thread of each bus does it. 0 holds their commands
+    #[arg(long, value_name = "S", default_value_t = 1.0)]
+    pub watchdog_s: f64,
     /// Type of the pressure messages: joint_state (sensor_msgs/JointState, kPa in `effort`), or PACKAGE/TYPE for a message
     /// {std_msgs/Header header, float64[] pressure} of that name
     #[arg(long, value_name = "TYPE", default_value = "joint_state")]
@@ -156,6 +159,7 @@ impl Settings {
             ("--publish-rate-hz", flags.publish_rate_hz, false),
             ("--max-command-age-s", flags.max_command_age_s, true),
             ("--command-timeout-s", flags.command_timeout_s, true),
+            ("--watchdog-s", flags.watchdog_s, true),
             ("--diagnostics-period-s", flags.diagnostics_period_s, false),
         ];
         for (name, number, may_be_zero) in numbers {

@@ -23,6 +23,8 @@ pub struct OpenBus {
     options: PollerOptions,
     port: String,
     first_joint: u16,
+    /// How long set points are good for when nobody renews them; 0 for ever.
+    watchdog_ns: u64,
     virtual_boards: VirtualBoards,
 }
 
@@ -36,6 +38,8 @@ pub struct RunningBus {
     pub poller: Poller,
     /// One for each board, in the poller's order.
     pub gates: Vec<Arc<Gate>>,
+    /// What the gates set. Whoever watches over them renews it, or the bus thread commands 0 kPa.
+    pub set_points: SetPoints,
     /// States that found no room on their way to the publisher.
     pub dropped: Arc<AtomicU64>,
     /// What became of the others.
@@ -75,7 +79,9 @@ impl OpenBus {
             other => Failure::running(other),
         })?;
         let options = PollerOptions { pace, scale: SCALE, ..PollerOptions::for_devices(devices) };
-        Ok(Self { bus, options, port: port.display().to_string(), first_joint, virtual_boards })
+        let port = port.display().to_string();
+        let watchdog_ns = (flags.watchdog_s * 1e9).round() as u64;
+        Ok(Self { bus, options, port, first_joint, watchdog_ns, virtual_boards })
     }
 
     /// Numbers of its boards.
@@ -95,12 +101,16 @@ impl OpenBus {
         recording: Option<Box<dyn Observer>>,
     ) -> Result<(RunningBus, Receiver<State>), Failure> {
         let set_points = SetPoints::new(self.options.boards.len());
+        let set_points = match self.watchdog_ns {
+            0 => set_points,
+            watchdog_ns => set_points.vent_after(watchdog_ns),
+        };
         let gates = (0..self.options.boards.len())
             .map(|index| Arc::new(Gate::new(set_points.clone(), index, SCALE)))
             .collect();
         let (tap, states, dropped) = Tap::new(Arc::clone(live), SCALE);
         let observers = std::iter::once(Box::new(tap) as Box<dyn Observer>).chain(recording).collect();
-        let poller = Poller::start(self.bus, self.options, Box::new(set_points), observers)
+        let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
             .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
         let published = Arc::default();
         let running = RunningBus {
@@ -108,6 +118,7 @@ impl OpenBus {
             first_joint: self.first_joint,
             poller,
             gates,
+            set_points,
             dropped,
             published,
             virtual_boards: self.virtual_boards,

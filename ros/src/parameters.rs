@@ -30,6 +30,7 @@ fn initial(settings: &Settings) -> BTreeMap<&'static str, ParameterValue> {
         ("publish_rate_hz", ParameterValue::Double(flags.publish_rate_hz)),
         ("max_command_age_s", ParameterValue::Double(flags.max_command_age_s)),
         ("command_timeout_s", ParameterValue::Double(flags.command_timeout_s)),
+        ("watchdog_s", ParameterValue::Double(flags.watchdog_s)),
         ("message_type", ParameterValue::String(flags.message_type.clone())),
         ("diagnostics_period_s", ParameterValue::Double(flags.diagnostics_period_s)),
         ("record", ParameterValue::String(flags.record.as_deref().map(text).unwrap_or_default())),

@@ -169,7 +169,8 @@ fn announce(settings: &Settings, buses: &[RunningBus]) {
     }
 }
 
-/// Until it is time to end: vents joints whose commands have run out, and says how things are.
+/// Until it is time to end: vents joints whose commands have run out, and says how things are. Should this thread get stuck, the
+/// buses' threads vent after `watchdog_s`; then commands older than that are not taken up again.
 fn attend(
     settings: &Settings,
     stop: &AtomicBool,
@@ -181,11 +182,23 @@ fn attend(
     let period = Duration::from_secs_f64(settings.flags.diagnostics_period_s);
     let mut reports: Vec<_> = buses.iter().map(|_| BusReport::default()).collect();
     let mut reported = Instant::now();
+    let mut attended = Instant::now();
+    let watchdog_ns = (settings.flags.watchdog_s * 1e9).round() as u64;
     let name = settings.names.full();
     loop {
         let ending =
             stop.load(Ordering::Relaxed) || buses.iter().any(|bus| bus.poller.is_finished()) || failed();
         let now_ns = unix_now_ns();
+        let stuck_s = std::mem::replace(&mut attended, Instant::now()).elapsed().as_secs_f64();
+        if watchdog_ns > 0 && stuck_s > settings.flags.watchdog_s {
+            log::warn!(
+                "the node was stuck for {stuck_s:.1} s: joints were vented until they are commanded again"
+            );
+            for gate in buses.iter().flat_map(|bus| &bus.gates) {
+                gate.expire(now_ns, watchdog_ns);
+            }
+        }
+        buses.iter().for_each(|bus| bus.set_points.renew());
         for (gate, number) in buses.iter().flat_map(|bus| bus.gates.iter().zip(bus.first_joint..)) {
             if gate.expire(now_ns, live.command_timeout_ns()) {
                 log::warn!("joint_{number}: no command for too long: vented");

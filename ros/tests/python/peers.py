@@ -1,6 +1,8 @@
 """Both ends of the node's tests: the node as a process, and what talks to it through real rclpy."""
 
+import ctypes
 import os
+import pathlib
 import signal
 import subprocess
 import threading
@@ -64,6 +66,31 @@ class Node:
     def __exit__(self, *_):
         print(f"\nthe node said: {self.said}")
         self.end(signal.SIGKILL)
+
+
+class Frozen:
+    """Threads of a child process that stand still inside the `with`, while its others go on: all of this name."""
+
+    SEIZE, INTERRUPT, DETACH, WALL = 0x4206, 0x4207, 17, 0x40000000
+
+    def __init__(self, process, name):
+        self.libc = ctypes.CDLL(None, use_errno=True)
+        tasks = pathlib.Path(f"/proc/{process.pid}/task").iterdir()
+        self.threads = [int(task.name) for task in tasks if (task / "comm").read_text().strip() == name]
+
+    def ptrace(self, request, thread):
+        if self.libc.ptrace(request, thread, None, None) != 0:
+            raise OSError(ctypes.get_errno(), "ptrace")
+
+    def __enter__(self):
+        for thread in self.threads:
+            self.ptrace(self.SEIZE, thread)
+            self.ptrace(self.INTERRUPT, thread)
+            os.waitpid(thread, self.WALL)
+
+    def __exit__(self, *_):
+        for thread in self.threads:
+            self.ptrace(self.DETACH, thread)
 
 
 def seconds(stamp):

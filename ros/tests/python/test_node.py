@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 from conftest import binary, compare
-from peers import BEST_EFFORT, RELIABLE, Joint, Node, Peer, until
+from peers import BEST_EFFORT, RELIABLE, Frozen, Joint, Node, Peer, until
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -63,6 +63,24 @@ def test_chambers_follow_commands_and_are_vented_at_the_end():
         until("venting", lambda: all(p < 6 for p in joint.pressures()))
         until("the count", lambda: peer.counter(JOINT_0, "command timeouts") == 1)
         assert node.end(signal.SIGINT) == 0, node.said
+
+
+def test_a_node_that_hangs_leaves_nothing_inflated():
+    """Everything that listens or watches stands still, and the bus thread goes on: it vents. What was commanded before does not
+    come back."""
+    with Node("--watchdog-s", 2) as node, Peer() as peer:
+        joint = Joint(peer)
+        joint.wait_until_connected()
+        joint.wait_until_near(100)
+        frozen = Frozen(node.process, "pneudrive-ros")
+        assert len(frozen.threads) == 2, "the main thread and the one that listens"
+        with frozen:
+            until("venting", lambda: all(p < 6 for p in joint.pressures()))
+        until("what it says", lambda: "the node was stuck" in node.said)
+        joint.wait_for_new_states(200)
+        assert joint.states[-1].effort[4] == pytest.approx(0, abs=0.5)
+        assert all(p < 6 for p in joint.pressures())
+        joint.wait_until_near(60)
 
 
 def test_both_directions_at_1_khz():
