@@ -217,6 +217,23 @@ def test_a_recording_by_button(start, visit, tmp_path):
     assert rows > 10
 
 
+def test_a_bag_by_button(start, visit, tmp_path):
+    run = start(1, "--record-folder", tmp_path, "--record-format", "mcap")
+    page = visit(run.url)
+    page.locator("#record-name").fill("take-1")
+    page.locator("#record-button").click()
+    expect(page.locator("#record-button")).to_have_text("Stop recording")
+    page.wait_for_function("() => parseInt(document.getElementById('record-text').textContent.split(', ')[1]) > 2")
+    page.locator("#record-button").click()
+    expect(page.locator("#record-text")).to_contain_text("rows,")
+    [bag] = tmp_path.iterdir()
+    file = bag / f"{bag.name}.mcap"
+    expect(page.locator("#record-text")).to_contain_text(f"{file.name}: ")
+    assert bag.name.endswith("-take-1")
+    assert file.read_bytes().startswith(b"\x89MCAP0\r\n") and file.read_bytes().endswith(b"\x89MCAP0\r\n")
+    assert file.name in (bag / "metadata.yaml").read_text()
+
+
 @pytest.mark.parametrize("size", ["desktop", "phone"])
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_sixteen_chambers_fit(start, visit, size, scheme):
