@@ -232,12 +232,12 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
     /// Flow pressure as a number, and its partial derivatives by the two pressures.
     #[inline(always)]
     fn flow_value(&self, from: f64, to: f64) -> (f64, [f64; 2]) {
-        let d = self.flow.pressure(Dual::<f64, 2>::variable(from, 0), Dual::variable(to, 1));
+        let (own, by_from, by_to) = self.flow.with_partials(from, to);
         let value = match self.structure.flow_function {
-            None => d.value,
+            None => own,
             Some((ratio, exponent)) => general_flow_pressure(from, to, ratio.real(), exponent.real()),
         };
-        (value, d.gradient)
+        (value, [by_from, by_to])
     }
 
     /// Flow pressure and its partial derivatives by the two pressures.

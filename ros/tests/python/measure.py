@@ -68,6 +68,8 @@ def report(arguments, peer, joints, before, elapsed):
             f"{change['exchanges']:.0f} exchanges, {change['lost']:.0f} lost, {change['missed ticks']:.0f} missed ticks, "
             f"{dropped:.0f} states not published"
         )
+    if not joints:
+        return
     latencies = 1e6 * np.concatenate([joint.latencies_s for joint in joints])
     received = sum(len(joint.states) for joint in joints)
     print(
