@@ -6,7 +6,7 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
-use super::gate::Trial;
+use super::probe::Trial;
 use super::random::{generator, quantile, runs};
 use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
 use crate::effects::Reach;
@@ -22,6 +22,9 @@ const THRESHOLD_FACTOR: f64 = 1.35;
 const SCAN: i32 = 7;
 /// Simulations in which the other parameters follow a threshold.
 const FOLLOW: usize = 3;
+/// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
+/// sure the difference is: something else is not described to the last digit.
+const TRACES: f64 = 0.2;
 /// Resamples of blocks.
 const RESAMPLES: usize = 999;
 /// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
@@ -147,18 +150,30 @@ fn assemble(
     let any = clear > 0;
     // Where most channels show it clearly, a channel that shows it faintly has it too.
     let common = 2 * clear >= fitted.len().max(2);
+    let sizes: Vec<f64> =
+        fitted.iter().zip(channels).map(|((model, ..), data)| size(data, model, effect)).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
     let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
     for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
         let faint = common && {
             let (before, after) = (stages[k].losses(&channels[k]), &losses);
             total(&channels[k], after, &OPEN) < total(&channels[k], &before, &OPEN)
         };
-        let acts = acts || ((shared && any || faint) && model.effects.contains(&effect));
+        let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
+        let acts = (acts || faint) && !traces || shared && any;
+        let acts = acts && model.effects.contains(&effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
         candidate.losses.push(if acts { losses } else { stages[k].losses(&channels[k]) });
         candidate.acts.push(acts);
     }
     candidate
+}
+
+/// Distance of an effect's size from none, 0 where it does not act.
+#[must_use]
+pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
+    let null = CATALOGUE[effect].parameters[0].null;
+    model.range(&data.plant, effect).map_or(0.0, |range| (model.values[range.start] - null).abs())
 }
 
 fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Vec<f64> {

@@ -10,43 +10,18 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::blocks::Role;
-use super::channel::{ChannelData, Extended};
+use super::channel::ChannelData;
+use super::probe::{Probing, Trial};
 use super::random::{generator, quantile, signs};
-use super::ripple::{Cycle, strongest_cycle};
-use super::stage::{ChannelStage, OPEN};
+use super::ripple::strongest_cycle;
+use super::stage::ChannelStage;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, DriveInput, Kind, Question};
-use crate::model::Scale;
 
 /// Draws of random signs.
 const DRAWS: usize = 999;
 /// Largest score, in upper quartiles of their sizes.
 const CLIP: f64 = 5.0;
-/// Parts of a block with a score of their own.
-const PARTS: usize = 4;
-
-/// A direction that takes no more than this part out of the squared residual is not followed further.
-const HOPELESS: f64 = 0.002;
-
-/// One size of one effect, tried on one channel.
-#[derive(Debug, Clone)]
-pub struct Trial {
-    /// Number of the effect in the catalogue.
-    pub effect: usize,
-    /// Number of the probe.
-    pub probe: usize,
-    /// The model with the effect at this size and its other parameters compensating: where a fit starts.
-    pub start: Extended,
-    /// Scores, in the order of the blocks; zero where a block does not count.
-    pub scores: Vec<f64>,
-    /// Sum of squared whitened residuals of `start` on the open blocks.
-    pub loss: f64,
-    /// The same at the best size along the direction, at which an effect smaller or larger than the probe is not worse off.
-    pub promise: f64,
-    /// Does only one sign of the score speak for the effect?
-    pub one_sided: bool,
-}
 
 /// What the gate says about one effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,148 +72,19 @@ pub fn trials(
         .map(|(data, stage)| {
             let wanted: Vec<usize> =
                 (0..CATALOGUE.len()).filter(|&e| applicable(data, e, question) && !named(e)).collect();
+            let probing = Probing::new(data, stage);
             let searched = OnceLock::new();
             let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));
             wanted
                 .par_iter()
                 .flat_map(|&effect| {
-                    let tried = try_effect(data, stage, effect, &cycle);
+                    let tried = probing.try_effect(effect, &cycle);
                     tick();
                     tried
                 })
                 .collect()
         })
         .collect()
-}
-
-fn try_effect(
-    data: &ChannelData,
-    stage: &ChannelStage,
-    effect: usize,
-    cycle: &(dyn Fn() -> Option<Cycle> + Sync),
-) -> Vec<Trial> {
-    let info = CATALOGUE[effect];
-    let searched = info.probes.is_empty();
-    let probes: Vec<Vec<f64>> = if searched {
-        cycle().map_or_else(Vec::new, |cycle| cycle.probes(info.id))
-    } else {
-        info.probes.iter().map(|p| p.to_vec()).collect()
-    };
-    let first = info.parameters[0];
-    let one_sided = first.null <= first.lower || first.null >= first.upper;
-    probes
-        .iter()
-        .enumerate()
-        .filter_map(|(probe, values)| try_probe(data, stage, effect, values).map(|t| (probe, t)))
-        .map(|(probe, (start, direction, loss, promise))| Trial {
-            effect,
-            probe,
-            start,
-            // A probe that was found by searching the fit blocks is judged on the others.
-            scores: scores(
-                data,
-                &stage.residuals,
-                &direction,
-                if searched { &[Role::Select] } else { &OPEN },
-            ),
-            loss,
-            promise,
-            one_sided: one_sided || searched,
-        })
-        .collect()
-}
-
-/// The model with an effect at one size, what it changes in the whitened readings, its loss on the open blocks, and what the best size promises.
-fn try_probe(
-    data: &ChannelData,
-    stage: &ChannelStage,
-    effect: usize,
-    values: &[f64],
-) -> Option<(Extended, Vec<f64>, f64, f64)> {
-    let mut model = stage.model.with(&data.plant, effect, values);
-    let parameters = stage.model.parameters(&data.plant);
-    let inserted = model.range(&data.plant, effect)?;
-    let position = |k: usize| if k < inserted.start { k } else { k + inserted.len() };
-    let change = |model: &Extended| {
-        let mut d = data.readings(model);
-        d.iter_mut().zip(&stage.readings).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
-        stage.whitening.apply(&mut d);
-        d
-    };
-    // The model's own parameters give way, first to keep the readings where they were.
-    let give_way = |model: &mut Extended, coefficients: &[f64]| {
-        for (&k, c) in stage.free.iter().zip(coefficients) {
-            let p = &parameters[k];
-            let value = &mut model.values[position(k)];
-            *value = match p.scale {
-                Scale::Linear => *value + c,
-                Scale::Logarithmic => *value * c.clamp(-2.0, 2.0).exp(),
-            }
-            .clamp(p.lower, p.upper);
-        }
-    };
-    let d = change(&model);
-    let along = stage.project(data, &d);
-    let back: Vec<f64> = along.iter().map(|c| -c).collect();
-    give_way(&mut model, &back);
-    let mut linear = d;
-    stage.remove(&mut linear, &along);
-    let [own, dot, square] = products(data, &stage.residuals, &linear);
-    if !(dot * dot > HOPELESS * own * square) {
-        // Next to nothing of this is in the residual: what the parameters would do exactly is not worth a simulation.
-        return linear.iter().all(|v| v.is_finite()).then_some((
-            model,
-            linear,
-            own - 2.0 * dot + square,
-            own,
-        ));
-    }
-    let mut d = change(&model);
-    if !d.iter().all(|v| v.is_finite()) {
-        return None;
-    }
-    // Then, for the start of a fit, to come as close to the measurement as they can.
-    let mut closest: Vec<f64> = stage.residuals.iter().zip(&d).map(|(r, d)| r - d).collect();
-    let forward = stage.project(data, &closest);
-    let rest = stage.project(data, &d);
-    stage.remove(&mut d, &rest);
-    stage.remove(&mut closest, &forward);
-    let loss = data
-        .blocks
-        .iter()
-        .zip(&data.spans)
-        .filter(|(b, _)| OPEN.contains(&b.role))
-        .map(|(_, span)| closest[span.clone()].iter().map(|v| v * v).sum::<f64>())
-        .sum();
-    give_way(&mut model, &forward);
-    let [own, dot, square] = products(data, &stage.residuals, &d);
-    let scaled = if dot > 0.0 { own - dot * dot / square } else { own };
-    Some((model, d, loss, loss.min(scaled)))
-}
-
-/// Products on the open blocks: residual by itself, by a direction, and the direction by itself.
-fn products(data: &ChannelData, residuals: &[f64], direction: &[f64]) -> [f64; 3] {
-    let mut sums = [0.0; 3];
-    for (_, span) in data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role)) {
-        for (r, d) in residuals[span.clone()].iter().zip(&direction[span.clone()]) {
-            sums = [sums[0] + r * r, sums[1] + r * d, sums[2] + d * d];
-        }
-    }
-    sums
-}
-
-fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
-    let mut scores = Vec::with_capacity(data.spans.len() * PARTS);
-    for (block, span) in data.blocks.iter().zip(&data.spans) {
-        let length = span.len();
-        for part in 0..PARTS {
-            let range = span.start + part * length / PARTS..span.start + (part + 1) * length / PARTS;
-            let counts = roles.contains(&block.role);
-            let score: f64 = range.map(|row| residuals[row] * direction[row]).sum();
-            scores.push(if counts { score } else { 0.0 });
-        }
-    }
-    scores
 }
 
 /// Statistics of all effects and what of them chance explains.
@@ -312,6 +158,7 @@ fn normalised(z: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::channel::Extended;
 
     fn trial(scores: Vec<f64>) -> Trial {
         let start = Extended::base(Vec::new());

@@ -4,6 +4,9 @@
 //! residual is correlated within a block). The interval's ends are those of the profile likelihood: each parameter is moved, the others
 //! refitted, until the cost has risen by what belongs to the standard error on a parabola. Where the cost is a parabola nothing
 //! changes; where it is lopsided, has a threshold without derivative, or ends at a bound, the interval shows it.
+//!
+//! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
+//! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -13,6 +16,7 @@ use super::candidate::total;
 use super::channel::ChannelData;
 use super::chord::refit_with;
 use super::fit::BlockObjective;
+use super::prepare::halved;
 use super::stage::ChannelStage;
 use crate::fit::Objective;
 use crate::model::Scale;
@@ -40,6 +44,8 @@ pub struct Coordinate {
     pub freedom: f64,
     /// Distance of the interval's ends below and above, over that of a parabola; infinite where a bound comes first.
     pub reach: [f64; 2],
+    /// Change of the value when the integration step is halved.
+    pub halving: f64,
 }
 
 /// Covariances of a channel's free parameters: robust, and of independent residuals of the noise's variance.
@@ -96,6 +102,7 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
     let covariances = covariances(data, stage);
     let freedom = (data.blocks.iter().filter(|b| b.role == Role::Fit).count() as f64 - 1.0).max(1.0);
     let profile = Profile::new(data, stage);
+    let halving = by_halving(data, stage);
     range
         .map(|position| {
             let raw = stage.model.values[position];
@@ -103,8 +110,10 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 Scale::Linear => raw,
                 Scale::Logarithmic => raw.ln(),
             };
-            let unknown = Coordinate { value, error: f64::INFINITY, freedom, reach: [1.0; 2] };
-            let (Some(c), Some(k)) = (&covariances, stage.free.iter().position(|&k| k == position)) else {
+            let free = stage.free.iter().position(|&k| k == position);
+            let halving = free.map_or(0.0, |k| halving[k]);
+            let unknown = Coordinate { value, error: f64::INFINITY, freedom, reach: [1.0; 2], halving };
+            let (Some(c), Some(k)) = (&covariances, free) else {
                 return unknown;
             };
             let slope = stage.sensitivities.iter().skip(k).step_by(stage.free.len()).any(|s| s.abs() > 0.0);
@@ -130,6 +139,14 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             }
         })
         .collect()
+}
+
+/// What half the integration step changes in the free parameters, to first order.
+fn by_halving(data: &ChannelData, stage: &ChannelStage) -> Vec<f64> {
+    let mut change = halved(data).readings(&stage.model);
+    change.iter_mut().zip(&stage.readings).for_each(|(fine, now)| *fine = (now - *fine) / data.noise_kpa);
+    stage.whitening.apply(&mut change);
+    stage.project(data, &change)
 }
 
 /// The cost of the fit blocks along one parameter.
@@ -257,7 +274,8 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
         }
         weights.iter().zip(&known).map(|(w, c)| w * c.reach[side].min(OPEN_REACH)).sum::<f64>() / total
     });
-    Some(Coordinate { value, error: total.sqrt().recip(), freedom, reach })
+    let halving = weights.iter().zip(&known).map(|(w, c)| w * c.halving).sum::<f64>() / total;
+    Some(Coordinate { value, error: total.sqrt().recip(), freedom, reach, halving })
 }
 
 /// The 95 % interval in the parameter's own unit.
@@ -267,7 +285,8 @@ pub fn interval(coordinate: &Coordinate, scale: Scale) -> Option<[f64; 2]> {
         return None;
     }
     let half = quantile(coordinate.freedom) * coordinate.error;
-    let ends = [coordinate.value - half * coordinate.reach[0], coordinate.value + half * coordinate.reach[1]];
+    let [below, above] = coordinate.reach.map(|reach| half * reach + 2.0 * coordinate.halving.abs());
+    let ends = [coordinate.value - below, coordinate.value + above];
     Some(match scale {
         Scale::Linear => ends,
         Scale::Logarithmic => ends.map(f64::exp),
@@ -279,7 +298,18 @@ mod tests {
     use super::*;
 
     fn coordinate(value: f64, error: f64, reach: [f64; 2]) -> Coordinate {
-        Coordinate { value, error, freedom: 1e6, reach }
+        Coordinate { value, error, freedom: 1e6, reach, halving: 0.0 }
+    }
+
+    #[test]
+    fn what_the_integration_step_leaves_is_part_of_the_interval_and_does_not_average_out() {
+        let stepped = |halving| Coordinate { halving, ..coordinate(1.0, 0.1, [1.0; 2]) };
+        let pooled = pool(&[stepped(0.05), stepped(0.07)]);
+        let Some([low, high]) = pooled.and_then(|p| interval(&p, Scale::Linear)) else {
+            panic!("two channels with errors have an interval")
+        };
+        let half = 0.196 / 2.0_f64.sqrt() + 2.0 * 0.06;
+        assert!((low - (1.0 - half)).abs() < 1e-3 && (high - (1.0 + half)).abs() < 1e-3, "{low} {high}");
     }
 
     #[test]

@@ -29,6 +29,7 @@ mod neighbours;
 mod noise;
 pub mod page;
 mod prepare;
+mod probe;
 mod random;
 mod rest;
 mod ripple;

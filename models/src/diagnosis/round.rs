@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap, borrow, refit_effect, together};
+use super::candidate::{Candidate, bootstrap, borrow, refit_effect, size, together};
 use super::channel::ChannelData;
-use super::gate::{Gate, Trial};
+use super::gate::Gate;
+use super::probe::Trial;
 use super::search::SETTLE;
 use super::stage::{ChannelStage, OPEN};
 use crate::effects::Question;
@@ -164,13 +165,9 @@ fn worth_naming(channels: &[ChannelData], candidate: &Candidate, before: &[f64])
 
 /// Is the effect's size beyond what timing and rounding can look like?
 fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
-    let info = CATALOGUE[candidate.effect];
-    let sizes = candidate.models.iter().zip(channels).zip(&candidate.acts).filter(|(_, acts)| **acts);
-    sizes
-        .filter_map(|((model, data), _)| {
-            model.range(&data.plant, candidate.effect).map(|r| model.values[r.start])
-        })
-        .any(|value| (value - info.parameters[0].null).abs() >= info.smallest)
+    let models = candidate.models.iter().zip(channels).zip(&candidate.acts).filter(|(_, acts)| **acts);
+    let mut sizes = models.map(|((model, data), _)| size(data, model, candidate.effect));
+    sizes.any(|size| size >= CATALOGUE[candidate.effect].smallest)
 }
 
 /// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks cannot tell them apart, or what

@@ -11,13 +11,12 @@ use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
 use super::gain::BlockErrors;
 use super::json::{Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict};
-use super::prepare::{LONGEST_STEP_S, Purpose, prepare_for, simulate_coarsely};
+use super::prepare::{Purpose, halved, prepare_for, simulate_coarsely};
 use super::rest::{Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search};
 use super::stage::ChannelStage;
 use super::verdict;
 use crate::data::Recording;
-use crate::effects::DriveInput;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -116,10 +115,6 @@ pub fn diagnose_with(
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)
-}
-
-fn controlled(data: &ChannelData) -> bool {
-    data.inputs.drive == DriveInput::Controlled
 }
 
 impl Diagnosis {
@@ -254,13 +249,7 @@ fn assemble(
 fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for (data, model) in channels.iter().zip(models) {
-        let mut finer = data.clone();
-        // A board's loop keeps its rate; the integration within each loop is refined.
-        let step_s = match &data.plant.board {
-            Some(board) if controlled(data) => LONGEST_STEP_S.min(1.0 / board.rate_hz),
-            _ => LONGEST_STEP_S,
-        };
-        finer.plant.longest_step_s = 0.5 * step_s;
+        let finer = halved(data);
         for (a, b) in data.readings(model).iter().zip(finer.readings(model)) {
             sum += (a - b).powi(2);
             count += 1.0;

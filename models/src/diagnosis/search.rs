@@ -8,7 +8,7 @@ use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
 use super::fit::refit;
 use super::gate::{Gate, judge, trials};
-use super::prepare::simulate_finer;
+use super::prepare::{halved, simulate_finer};
 use super::round::{Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, round};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;
@@ -153,9 +153,7 @@ pub fn search(
 /// Mean squared change of the whitened residuals when the integration step is halved, in variances of the noise.
 fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     let change = |(data, stage): (&ChannelData, &ChannelStage)| -> f64 {
-        let mut finer = data.clone();
-        finer.plant.longest_step_s *= 0.5;
-        let mut difference = finer.readings(&stage.model);
+        let mut difference = halved(data).readings(&stage.model);
         difference.iter_mut().zip(&stage.readings).for_each(|(a, b)| *a = (*a - b) / data.noise_kpa);
         stage.whitening.apply(&mut difference);
         let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));

@@ -4,6 +4,10 @@ use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
 use crate::numeric::Scalar;
 
+/// What the board's pulse width leaves out in the mean: 400 drive counts become 255 steps of pulse width by 51/80, cut off towards
+/// zero, as in the original; the parts that are cut off are equally likely multiples of 1/80 step.
+const CUT_OFF: f64 = 79.0 / 160.0 / 255.0;
+
 /// What the controller remembers between its loops.
 #[derive(Debug, Clone, Copy)]
 pub struct Controller<S> {
@@ -23,15 +27,23 @@ pub struct Pace<'a> {
     weight: f64,
     /// The step's loops sample on average this part of it after its start.
     ahead: f64,
+    /// Standard deviation of the sensor's noise as the loop sees it, Pa.
+    noise_pa: f64,
 }
 
+/// Codes of the board's converter in one of those that it reports.
+const FINER: f64 = 4.0;
+
 impl<'a> Pace<'a> {
-    /// For steps of this length.
+    /// For steps of this length, where what is reported has this noise, Pa.
     #[inline(always)]
-    pub fn new(board: &'a BoardLoop, length_s: f64) -> Self {
+    pub fn new(board: &'a BoardLoop, length_s: f64, noise_pa: f64) -> Self {
         let loops = (length_s * board.rate_hz).max(1.0);
         let weight = if loops > 1.0 { board.filter.powf(loops) } else { board.filter };
-        Self { board, loops, weight, ahead: 0.5 * (loops - 1.0) / loops }
+        let rounded = board.rounding_pa * board.rounding_pa;
+        let own = rounded / (FINER * FINER);
+        let noise_pa = (noise_pa * noise_pa - rounded + own).max(own).sqrt();
+        Self { board, loops, weight, ahead: 0.5 * (loops - 1.0) / loops, noise_pa }
     }
 }
 
@@ -74,7 +86,7 @@ impl<S: Scalar<Real = f64>> Controller<S> {
     ) -> S {
         let board = pace.board;
         let command = command(inputs, row, tick, pace.loops).clamp(board.lowest_pa, board.highest_pa);
-        let noise = inputs.noise_pa * dither(row, tick);
+        let noise = pace.noise_pa * dither(row, tick);
         let sample = reading + (reading - self.before).times(pace.ahead);
         self.before = reading;
         let sample = sample.plus(noise).max(S::constant(board.lowest_pa));
@@ -82,9 +94,17 @@ impl<S: Scalar<Real = f64>> Controller<S> {
         self.filtered = previous.times(pace.weight) + sample.times(1.0 - pace.weight);
         let error = -self.filtered.plus(-command);
         let change = (self.filtered - previous).times(1.0 / pace.loops);
-        let one = S::constant(1.0);
-        (error.times(board.gain_per_pa) - change.times(board.damping_per_pa)).min(one).max(-one)
+        let drive = error.times(board.gain_per_pa) - change.times(board.damping_per_pa);
+        cut_off(drive)
     }
+}
+
+/// The mean drive at the coil for a drive that the board calculates: full drive at most, and below it what cutting off leaves.
+#[inline(always)]
+fn cut_off<S: Scalar<Real = f64>>(drive: S) -> S {
+    let (one, lost) = (S::constant(1.0), S::constant(CUT_OFF));
+    let below = drive - drive.min(lost).max(-lost);
+    S::select(drive.real().abs() < 1.0, below, drive.min(one).max(-one))
 }
 
 /// The command that the board follows at step `tick` of a row's interval, of `loops` of its loops, Pa gauge. The row's pressure is
@@ -137,6 +157,7 @@ mod tests {
                 damping_per_pa: 0.0,
                 filter,
                 lowest_pa: 0.0,
+                rounding_pa: 0.0,
                 loops_per_step: 1,
                 highest_pa: 7e5,
             }),
@@ -178,6 +199,18 @@ mod tests {
         // Nine of the ten loops after row 5 know its command and drive fully.
         assert!((rows[5].1 - 0.9).abs() < 1e-12, "{rows:?}");
         assert!((rows[6].1 - 1.0).abs() < 1e-12, "{rows:?}");
+    }
+
+    #[test]
+    fn the_mean_drive_is_that_of_the_boards_integers() {
+        // Eighty drive counts in a row have every part of a step of pulse width that can be cut off.
+        for first in [8, 100, 319] {
+            let counts = first..first + 80;
+            let coil = counts.clone().map(|count| f64::from(51 * count / 80) / 255.0).sum::<f64>() / 80.0;
+            let asked = counts.map(|count| f64::from(count) / 400.0).sum::<f64>() / 80.0;
+            assert!((cut_off(asked) - coil).abs() < 1e-12 && (cut_off(-asked) + coil).abs() < 1e-12);
+        }
+        assert_eq!([cut_off(1.2), cut_off(-1.0), cut_off(0.001)], [1.0, -1.0, 0.0]);
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct BoardLoop {
     pub lowest_pa: f64,
     /// See `lowest_pa`.
     pub highest_pa: f64,
+    /// Standard deviation of what the board rounds off where it reports, and not where it controls, Pa.
+    pub rounding_pa: f64,
     /// Loops that are simulated as one, at the pressure that they see on average; at least 1.
     pub loops_per_step: usize,
 }

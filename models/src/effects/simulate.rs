@@ -157,7 +157,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             }
             None => (self.plant.steps(interval), 1),
         };
-        let pace = controlled.map(|board| Pace::new(board, interval / loops as f64));
+        let pace = controlled.map(|board| Pace::new(board, interval / loops as f64, inputs.noise_pa));
         let steps = loops * parts;
         let length_s = interval / steps as f64;
         let (mut mean_drive, mut mean_draw) = (0.0, 0.0);

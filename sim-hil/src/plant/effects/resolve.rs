@@ -46,7 +46,11 @@ fn spread(parameters: &PlantParameters, seed: u64, place: usize) -> ChannelPhysi
         let mut rng = stream(seed, Purpose::Spread, place);
         let mut factor = |scale: f64| (scale * s * normal(&mut rng)).exp();
         channel.valve.conductance *= factor(1.0);
-        channel.chamber.volume_factor *= factor(1.0);
+        let volume = factor(1.0);
+        channel.chamber.volume_factor *= volume;
+        if let GasPhysics::Balance { wall_w_per_k } = &mut channel.chamber.gas {
+            *wall_w_per_k *= volume;
+        }
         channel.valve.fill_edge *= factor(2.0);
         channel.valve.vent_edge *= factor(2.0);
         channel.valve.leakage *= factor(4.0);
