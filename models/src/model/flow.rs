@@ -9,8 +9,14 @@
 //!
 //! The paper prints the subsonic branch without the inner square; [`FlowForm::Printed`] reproduces it.
 //!
-//! What is computed is the *flow pressure* `psi(r) p_u`, written without a division:
-//! `p_u sqrt(1 - z^2) = sqrt(p_u^2 - (z p_u)^2)` with `z p_u = max(0, p_d - b p_u) / (1 - b)`.
+//! What is computed is the *flow pressure* `psi(r) p_u`, without a division. With the drop `d = p_u - p_d`, the drop that chokes
+//! `c = (1 - b) p_u` and what of the drop has an effect, `e = min(d, c)`, both branches above are geometric means:
+//!
+//! * `p_u sqrt(1 - z^2) = sqrt(e (2 c - e)) / (1 - b)`, where `z = (r - b) / (1 - b)`, or 0 when choked;
+//! * `p_u sqrt(1 - z) = sqrt(e c) / (1 - b)`, the paper's.
+//!
+//! Both are concave in the drop, so that the chord to its first thousandth is below them there and above them beyond: the laminar
+//! segment is joined by taking the smaller of the two.
 
 use super::gas::psi_max;
 use crate::numeric::{Real, Scalar};
@@ -28,13 +34,12 @@ pub enum FlowForm {
 /// The flow function with its constants.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlowFunction {
-    critical_ratio: f64,
-    /// `1 / (1 - b)`.
-    subsonic_scale: f64,
-    laminar_ratio: f64,
-    /// Slope of the laminar segment, `psi(laminar_ratio) / (1 - laminar_ratio)`.
+    /// Drop that chokes, by the upstream pressure: `1 - b`.
+    choking_drop: f64,
+    /// Mean of drops by the drop on the laminar segment.
     laminar_slope: f64,
-    psi_max: f64,
+    /// Flow pressure by the mean of drops: `psi_max / (1 - b)`.
+    gain: f64,
     form: FlowForm,
 }
 
@@ -45,25 +50,26 @@ impl FlowFunction {
     /// The flow function of a valve with critical ratio `b`, `0 <= b < 0.999`.
     #[must_use]
     pub fn new(critical_ratio: f64, form: FlowForm) -> Self {
-        let z = (Self::LAMINAR_RATIO - critical_ratio) / (1.0 - critical_ratio);
-        let root = match form {
-            FlowForm::Iso6358 => (1.0 - z * z).sqrt(),
-            FlowForm::Printed => (1.0 - z).sqrt(),
+        let choking_drop = 1.0 - critical_ratio;
+        let drop = 1.0 - Self::LAMINAR_RATIO;
+        let mean = match form {
+            FlowForm::Iso6358 => (drop * (2.0 * choking_drop - drop)).sqrt(),
+            FlowForm::Printed => (drop * choking_drop).sqrt(),
         };
-        Self {
-            critical_ratio,
-            subsonic_scale: 1.0 / (1.0 - critical_ratio),
-            laminar_ratio: Self::LAMINAR_RATIO,
-            laminar_slope: psi_max() * root / (1.0 - Self::LAMINAR_RATIO),
-            psi_max: psi_max(),
-            form,
-        }
+        Self { choking_drop, laminar_slope: mean / drop, gain: psi_max() / choking_drop, form }
     }
 
     /// `psi` at a pressure ratio of 0 to 1.
     #[must_use]
     pub fn psi(&self, ratio: f64) -> f64 {
         self.pressure(1.0, ratio)
+    }
+
+    /// Flow pressure by the mean of drops that [`mean_from`](Self::mean_from) and [`mean_to`](Self::mean_to) give: a factor for
+    /// the flow's conductance, which changes more rarely.
+    #[must_use]
+    pub fn gain(&self) -> f64 {
+        self.gain
     }
 
     /// Flow pressure `psi p_u` in Pa between two absolute pressures in Pa, negative when the flow runs backwards.
@@ -73,57 +79,61 @@ impl FlowFunction {
         S::chain2(value, from, by_from, to, by_to)
     }
 
-    /// The same from a known pressure.
+    /// Flow pressure by the [`gain`](Self::gain), in Pa, from a known pressure.
     #[inline(always)]
-    pub fn pressure_from<S: Scalar>(&self, from: S::Real, to: S) -> S {
-        let (value, _, by_to) = self.with_partials(from, to.real());
+    pub fn mean_from<S: Scalar>(&self, from: S::Real, to: S) -> S {
+        let (value, _, by_to) = self.mean_with_partials(from, to.real());
         to.chain(value, by_to)
     }
 
-    /// The same to a known pressure.
+    /// Flow pressure by the [`gain`](Self::gain), in Pa, to a known pressure.
     #[inline(always)]
-    pub fn pressure_to<S: Scalar>(&self, from: S, to: S::Real) -> S {
-        let (value, by_from, _) = self.with_partials(from.real(), to);
+    pub fn mean_to<S: Scalar>(&self, from: S, to: S::Real) -> S {
+        let (value, by_from, _) = self.mean_with_partials(from.real(), to);
         from.chain(value, by_from)
     }
 
     /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
     #[inline(always)]
     pub(crate) fn with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
-        let backwards = from.below(to);
-        let high = R::select(backwards, to, from);
-        let low = R::select(backwards, from, to);
+        let (mean, by_from, by_to) = self.mean_with_partials(from, to);
+        (mean.times(self.gain), by_from.times(self.gain), by_to.times(self.gain))
+    }
 
-        let excess = (low - high.times(self.critical_ratio)).times(self.subsonic_scale);
-        let choked = excess.below(R::zero());
-        let w = R::select(choked, R::zero(), excess);
-        // d(excess)/d(low) is the scale, d(excess)/d(high) is -b times it; both vanish when choked.
-        let scale = R::select(choked, R::zero(), R::constant(self.subsonic_scale));
-        let (root, by_high, by_low) = match self.form {
-            FlowForm::Iso6358 => {
-                let root = (high * high - w * w).sqrt();
-                let inverse = R::constant(1.0) / root;
-                let slope = w * scale;
-                (root, (high + slope.times(self.critical_ratio)) * inverse, -(slope * inverse))
-            }
+    #[inline(always)]
+    fn mean_with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
+        let drop = from - to;
+        let choking = from.max(to).times(self.choking_drop);
+        let effective = drop.abs().min(choking);
+        let mean = match self.form {
+            FlowForm::Iso6358 => effective * (choking + choking - effective),
+            FlowForm::Printed => effective * choking,
+        };
+        let mean = mean.sqrt();
+        let line = drop.abs().times(self.laminar_slope);
+        // Without a drop both are zero; there only the line has a slope.
+        let turbulent = mean.below(line);
+        let value = mean.min(line).with_sign_of(drop);
+
+        // The mean times its derivatives by the drop, zero when choked, and by the drop that chokes.
+        let (by_drop, by_choking) = match self.form {
+            FlowForm::Iso6358 => (choking - effective, effective),
             FlowForm::Printed => {
-                let root = (high * (high - w)).sqrt();
-                let inverse = R::constant(0.5) / root;
-                let by_high = (high + high - w + high * scale.times(self.critical_ratio)) * inverse;
-                (root, by_high, -(high * scale * inverse))
+                let choked = choking.below(drop.abs());
+                let half = effective.times(0.5);
+                (R::select(choked, R::zero(), choking.times(0.5)), R::select(choked, effective, half))
             }
         };
-        let laminar = high.times(self.laminar_ratio).below(low);
-        let slope = R::constant(self.laminar_slope);
-        let value = R::select(laminar, (high - low) * slope, root.times(self.psi_max));
-        let by_high = R::select(laminar, slope, by_high.times(self.psi_max));
-        let by_low = R::select(laminar, -slope, by_low.times(self.psi_max));
+        let inverse = R::constant(1.0) / mean;
+        let by_drop = R::select(turbulent, by_drop * inverse, R::constant(self.laminar_slope));
+        let by_high = R::select(turbulent, by_choking.times(self.choking_drop) * inverse, R::zero());
 
-        // Backwards, the flow changes sign, and `from` is the low side.
+        // The drop falls with `to`; the higher pressure is `from`, or backwards, when the flow is negative, `to`.
+        let backwards = from.below(to);
         (
-            R::select(backwards, -value, value),
-            R::select(backwards, -by_low, by_high),
-            R::select(backwards, -by_high, by_low),
+            value,
+            by_drop + R::select(backwards, R::zero(), by_high),
+            -(by_drop + R::select(backwards, by_high, R::zero())),
         )
     }
 }
@@ -150,6 +160,31 @@ mod tests {
             assert!((iso.psi(ratio) - expected_iso).abs() < 2e-6, "iso at {ratio}: {}", iso.psi(ratio));
             assert!((printed.psi(ratio) - expected_printed).abs() < 2e-6, "printed at {ratio}");
         }
+    }
+
+    /// The branches as the module's description gives them, with their divisions and case distinctions.
+    #[test]
+    fn the_means_of_drops_are_the_branches_of_the_standard() {
+        for (form, b) in [(FlowForm::Iso6358, 0.3), (FlowForm::Printed, 0.3), (FlowForm::Iso6358, 0.99)] {
+            let flow = FlowFunction::new(b, form);
+            let branch = |r: f64| {
+                let z = ((r - b) / (1.0 - b)).max(0.0);
+                psi_max() * if form == FlowForm::Iso6358 { 1.0 - z * z } else { 1.0 - z }.sqrt()
+            };
+            for step in 0..=10_000 {
+                let r = f64::from(step) / 1e4;
+                let expected = if r < 0.999 { branch(r) } else { branch(0.999) * (1.0 - r) / 0.001 };
+                assert!((flow.psi(r) - expected).abs() < 1e-13, "{form:?}, b {b}, at {r}: {}", flow.psi(r));
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_drop_nothing_flows_and_the_slope_is_the_laminar_segments() {
+        let flow = FlowFunction::new(0.3, FlowForm::Iso6358);
+        let (value, by_from, by_to) = flow.with_partials(4e5, 4e5);
+        assert_eq!((value, by_to), (0.0, -by_from));
+        assert!((by_from - flow.psi(0.999) / 0.001).abs() < 1e-9, "{by_from}");
     }
 
     #[test]

@@ -82,9 +82,9 @@ impl<S: Scalar> Openings<S> {
 /// One interval: conductances of the ports and the relative rate of the volume.
 #[derive(Debug, Clone, Copy)]
 pub struct Ports<S: Scalar> {
-    /// Rate of pressure per flow pressure, 1/s.
+    /// Rate of pressure per mean of drops, 1/s.
     fill: S,
-    /// Rate of pressure per flow pressure, 1/s.
+    /// Rate of pressure per mean of drops, 1/s.
     vent: S,
     /// `gamma w V' / V`, 1/s.
     expansion: S,
@@ -167,7 +167,7 @@ impl Model for Nonlinear {
     fn hold<S: Scalar>(&self, c: &Openings<S>, row: &[S::Real], drive: Drive<S>) -> Ports<S> {
         let [fill_mm2, vent_mm2] = c.areas_mm2(drive);
         let inverse_volume = row[column::VOLUME_M3].recip();
-        let conductance = inverse_volume.times(self.conductance());
+        let conductance = inverse_volume.times(self.conductance() * self.flow.gain());
         let expansion = (row[column::VOLUME_RATE_M3_S] * inverse_volume).times(GAMMA);
         Ports {
             fill: fill_mm2.scale(conductance),
@@ -179,8 +179,8 @@ impl Model for Nonlinear {
 
     #[inline(always)]
     fn rate<S: Scalar>(&self, _: &Openings<S>, held: &Ports<S>, pressure: S) -> S {
-        let inflow = self.flow.pressure_from(held.supply, pressure);
-        let outflow = self.flow.pressure_to(pressure, S::Real::constant(self.gas.ambient_pa));
+        let inflow = self.flow.mean_from(held.supply, pressure);
+        let outflow = self.flow.mean_to(pressure, S::Real::constant(self.gas.ambient_pa));
         held.fill * inflow - held.vent * outflow - held.expansion * pressure
     }
 }

@@ -146,6 +146,31 @@ impl<const L: usize> Scalar for Lanes<L> {
         ))
     }
 
+    // The defaults compare and select; these are one instruction each.
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| if a < b { a } else { b },
+        )
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(
+            other,
+            #[inline(always)]
+            |a, b| if b < a { a } else { b },
+        )
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(f64::sqrt)
@@ -199,6 +224,11 @@ impl<const L: usize> Real for Lanes<L> {
             #[inline(always)]
             |i| if self.0[i] < other.0[i] { u64::MAX } else { 0 },
         )
+    }
+
+    #[inline(always)]
+    fn with_sign_of(self, sign: Self) -> Self {
+        self.zip(sign, f64::copysign)
     }
 
     #[inline(always)]

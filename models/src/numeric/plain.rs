@@ -51,6 +51,11 @@ impl Scalar for f64 {
     }
 
     #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
@@ -98,6 +103,11 @@ impl Real for f64 {
     #[inline(always)]
     fn below(self, other: Self) -> bool {
         self < other
+    }
+
+    #[inline(always)]
+    fn with_sign_of(self, sign: Self) -> Self {
+        self.copysign(sign)
     }
 
     #[inline(always)]

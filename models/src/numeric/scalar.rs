@@ -142,6 +142,9 @@ pub trait Real: Scalar<Real = Self> + PartialEq {
     /// Lane by lane: is `self < other`?
     fn below(self, other: Self) -> Self::Mask;
 
+    /// The magnitude of this number with the sign of another.
+    fn with_sign_of(self, sign: Self) -> Self;
+
     /// Largest integer not above the value.
     fn floor(self) -> Self;
 

@@ -10,7 +10,9 @@ mod run;
 mod series;
 mod system;
 
-pub use batch::{BatchError, BatchOutput, BatchResults, BatchUnit, Job, simulate_batch, simulate_batch_into};
+pub use batch::{
+    BATCH_LANES, BatchError, BatchOutput, BatchResults, BatchUnit, Job, simulate_batch, simulate_batch_into,
+};
 pub use board::{Arithmetic, Board, Controller, Sensor};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};

@@ -967,5 +967,6 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
     Notes
     -----
     Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
-    many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them.
+    many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
+    of float64 are not copied: no other thread may change them meanwhile.
     """

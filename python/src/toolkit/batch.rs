@@ -1,13 +1,16 @@
 use super::arguments::{self, RigArgument};
-use super::shapes::{self, Extent, Field, ParameterTable};
+use super::shapes::{self, Extent, Field, FieldView, ParameterTable};
 use super::work::{self, Watch};
 use crate::errors;
 use crate::types::{ArrayLike, Dict, NamedArrays};
-use numpy::{PyArray1, PyArrayMethods};
+use numpy::ndarray::{Dimension, Ix2, Ix3};
+use numpy::{PyArray, PyArrayMethods};
 use pneudrive_model::experiment::{DriveKind, ModelKind, Setup, Subject, subject};
 use pneudrive_model::model::{FlowForm, column};
 use pneudrive_model::rig::Rig;
-use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, BatchResults, BatchUnit, Job};
+use pneudrive_model::rollout::{
+    BATCH_LANES, BatchColumn, BatchError, BatchInputs, BatchResults, BatchUnit, Job,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::Range;
@@ -16,9 +19,6 @@ const PA_PER_KPA: f64 = 1e3;
 
 /// Runge-Kutta steps after which signals are looked for: some tenths of a second.
 const PART_STEPS: usize = 4_000_000;
-
-/// Chambers come in multiples of this, so that no lane stays empty.
-const LANES: usize = 16;
 
 /// Chamber-rows below which a thread of its own costs more than the simulation.
 const SMALL: usize = 20_000;
@@ -30,48 +30,52 @@ const PRESSURE_KPA: [f64; 2] = [-101.0, 10_000.0];
 const VOLUME_M3: [f64; 2] = [1e-9, 10.0];
 
 /// Everything a batch needs, checked.
-struct Batch {
-    subject: Box<dyn Subject>,
+struct Batch<'a> {
+    subject: &'a dyn Subject,
     parameters: ParameterTable,
     interval_s: f64,
-    valve: Valve,
-    command_kpa: Field,
-    supply_kpa: Field,
-    volume_m3: Field,
-    volume_rate_m3_s: Field,
+    valve: Valve<FieldView<'a>>,
+    command_kpa: FieldView<'a>,
+    supply_kpa: FieldView<'a>,
+    volume_m3: FieldView<'a>,
+    volume_rate_m3_s: FieldView<'a>,
     start_kpa: Vec<f64>,
     ambient_pa: f64,
     chambers: usize,
     rows: usize,
     substeps: usize,
-    sensitivities: bool,
 }
 
-/// kPa gauge [chamber][row], and kPa per unit of the parameter [chamber][row][parameter].
-type Simulated = (Vec<f64>, Vec<f64>);
-
 /// What opens the valves.
-enum Valve {
-    Spool(Field),
+enum Valve<F> {
+    Spool(F),
     Separate {
-        fill: Field,
-        vent: Field,
+        fill: F,
+        vent: F,
     },
     /// The linear model and the boards' loops have no use for it.
     None,
 }
 
-impl Valve {
-    fn fields(&self) -> Vec<&Field> {
+impl<'py> Valve<Field<'py>> {
+    fn fields(&self) -> Vec<&Field<'py>> {
         match self {
             Self::Spool(drive) => vec![drive],
             Self::Separate { fill, vent } => vec![fill, vent],
             Self::None => vec![],
         }
     }
+
+    fn view(&self) -> Valve<FieldView<'_>> {
+        match self {
+            Self::Spool(drive) => Valve::Spool(drive.view()),
+            Self::Separate { fill, vent } => Valve::Separate { fill: fill.view(), vent: vent.view() },
+            Self::None => Valve::None,
+        }
+    }
 }
 
-impl Batch {
+impl Batch<'_> {
     /// The inputs of some chambers, laid out as in `model::column`.
     fn columns(&self, chambers: &Range<usize>) -> Vec<BatchColumn<'_>> {
         let mut columns = vec![BatchColumn::constant(0.0); column::COUNT];
@@ -95,14 +99,17 @@ impl Batch {
         columns
     }
 
-    fn run(&self, watch: &Watch) -> Result<Simulated, BatchError> {
+    /// Writes kPa gauge [chamber][row], and kPa per unit of the parameter [chamber][row][parameter] if asked for.
+    fn run(
+        &self,
+        watch: &Watch,
+        pressures: &mut [[f64; 1]],
+        mut derivatives: Option<&mut [[f64; 1]]>,
+    ) -> Result<(), BatchError> {
         watch.begin("simulating");
         let count = self.subject.parameters().len();
-        let values = self.chambers * self.rows;
-        let mut pressures = vec![[0.0]; values];
-        let mut derivatives = vec![[0.0]; if self.sensitivities { values * count } else { 0 }];
         let steps = self.rows * self.substeps * self.subject.ticks(self.interval_s);
-        let part = (PART_STEPS / steps).max(1).next_multiple_of(LANES);
+        let part = (PART_STEPS / steps).max(1).next_multiple_of(BATCH_LANES);
         for from in (0..self.chambers).step_by(part) {
             watch.tell(from as u64, self.chambers as u64);
             watch.checkpoint();
@@ -114,15 +121,15 @@ impl Batch {
                 .map(|chamber| Job { parameters: self.parameters.of(chamber), start: start(chamber) })
                 .collect();
             let results = BatchResults {
-                sensitivities: self
-                    .sensitivities
-                    .then(|| &mut derivatives[rows.start * count..rows.end * count]),
+                sensitivities: derivatives
+                    .as_mut()
+                    .map(|derivatives| &mut derivatives[rows.start * count..rows.end * count]),
                 outputs: &mut pressures[rows],
                 unit: BatchUnit { zero_pa: self.ambient_pa, per_pa: 1.0 / PA_PER_KPA },
             };
             self.subject.batch(&jobs, &inputs, self.substeps, results)?;
         }
-        Ok((pressures.into_flattened(), derivatives.into_flattened()))
+        Ok(())
     }
 
     fn start_kpa(&self, chamber: usize) -> f64 {
@@ -181,7 +188,8 @@ impl Batch {
 /// Notes
 /// -----
 /// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
-/// many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them.
+/// many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
+/// of float64 are not copied: no other thread may change them meanwhile.
 #[pyfunction]
 #[pyo3(signature = (model, parameters, interval_s, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=false, substeps=1, sensitivities=false, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
@@ -237,38 +245,62 @@ pub fn simulate_batch<'py>(
     let mut fields = valve.fields();
     fields.extend([&command_kpa, &supply_kpa, &volume_m3]);
     shapes::joint(&mut chambers, &mut rows, &fields)?;
+    let (supply_mean, volume_mean) = (supply_kpa.pairwise(mean), volume_m3.pairwise(mean));
+    let volume_rate_m3_s = volume_m3.pairwise(|here, there| (there - here) / interval_s);
     let batch = Batch {
-        subject,
+        subject: subject.as_ref(),
         parameters,
         interval_s,
-        valve,
-        command_kpa,
-        supply_kpa: supply_kpa.pairwise(|here, there| 0.5 * (here + there)),
-        volume_rate_m3_s: volume_m3.pairwise(|here, there| (there - here) / interval_s),
-        volume_m3: volume_m3.pairwise(|here, there| 0.5 * (here + there)),
+        valve: valve.view(),
+        command_kpa: command_kpa.view(),
+        supply_kpa: supply_mean.view(),
+        volume_m3: volume_mean.view(),
+        volume_rate_m3_s: volume_rate_m3_s.view(),
         start_kpa,
         ambient_pa: rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA,
         chambers: chambers.number(),
         rows: rows.number(),
         substeps: usize::try_from(substeps).unwrap_or(1),
-        sensitivities,
     };
     let (chambers, rows, count) = (batch.chambers, batch.rows, names.len());
     check_size(chambers, rows, if sensitivities { count + 1 } else { 1 })?;
-    let small =
-        progress.is_none() && chambers * rows * substeps.unsigned_abs() as usize <= SMALL && !controller;
-    let outcome = if small {
-        py.detach(|| batch.run(&Watch::default()))
-    } else {
-        work::run(py, progress.as_ref(), move |watch| batch.run(watch))?
-    };
-    let (pressures, derivatives) = outcome.map_err(errors::unusable)?;
-    let pressures = PyArray1::from_vec(py, pressures).reshape([chambers, rows])?;
-    if !sensitivities {
-        return Ok(pressures.into_any());
+    let pressures: Bound<'py, PyArray<f64, Ix2>> = empty(py, (chambers, rows))?;
+    let derivatives: Option<Bound<'py, PyArray<f64, Ix3>>> =
+        if sensitivities { Some(empty(py, (chambers, rows, count))?) } else { None };
+    {
+        let mut pressures = pressures.readwrite();
+        let mut derivatives = derivatives.as_ref().map(PyArrayMethods::readwrite);
+        let pressures = pressures.as_slice_mut()?.as_chunks_mut().0;
+        let derivatives = match &mut derivatives {
+            Some(derivatives) => Some(derivatives.as_slice_mut()?.as_chunks_mut().0),
+            None => None,
+        };
+        let small =
+            progress.is_none() && chambers * rows * substeps.unsigned_abs() as usize <= SMALL && !controller;
+        let outcome = if small {
+            py.detach(|| batch.run(&Watch::default(), pressures, derivatives))
+        } else {
+            work::run_scoped(py, progress.as_ref(), |watch| batch.run(watch, pressures, derivatives))?
+        };
+        outcome.map_err(errors::unusable)?;
     }
-    let derivatives = PyArray1::from_vec(py, derivatives).reshape([chambers, rows, count])?;
-    Ok((pressures, derivatives).into_pyobject(py)?.into_any())
+    match derivatives {
+        None => Ok(pressures.into_any()),
+        Some(derivatives) => Ok((pressures, derivatives).into_pyobject(py)?.into_any()),
+    }
+}
+
+fn mean(here: f64, there: f64) -> f64 {
+    0.5 * (here + there)
+}
+
+/// `numpy.empty`: for large arrays NumPy asks the system for huge pages, which cost few page faults, and nobody writes zeros first.
+fn empty<'py, D: Dimension>(
+    py: Python<'py>,
+    shape: impl IntoPyObject<'py>,
+) -> PyResult<Bound<'py, PyArray<f64, D>>> {
+    let array = py.import("numpy")?.call_method1("empty", (shape,))?;
+    Ok(array.cast_into()?)
 }
 
 fn setup(model: ModelKind, controller: bool, separate: bool) -> Setup {
@@ -278,12 +310,12 @@ fn setup(model: ModelKind, controller: bool, separate: bool) -> Setup {
 }
 
 /// What opens the valves, of what was given.
-fn valve(
-    drive: Option<&ArrayLike<'_>>,
-    fill: Option<&ArrayLike<'_>>,
-    vent: Option<&ArrayLike<'_>>,
+fn valve<'py>(
+    drive: Option<&ArrayLike<'py>>,
+    fill: Option<&ArrayLike<'py>>,
+    vent: Option<&ArrayLike<'py>>,
     by_command: bool,
-) -> PyResult<Valve> {
+) -> PyResult<Valve<Field<'py>>> {
     let half = [0.0, 1.0];
     match (drive, fill, vent) {
         (None, None, None) if by_command => Ok(Valve::None),
@@ -300,7 +332,7 @@ fn valve(
     }
 }
 
-fn supply(given: Option<&ArrayLike<'_>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
     match (given, &rig.supply) {
         (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa"),
         (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
@@ -309,7 +341,7 @@ fn supply(given: Option<&ArrayLike<'_>>, rig: &Rig, model: ModelKind) -> PyResul
     }
 }
 
-fn volume(given: Option<&ArrayLike<'_>>, rig: &Rig, model: ModelKind) -> PyResult<Field> {
+fn volume<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
     match (given, &rig.chamber) {
         (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3"),
         (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
@@ -326,7 +358,7 @@ fn start(given: Option<&ArrayLike<'_>>) -> PyResult<Vec<f64>> {
     }
     let [low, high] = PRESSURE_KPA;
     match values.iter().position(|kpa| !(*kpa >= low && *kpa <= high)) {
-        None => Ok(values),
+        None => Ok(values.to_vec()),
         Some(at) => Err(errors::unusable(format!(
             "start_kpa of chamber {at} is {}; it must be {low} to {high} kPa",
             values[at]

@@ -74,14 +74,48 @@ pub fn run<T: Send + 'static>(
     let watch = Arc::new(Watch::default());
     let (sender, receiver) = mpsc::sync_channel(1);
     let shared = Arc::clone(&watch);
-    std::thread::Builder::new()
-        .name("pneudrive-work".to_owned())
-        .spawn(move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| work(&shared)));
-            // Nobody listens after an interruption.
-            let _ = sender.send(outcome);
-        })
-        .map_err(|error| PneuDriveError::new_err(format!("no thread for the work: {error}")))?;
+    named_thread().spawn(move || perform(work, &shared, &sender)).map_err(no_thread)?;
+    attend(py, progress, &watch, receiver)
+}
+
+/// The same for work on borrowed memory: after an exception, waits until the work has come to its next checkpoint.
+pub fn run_scoped<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Watch) -> T + Send,
+) -> PyResult<T> {
+    let watch = Watch::default();
+    let (sender, receiver) = mpsc::sync_channel(1);
+    std::thread::scope(|scope| {
+        named_thread().spawn_scoped(scope, || perform(work, &watch, &sender)).map_err(no_thread)?;
+        attend(py, progress, &watch, receiver)
+    })
+}
+
+fn named_thread() -> std::thread::Builder {
+    std::thread::Builder::new().name("pneudrive-work".to_owned())
+}
+
+fn no_thread(error: std::io::Error) -> PyErr {
+    PneuDriveError::new_err(format!("no thread for the work: {error}"))
+}
+
+/// Outcome of work that may have panicked.
+type Outcome<T> = std::thread::Result<T>;
+
+fn perform<T>(work: impl FnOnce(&Watch) -> T, watch: &Watch, sender: &mpsc::SyncSender<Outcome<T>>) {
+    let outcome = catch_unwind(AssertUnwindSafe(|| work(watch)));
+    // Nobody listens after an interruption.
+    let _ = sender.send(outcome);
+}
+
+/// Waits for the outcome.
+fn attend<T: Send>(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    watch: &Watch,
+    receiver: mpsc::Receiver<Outcome<T>>,
+) -> PyResult<T> {
     let (mut receiver, mut told) = (receiver, Step::default());
     loop {
         let (outcome, back) = py.detach(move || (receiver.recv_timeout(LOOK_EVERY), receiver));
