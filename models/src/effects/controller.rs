@@ -1,5 +1,9 @@
 //! The board's pressure controller in front of a channel that is simulated with effects.
 
+use std::sync::OnceLock;
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
 use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
 use crate::numeric::Scalar;
@@ -15,21 +19,21 @@ pub struct Controller<S> {
     before: S,
     /// The filtered sample, gauge, Pa.
     filtered: S,
+    quantiles: &'static [f64; QUANTILES],
 }
 
-/// A step of the controller: one of its loops, or several that are simulated as one at the pressure they see on average.
+/// A step of the simulation in front of which the controller stands: one of its loops or several.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace<'a> {
     board: &'a BoardLoop,
     /// Loops in a step.
-    loops: f64,
-    /// Weight of what was filtered before the step.
-    weight: f64,
-    /// The step's loops sample on average this part of it after its start.
-    ahead: f64,
+    pub loops: usize,
     /// Standard deviation of the sensor's noise as the loop sees it, Pa.
     noise_pa: f64,
 }
+
+/// Values that the noise takes.
+const QUANTILES: usize = 2048;
 
 /// Codes of the board's converter in one of those that it reports.
 const FINER: f64 = 4.0;
@@ -38,19 +42,20 @@ impl<'a> Pace<'a> {
     /// For steps of this length, where what is reported has this noise, Pa.
     #[inline(always)]
     pub fn new(board: &'a BoardLoop, length_s: f64, noise_pa: f64) -> Self {
-        let loops = (length_s * board.rate_hz).max(1.0);
-        let weight = if loops > 1.0 { board.filter.powf(loops) } else { board.filter };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // at least one, and a rate is below 1e9
+        let loops = (length_s * board.rate_hz).round().max(1.0) as usize;
         let rounded = board.rounding_pa * board.rounding_pa;
         let own = rounded / (FINER * FINER);
         let noise_pa = (noise_pa * noise_pa - rounded + own).max(own).sqrt();
-        Self { board, loops, weight, ahead: 0.5 * (loops - 1.0) / loops, noise_pa }
+        Self { board, loops, noise_pa }
     }
 }
 
 impl<S: Scalar<Real = f64>> Controller<S> {
     /// Not started yet.
     pub fn new() -> Self {
-        Self { before: S::zero(), filtered: S::zero() }
+        Self { before: S::zero(), filtered: S::zero(), quantiles: quantiles() }
     }
 
     /// Begins at rest where the sensor delivers `reading`, gauge, Pa.
@@ -74,8 +79,17 @@ impl<S: Scalar<Real = f64>> Controller<S> {
         }
     }
 
-    /// The drive of step `tick` of a row's interval, -1 to 1, where the sensor delivers `reading`. The sensor's noise, rounding
-    /// included, is part of it: it shakes the drive, and with it whatever friction the spool has.
+    /// Begins a step in which the sensor delivers `reading`, gauge, Pa; returns by how much that is more than a step before. In a step
+    /// of several loops the pressure is taken to go on as it did.
+    #[inline(always)]
+    pub fn begin(&mut self, reading: S) -> S {
+        let change = reading - self.before;
+        self.before = reading;
+        change
+    }
+
+    /// The drive of loop `tick` of a row's interval, -1 to 1, where the sensor delivers `reading`. The sensor's noise is part of it: it
+    /// shakes the drive, and with it whatever friction the spool has.
     #[inline(always)]
     pub fn drive(
         &mut self,
@@ -85,15 +99,13 @@ impl<S: Scalar<Real = f64>> Controller<S> {
         reading: S,
     ) -> S {
         let board = pace.board;
-        let command = command(inputs, row, tick, pace.loops).clamp(board.lowest_pa, board.highest_pa);
-        let noise = pace.noise_pa * dither(row, tick);
-        let sample = reading + (reading - self.before).times(pace.ahead);
-        self.before = reading;
-        let sample = sample.plus(noise).max(S::constant(board.lowest_pa));
+        let command = command(inputs, row, tick).clamp(board.lowest_pa, board.highest_pa);
+        let sample =
+            reading.plus(pace.noise_pa * dither(self.quantiles, row, tick)).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
-        self.filtered = previous.times(pace.weight) + sample.times(1.0 - pace.weight);
+        self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
         let error = -self.filtered.plus(-command);
-        let change = (self.filtered - previous).times(1.0 / pace.loops);
+        let change = self.filtered - previous;
         let drive = error.times(board.gain_per_pa) - change.times(board.damping_per_pa);
         cut_off(drive)
     }
@@ -107,31 +119,35 @@ fn cut_off<S: Scalar<Real = f64>>(drive: S) -> S {
     S::select(drive.real().abs() < 1.0, below, drive.min(one).max(-one))
 }
 
-/// The command that the board follows at step `tick` of a row's interval, of `loops` of its loops, Pa gauge. The row's pressure is
-/// what the first of them sampled; that one ran before the exchange and still has the command of the row before.
+/// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's pressure is what the first of them sampled;
+/// that one ran before the exchange and still has the command of the row before.
 #[inline(always)]
-fn command(inputs: &ChannelInputs, row: usize, tick: usize, loops: f64) -> f64 {
-    let now = inputs.command_pa[row];
-    let known = if tick == 0 && inputs.starts.binary_search(&row).is_err() {
-        now + (inputs.command_pa[row - 1] - now) / loops
-    } else {
-        now
-    };
-    known - inputs.ambient_pa
+fn command(inputs: &ChannelInputs, row: usize, tick: usize) -> f64 {
+    let late = tick == 0 && inputs.starts.binary_search(&row).is_err();
+    inputs.command_pa[if late { row - 1 } else { row }] - inputs.ambient_pa
 }
 
-/// A reproducible stand-in for the sensor's noise at a loop of the board: nearly normal with unit variance (sum of four
-/// uniform numbers from the SplitMix64 hash).
+/// Quantiles of the standard normal distribution in the middle of equally probable parts. Sampling from them gives its tails, up to
+/// 3.5 standard deviations: what friction answers to are the extremes of many loops.
+fn quantiles() -> &'static [f64; QUANTILES] {
+    static TABLE: OnceLock<[f64; QUANTILES]> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let normal = Normal::standard();
+        std::array::from_fn(|k| normal.inverse_cdf((k as f64 + 0.5) / QUANTILES as f64))
+    })
+}
+
+/// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one of the quantiles, by the SplitMix64
+/// hash.
 #[inline(always)]
-fn dither(row: usize, tick: usize) -> f64 {
+#[allow(clippy::cast_possible_truncation)] // a few bits are wanted
+fn dither(quantiles: &[f64; QUANTILES], row: usize, tick: usize) -> f64 {
     let mut z =
         (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 31;
-    let sum: u64 = (0..4).map(|k| (z >> (16 * k)) & 0xffff).sum();
-    // Mean 2, variance 4/12 in units of 65536.
-    (sum as f64 / 65_536.0 - 2.0) * 3.0_f64.sqrt()
+    quantiles[z as usize % QUANTILES]
 }
 
 #[cfg(test)]
@@ -211,6 +227,18 @@ mod tests {
             assert!((cut_off(asked) - coil).abs() < 1e-12 && (cut_off(-asked) + coil).abs() < 1e-12);
         }
         assert_eq!([cut_off(1.2), cut_off(-1.0), cut_off(0.001)], [1.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn the_noise_is_normal_and_differs_from_loop_to_loop() {
+        let drawn: Vec<f64> =
+            (0..4000).flat_map(|row| (0..10).map(move |tick| dither(quantiles(), row, tick))).collect();
+        let n = drawn.len() as f64;
+        let moment = |power: i32| drawn.iter().map(|v| v.powi(power)).sum::<f64>() / n;
+        assert!(moment(1).abs() < 0.02 && (moment(2) - 1.0).abs() < 0.03, "{} {}", moment(1), moment(2));
+        assert!((moment(4) - 3.0).abs() < 0.2, "{}", moment(4));
+        let neighbours = drawn.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n;
+        assert!(neighbours.abs() < 0.02, "{neighbours}");
     }
 
     #[test]

@@ -162,10 +162,21 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let length_s = interval / steps as f64;
         let (mut mean_drive, mut mean_draw) = (0.0, 0.0);
         for tick in 0..loops {
+            let time_s = inputs.time_s[row] + tick as f64 * parts as f64 * length_s;
+            let step =
+                |part: f64, length_s: f64| Step { row, time_s: time_s + part * length_s, length_s, inputs };
+            if let Some(pace) = pace.filter(|pace| pace.loops > 1) {
+                let length_s = parts as f64 * length_s;
+                let (held, spool) = self.loops(&pace, (row, tick), &step, length_s, effects);
+                mean_drive += held;
+                mean_draw += self.flow(&step(0.5, length_s), spool, -spool, effects);
+                continue;
+            }
             let (fill, vent) = match (&inputs.drive, &pace) {
                 (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
                 (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
                 (DriveInput::Controlled, Some(pace)) => {
+                    self.controller.begin(self.reading);
                     let held = self.controller.drive(pace, inputs, (row, tick), self.reading);
                     (held, -held)
                 }
@@ -175,22 +186,46 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                 }
             };
             for part in 0..parts {
-                let time_s = inputs.time_s[row] + ((tick * parts + part) as f64 + 0.5) * length_s;
-                let step = Step { row, time_s, length_s, inputs };
-                let (drive, draw) = self.step(&step, fill, vent, effects);
-                mean_drive += drive;
-                mean_draw += draw;
+                let (drive, draw) = self.step(&step(part as f64 + 0.5, length_s), fill, vent, effects);
+                mean_drive += drive / parts as f64;
+                mean_draw += draw / parts as f64;
             }
         }
-        (mean_drive / steps as f64, mean_draw / steps as f64)
+        (mean_drive / loops as f64, mean_draw / loops as f64)
+    }
+
+    /// Several loops of the board in front of one step of the gas: what moves the spool is simulated loop by loop (friction answers to
+    /// every shake), the gas with its mean position. Returns the mean drive and that position.
+    #[inline(always)]
+    fn loops<'b>(
+        &mut self,
+        pace: &Pace<'_>,
+        (row, tick): (usize, usize),
+        step: &impl Fn(f64, f64) -> Step<'b>,
+        length_s: f64,
+        effects: &mut [AnyEffect<S>],
+    ) -> (f64, S) {
+        let share = 1.0 / pace.loops as f64;
+        let change = self.controller.begin(self.reading).times(share);
+        let (mut held, mut spool, mut reading) = (0.0, S::zero(), self.reading);
+        for k in 0..pace.loops {
+            let at = (row, tick * pace.loops + k);
+            let mut drive = self.controller.drive(pace, self.inputs, at, reading);
+            held += drive.real();
+            for effect in effects.iter_mut() {
+                drive = effect.drive(&step(k as f64 + 0.5, length_s * share), 0, drive);
+            }
+            spool = spool + drive;
+            reading = reading + change;
+        }
+        (held * share, spool.times(share))
     }
 
     /// One step under the drives of the fill and the vent port. Returns drive and flow drawn.
     #[inline(always)]
     fn step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
-        let inputs = self.inputs;
         let (mut fill, mut vent) = (fill, vent);
-        let separate = matches!(inputs.drive, DriveInput::Separate { .. });
+        let separate = matches!(self.inputs.drive, DriveInput::Separate { .. });
         let drive = if separate { fill.real() - vent.real() } else { fill.real() };
         for effect in effects.iter_mut() {
             fill = effect.drive(step, 0, fill);
@@ -201,6 +236,12 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         if !separate {
             vent = -fill;
         }
+        (drive, self.flow(step, fill, vent, effects))
+    }
+
+    /// One step with these spool positions. Returns the flow drawn.
+    #[inline(always)]
+    fn flow(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
         let draw = match self.plant.kind {
             Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
             Kind::Linear => {
@@ -208,12 +249,12 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                 0.0
             }
         };
-        let mut reading = self.chamber.port().plus(-inputs.ambient_pa);
+        let mut reading = self.chamber.port().plus(-self.inputs.ambient_pa);
         for effect in effects.iter_mut() {
             reading = effect.sense(step, reading);
         }
         self.reading = reading;
-        (drive, draw)
+        draw
     }
 
     #[inline(always)]
