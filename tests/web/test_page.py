@@ -201,16 +201,21 @@ def test_a_dead_host_is_said(start, visit):
     expect(page.locator("#banner")).to_contain_text("NOT VENTED, the host does not answer")
 
 
-def test_a_recording_by_button(start, visit, tmp_path):
-    run = start(1, "--record-folder", tmp_path, "--record-format", "csv")
-    page = visit(run.url)
-    expect(page.locator("#record-text")).to_contain_text(str(tmp_path))
+def record_by_button(page):
+    """Records for some rows under the name take-1."""
     page.locator("#record-name").fill("take-1")
     page.locator("#record-button").click()
     expect(page.locator("#record-button")).to_have_text("Stop recording")
     page.wait_for_function("() => parseInt(document.getElementById('record-text').textContent.split(', ')[1]) > 2")
     page.locator("#record-button").click()
     expect(page.locator("#record-text")).to_contain_text("rows,")
+
+
+def test_a_recording_by_button(start, visit, tmp_path):
+    run = start(1, "--record-folder", tmp_path, "--record-format", "csv")
+    page = visit(run.url)
+    expect(page.locator("#record-text")).to_contain_text(str(tmp_path))
+    record_by_button(page)
     [file] = tmp_path.glob("*-take-1.csv")
     rows = len(file.read_text().splitlines()) - 1
     expect(page.locator("#record-text")).to_contain_text(f"{file.name}: {rows} rows")
@@ -220,12 +225,7 @@ def test_a_recording_by_button(start, visit, tmp_path):
 def test_a_bag_by_button(start, visit, tmp_path):
     run = start(1, "--record-folder", tmp_path, "--record-format", "mcap")
     page = visit(run.url)
-    page.locator("#record-name").fill("take-1")
-    page.locator("#record-button").click()
-    expect(page.locator("#record-button")).to_have_text("Stop recording")
-    page.wait_for_function("() => parseInt(document.getElementById('record-text').textContent.split(', ')[1]) > 2")
-    page.locator("#record-button").click()
-    expect(page.locator("#record-text")).to_contain_text("rows,")
+    record_by_button(page)
     [bag] = tmp_path.iterdir()
     file = bag / f"{bag.name}.mcap"
     expect(page.locator("#record-text")).to_contain_text(f"{file.name}: ")
