@@ -157,8 +157,9 @@ mod tests {
     use crate::effects::{DriveInput, Kind, Plant};
     use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
 
-    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second; the command jumps at row 5.
-    fn after_a_jump(filter: f64) -> Vec<(f64, f64)> {
+    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
+    /// the simulation; the command jumps at row 5. Readings (Pa gauge) and mean drives.
+    fn after_a_jump(filter: f64, loops_per_step: usize) -> Vec<(f64, f64)> {
         const ROWS: usize = 10;
         let ambient_pa = 101_325.0;
         let plant = Plant {
@@ -174,7 +175,7 @@ mod tests {
                 filter,
                 lowest_pa: 0.0,
                 rounding_pa: 0.0,
-                loops_per_step: 1,
+                loops_per_step,
                 highest_pa: 7e5,
             }),
             longest_step_s: 0.005,
@@ -210,11 +211,22 @@ mod tests {
 
     #[test]
     fn the_loop_that_a_row_reports_has_the_command_of_the_row_before() {
-        let rows = after_a_jump(0.0);
+        let rows = after_a_jump(0.0, 1);
         assert_eq!(rows[4].1, 0.0);
         // Nine of the ten loops after row 5 know its command and drive fully.
         assert!((rows[5].1 - 0.9).abs() < 1e-12, "{rows:?}");
         assert!((rows[6].1 - 1.0).abs() < 1e-12, "{rows:?}");
+    }
+
+    /// Only the gas sees the mean of a step.
+    #[test]
+    fn several_loops_in_a_step_drive_as_they_do_one_by_one() {
+        for filter in [0.0, 0.5] {
+            let (one, five) = (after_a_jump(filter, 1), after_a_jump(filter, 5));
+            for ((_, drive), (_, coarse)) in one.iter().zip(&five) {
+                assert!((drive - coarse).abs() < 1e-12, "{drive} and {coarse}");
+            }
+        }
     }
 
     #[test]
@@ -244,7 +256,7 @@ mod tests {
     #[test]
     fn a_filtered_report_contains_the_sample_of_the_row() {
         // A ramp, filtered with weight one half, is reported one loop late.
-        let (plain, filtered) = (after_a_jump(0.0), after_a_jump(0.5));
+        let (plain, filtered) = (after_a_jump(0.0, 1), after_a_jump(0.5, 1));
         let loop_pa = (plain[9].0 - plain[8].0) / 10.0;
         let late = (plain[9].0 - filtered[9].0) / loop_pa;
         assert!((late - 1.0).abs() < 0.05, "{late} loops late");

@@ -155,3 +155,27 @@ impl Resolved {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::Nuisances;
+
+    /// The wall follows the spread of the volume, so that every channel has the time constant that was asked for.
+    #[test]
+    fn the_time_constant_of_the_gas_is_that_of_every_channel() {
+        let nuisances = Nuisances { spread: 0.05, ..Nuisances::none() };
+        let parameters = PlantParameters { nuisances, ..PlantParameters::default() };
+        let effect = Effect::of_size("heat_exchange", 0.5, Scope::Rig).unwrap();
+        let resolved = resolve(&parameters, &[effect], 7).unwrap();
+        let wanted = parameters.wall_conductance(0.5);
+        for channel in &resolved.channels {
+            let factor = channel.chamber.volume_factor;
+            assert!((factor - 1.0).abs() > 1e-4, "the volumes differ: {factor}");
+            let GasPhysics::Balance { wall_w_per_k } = channel.chamber.gas else {
+                panic!("the gas has a balance: {:?}", channel.chamber.gas)
+            };
+            assert!((wall_w_per_k / factor - wanted).abs() < 1e-12 * wanted, "{wall_w_per_k} at {factor}");
+        }
+    }
+}
