@@ -5,9 +5,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use super::{Real, Scalar, filled};
 
 /// `L` independent values in lockstep. Plain loops over an array: the compiler turns them into vector instructions.
-/// Each lane gives bit for bit what `f64` gives.
+/// Each lane gives bit for bit what `f64` gives. Aligned to a cache line: a vector across two of them takes two loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(32))]
+#[repr(align(64))]
 pub struct Lanes<const L: usize>(pub [f64; L]);
 
 impl<const L: usize> Lanes<L> {

@@ -59,7 +59,7 @@ impl<const M: usize> BatchOutput<M> {
 }
 
 /// Why a batch cannot be simulated.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BatchError {
     /// Jobs and inputs are not equally many.
     #[error("{jobs} rollouts, but inputs of {inputs}")]
@@ -84,6 +84,18 @@ pub enum BatchError {
         expected: usize,
         /// Values given.
         found: usize,
+    },
+    /// A value that its column does not allow.
+    #[error("input column {column} is {value} at row {row} of rollout {job}")]
+    Range {
+        /// The column.
+        column: usize,
+        /// The rollout; 0 if they share the column.
+        job: usize,
+        /// The row; 0 if they share the value.
+        row: usize,
+        /// The value, as given.
+        value: f64,
     },
     /// Memory for the results that is too small or too large.
     #[error("room for {found} values of the results, expected {expected}")]
@@ -162,7 +174,7 @@ pub struct BatchResults<'a, const M: usize> {
 /// writes its own part of it, in the unit that is wanted: another pass over so much memory would take as long as the simulation.
 ///
 /// # Errors
-/// As there, and [`BatchError::Results`] when the memory does not fit.
+/// As there, and [`BatchError::Results`] when the memory does not fit. After [`BatchError::Range`] some results are written.
 pub fn simulate_batch_into<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     jobs: &[Job<'_, M>],
@@ -191,24 +203,24 @@ pub fn simulate_batch_into<Y: System<N, M>, const N: usize, const M: usize>(
         return Ok(());
     }
     let steps = Steps { ticks: system.ticks(inputs.value(0, 0, column::INTERVAL_S)), substeps };
-    if let Some(sensitivities) = sensitivities {
+    let possible = if let Some(sensitivities) = sensitivities {
         let outputs = outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
         let derivatives = sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
-        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate().for_each(
+        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate().all(
             |(chunk, ((jobs, outputs), derivatives))| {
                 let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps, unit };
-                for from in (0..parameters).step_by(DIRECTIONS) {
-                    roll_duals(system, lot, from, outputs, derivatives);
-                }
+                (0..parameters)
+                    .step_by(DIRECTIONS)
+                    .all(|from| roll_duals(system, lot, from, outputs, derivatives))
             },
-        );
+        )
     } else {
         let outputs = outputs.par_chunks_mut(BATCH_LANES * samples);
-        jobs.par_chunks(BATCH_LANES).zip(outputs).enumerate().for_each(|(chunk, (jobs, outputs))| {
-            roll_lanes(system, Lot { jobs, inputs, first: chunk * BATCH_LANES, steps, unit }, outputs);
-        });
-    }
-    Ok(())
+        jobs.par_chunks(BATCH_LANES).zip(outputs).enumerate().all(|(chunk, (jobs, outputs))| {
+            roll_lanes(system, Lot { jobs, inputs, first: chunk * BATCH_LANES, steps, unit }, outputs)
+        })
+    };
+    if possible { Ok(()) } else { inputs.check_late() }
 }
 
 /// Jobs that are rolled out side by side.
@@ -230,23 +242,24 @@ fn lanes_of<const L: usize, const M: usize>(
     Lanes(std::array::from_fn(|lane| value(&jobs[lane.min(jobs.len() - 1)])))
 }
 
+/// Returns whether all inputs were possible.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     Lot { jobs, inputs, first, steps, unit }: Lot<'_, M>,
     outputs: &mut [[f64; M]],
-) {
+) -> bool {
     let count = jobs[0].parameters.len();
     let parameters: Vec<Lanes<BATCH_LANES>> =
         (0..count).map(|i| lanes_of(jobs, |job| job.parameters[i])).collect();
     let start = std::array::from_fn(|i| lanes_of(jobs, |job| job.start[i]));
     let samples = outputs.len() / jobs.len();
-    let rows = (inputs.lanes::<BATCH_LANES>(first), samples);
+    let mut source = inputs.lanes::<BATCH_LANES>(first);
     let mut block = [[Lanes([0.0; BATCH_LANES]); M]; BLOCK];
     rollout(
         system,
         &system.coefficients(&parameters),
-        rows,
+        (&mut source, samples),
         start,
         steps,
         #[inline(always)]
@@ -259,6 +272,7 @@ fn roll_lanes<Y: System<N, M>, const N: usize, const M: usize>(
             }
         },
     );
+    source.possible()
 }
 
 /// Writes some rows of all lanes, at most a block, to the rollouts, of `samples` rows each.
@@ -290,7 +304,7 @@ fn write_block<const L: usize, const M: usize>(
     }
 }
 
-/// Derivatives by the parameters `from..from + DIRECTIONS`.
+/// Derivatives by the parameters `from..from + DIRECTIONS`. Returns whether all inputs were possible.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
@@ -298,7 +312,7 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
     from: usize,
     outputs: &mut [[f64; M]],
     derivatives: &mut [[f64; M]],
-) {
+) -> bool {
     type Number = Dual<Lanes<SENSITIVITY_LANES>, DIRECTIONS>;
     let count = jobs[0].parameters.len();
     let parameters: Vec<Number> = (0..count)
@@ -306,12 +320,12 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
         .collect();
     let start = std::array::from_fn(|i| Number::from_real(lanes_of(jobs, |job| job.start[i])));
     let samples = outputs.len() / jobs.len();
-    let rows = (inputs.lanes::<SENSITIVITY_LANES>(first), samples);
+    let mut source = inputs.lanes::<SENSITIVITY_LANES>(first);
     let directions = from..count.min(from + DIRECTIONS);
     rollout(
         system,
         &system.coefficients(&parameters),
-        rows,
+        (&mut source, samples),
         start,
         steps,
         #[inline(always)]
@@ -326,4 +340,5 @@ fn roll_duals<Y: System<N, M>, const N: usize, const M: usize>(
             }
         },
     );
+    source.possible()
 }

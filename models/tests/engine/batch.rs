@@ -101,3 +101,39 @@ fn uneven_batches_are_refused() {
     let short = BatchInputs::new(short, 2, 10).unwrap_err();
     assert_eq!(short, BatchError::Values { column: column::FILL, expected: 10, found: 9 });
 }
+
+/// Found while the rows are simulated, before that where it costs nothing, and named as it was given.
+#[test]
+fn values_out_of_range_are_refused() {
+    let system = Chamber(Nonlinear::default());
+    let batch = |drive: BatchColumn<'_>, sensitivities| {
+        let mut columns = vec![BatchColumn::constant(1.0); column::COUNT];
+        columns[column::VENT] = drive.scaled(-1.0, 0.0);
+        columns[column::FILL] = drive;
+        let jobs = vec![Job { parameters: &support::TRUTH, start: [2e5] }; JOBS];
+        simulate_batch(&system, &jobs, &BatchInputs::new(columns, JOBS, ROWS)?, 1, sensitivities)
+    };
+    let limits = [-1.0, 1.0];
+    for (job, row) in [(0, 0), (31, 7), (36, ROWS - 1)] {
+        for wrong in [-1.001, f64::INFINITY, f64::NAN] {
+            let mut drive = vec![0.5; JOBS * ROWS];
+            drive[job * ROWS + row] = wrong;
+            for sensitivities in [false, true] {
+                let error = batch(BatchColumn::per_job_and_row(&drive).within(limits), sensitivities);
+                let Err(BatchError::Range { column, job: found, row: at, value }) = error else {
+                    panic!("{wrong} at row {row} of {job} passed")
+                };
+                assert_eq!((column, found, at), (column::FILL, job, row));
+                assert!(value == wrong || value.is_nan() && wrong.is_nan(), "{value}");
+            }
+            let error = batch(BatchColumn::per_row(&drive[job * ROWS..][..ROWS]).within(limits), false);
+            assert!(
+                matches!(error, Err(BatchError::Range { job: 0, row: at, .. }) if at == row),
+                "{error:?}"
+            );
+            assert!(batch(BatchColumn::constant(wrong).within(limits), false).is_err(), "{wrong}");
+            assert!(batch(BatchColumn::per_job_and_row(&drive), false).is_ok(), "nothing was asked for");
+        }
+    }
+    assert!(batch(BatchColumn::constant(-1.0).within(limits), false).is_ok());
+}

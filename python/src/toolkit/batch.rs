@@ -282,6 +282,9 @@ pub fn simulate_batch<'py>(
         } else {
             work::run_scoped(py, progress.as_ref(), |watch| batch.run(watch, pressures, derivatives))?
         };
+        if matches!(outcome, Err(BatchError::Range { .. })) {
+            valve.fields().into_iter().chain([&command_kpa]).try_for_each(Field::check)?;
+        }
         outcome.map_err(errors::unusable)?;
     }
     match derivatives {
@@ -334,7 +337,7 @@ fn valve<'py>(
 
 fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
     match (given, &rig.supply) {
-        (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa"),
+        (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa")?.checked(),
         (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
         (None, None) if model == ModelKind::Linear => Ok(Field::constant("supply_kpa", 0.0)),
         (None, None) => Err(errors::unusable("supply_kpa is missing: give it, or a rig with [supply]")),
@@ -343,7 +346,7 @@ fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> P
 
 fn volume<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
     match (given, &rig.chamber) {
-        (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3"),
+        (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3")?.checked(),
         (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
         (None, None) if model == ModelKind::Linear => Ok(Field::constant("volume_m3", 1.0)),
         (None, None) => Err(errors::unusable("volume_m3 is missing: give it, or a rig with [chamber]")),

@@ -5,11 +5,7 @@ use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pneudrive_model::rollout::BatchColumn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
 use std::ops::{Deref, Range};
-
-/// Values that one thread checks at a time.
-const CHECKED_AT_ONCE: usize = 1 << 16;
 
 /// Numbers row by row, where NumPy has them if possible: to copy a large array takes a tenth of the time of its simulation.
 pub enum Values<'py> {
@@ -36,6 +32,9 @@ pub struct Field<'py> {
     values: Values<'py>,
     chambers: usize,
     rows: usize,
+    /// What the values must be within, as far as that has not been looked at.
+    range: Option<[f64; 2]>,
+    unit: &'static str,
 }
 
 /// A [`Field`] as other threads may see it.
@@ -44,20 +43,21 @@ pub struct FieldView<'a> {
     values: &'a [f64],
     chambers: usize,
     rows: usize,
+    range: Option<[f64; 2]>,
 }
 
 impl<'py> Field<'py> {
     /// One value for all.
     pub fn constant(name: &'static str, value: f64) -> Self {
-        Self { name, values: Values::Own(vec![value]), chambers: 1, rows: 1 }
+        Self { name, values: Values::Own(vec![value]), chambers: 1, rows: 1, range: None, unit: "" }
     }
 
-    /// An array of shape (), (rows,) or (chambers, rows), with finite values within `range`.
+    /// An array of shape (), (rows,) or (chambers, rows), whose values are to be finite and within `range`.
     pub fn extract(
         name: &'static str,
         object: &Bound<'py, PyAny>,
-        [low, high]: [f64; 2],
-        unit: &str,
+        range: [f64; 2],
+        unit: &'static str,
     ) -> PyResult<Self> {
         let (shape, values) = numbers(name, object)?;
         let (chambers, rows) = match shape[..] {
@@ -70,20 +70,27 @@ impl<'py> Field<'py> {
                 )));
             }
         };
-        let possible = |value: &f64| *value >= low && *value <= high;
-        // Without an early end the compiler looks at several at once.
-        let all_of = |part: &[f64]| part.iter().fold(true, |all, value| all & possible(value));
-        let all_possible = values.par_chunks(CHECKED_AT_ONCE).all(all_of);
-        if let Some(at) = (!all_possible).then(|| values.iter().position(|value| !possible(value))).flatten()
-        {
-            return Err(errors::unusable(format!(
-                "{name} is {} at row {}{}; it must be {low} to {high} {unit}",
-                values[at],
-                at % rows.max(1),
-                if chambers > 1 { format!(" of chamber {}", at / rows) } else { String::new() },
-            )));
-        }
-        Ok(Self { name, values, chambers, rows })
+        Ok(Self { name, values, chambers, rows, range: Some(range), unit })
+    }
+
+    /// Whether all values are within the range. What a column of the batch is made of is looked at there.
+    pub fn check(&self) -> PyResult<()> {
+        let Self { name, values, chambers, rows, range, unit } = self;
+        let Some([low, high]) = range else { return Ok(()) };
+        let Some(at) = values.iter().position(|value| !(value >= low && value <= high)) else {
+            return Ok(());
+        };
+        Err(errors::unusable(format!(
+            "{name} is {} at row {}{}; it must be {low} to {high} {unit}",
+            values[at],
+            at % rows,
+            if *chambers > 1 { format!(" of chamber {}", at / rows) } else { String::new() },
+        )))
+    }
+
+    /// As it is, if all values are within the range.
+    pub fn checked(self) -> PyResult<Self> {
+        self.check().map(|()| Self { range: None, ..self })
     }
 
     /// Something of each row and the one after it (of the last row: of itself twice).
@@ -93,12 +100,12 @@ impl<'py> Field<'py> {
             values.iter().zip(next).map(|(here, there)| combine(*here, *there)).collect()
         };
         let values = self.values.chunks(self.rows).flat_map(of_one).collect();
-        Self { values: Values::Own(values), ..*self }
+        Self { values: Values::Own(values), range: None, ..*self }
     }
 
     /// The same for other threads.
     pub fn view(&self) -> FieldView<'_> {
-        FieldView { values: &self.values, chambers: self.chambers, rows: self.rows }
+        FieldView { values: &self.values, chambers: self.chambers, rows: self.rows, range: self.range }
     }
 }
 
@@ -106,12 +113,13 @@ impl<'a> FieldView<'a> {
     /// It as an input of some of the chambers.
     pub fn column(&self, chambers: &Range<usize>) -> BatchColumn<'a> {
         let (from, to) = (chambers.start * self.rows, chambers.end * self.rows);
-        match (self.chambers, self.rows) {
+        let column = match (self.chambers, self.rows) {
             (1, 1) => BatchColumn::constant(self.values[0]),
             (1, _) => BatchColumn::per_row(self.values),
             (_, 1) => BatchColumn::per_job(&self.values[from..to]),
             _ => BatchColumn::per_job_and_row(&self.values[from..to]),
-        }
+        };
+        self.range.map_or(column, |range| column.within(range))
     }
 }
 
