@@ -138,7 +138,7 @@ mod tests {
             let mut row = [0.0; column::COUNT];
             row[column::TIME_S] = 0.1 * f64::from(k);
             row[column::INTERVAL_S] = 0.1;
-            row[column::VOLUME_M3] = 1.0;
+            row[column::INVERSE_VOLUME_PER_M3] = 1.0;
             rows.extend(row);
         }
         let measured = [100e3, 101e3, 103e3, 106e3].map(|p| [p]).to_vec();

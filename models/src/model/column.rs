@@ -15,8 +15,8 @@ pub const VENT: usize = 3;
 pub const COMMAND_PA: usize = 4;
 /// Supply pressure, absolute, Pa, mean over the interval.
 pub const SUPPLY_PA: usize = 5;
-/// Chamber volume, m^3, mean over the interval.
-pub const VOLUME_M3: usize = 6;
+/// One by the mean of the chamber volume over the interval, 1/m^3: the models divide by the volume, and a batch in lanes would feel it.
+pub const INVERSE_VOLUME_PER_M3: usize = 6;
 /// Rate of the chamber volume, m^3/s: its change over the interval by the interval's length.
 pub const VOLUME_RATE_M3_S: usize = 7;
 /// Number of standard columns.

@@ -23,7 +23,7 @@ pub enum ValveDrive {
 /// zero flow. Only the products of areas with the discharge coefficient can be identified, so that coefficient is fixed.
 /// `w` weighs the work of the volume's change, not the volume itself.
 ///
-/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`VOLUME_M3`](column::VOLUME_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
+/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nonlinear {
     /// The gas and its ambient pressure.
@@ -166,7 +166,7 @@ impl Model for Nonlinear {
     #[inline(always)]
     fn hold<S: Scalar>(&self, c: &Openings<S>, row: &[S::Real], drive: Drive<S>) -> Ports<S> {
         let [fill_mm2, vent_mm2] = c.areas_mm2(drive);
-        let inverse_volume = row[column::VOLUME_M3].recip();
+        let inverse_volume = row[column::INVERSE_VOLUME_PER_M3];
         let conductance = inverse_volume.times(self.conductance() * self.flow.gain());
         let expansion = (row[column::VOLUME_RATE_M3_S] * inverse_volume).times(GAMMA);
         Ports {

@@ -20,7 +20,7 @@ const RATE_CORNER_PER_S: f64 = 0.01;
 /// not fitted but the middle and half of the range from ambient to supply pressure; `c6 >= 0`, so that the pole lies
 /// outside; and the rate is kept positive by [`smooth_corner`]. Positive coefficients are fitted by their logarithms.
 ///
-/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`VOLUME_M3`](column::VOLUME_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
+/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parametric {
     /// Ambient pressure is taken from here.
@@ -103,7 +103,7 @@ impl Model for Parametric {
         let x = u - c.c1;
         let y = (c.c2 + c.c3 * x.square()) * x;
         let g = y / y.square().plus(1.0).sqrt();
-        let volume = row[column::VOLUME_M3].times(1.0 / LITRE_M3);
+        let volume = row[column::INVERSE_VOLUME_PER_M3].times(LITRE_M3).recip();
         let volume_rate = row[column::VOLUME_RATE_M3_S].times(1.0 / LITRE_M3);
         let supply = row[column::SUPPLY_PA];
         let half_range = supply.plus(-self.gas.ambient_pa).times(0.5);

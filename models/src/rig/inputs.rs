@@ -90,7 +90,7 @@ pub fn series(
         values[column::VENT] = vent;
         values[column::COMMAND_PA] = ambient_pa + PA_PER_KPA * command;
         values[column::SUPPLY_PA] = 0.5 * (supply.at(row) + supply.at(next));
-        values[column::VOLUME_M3] = 0.5 * (here + there);
+        values[column::INVERSE_VOLUME_PER_M3] = 2.0 / (here + there);
         values[column::VOLUME_RATE_M3_S] = (there - here) / interval;
         table.extend(values);
     }

@@ -63,7 +63,7 @@ fn columns_broadcast() {
     };
     let mut short = vec![BatchColumn::constant(0.0); column::COUNT];
     short[column::INTERVAL_S] = BatchColumn::constant(0.01);
-    short[column::VOLUME_M3] = BatchColumn::constant(3.6e-4);
+    short[column::INVERSE_VOLUME_PER_M3] = BatchColumn::constant(1.0 / 3.6e-4);
     let mut long = short.clone();
     short[column::FILL] = BatchColumn::per_row(&drive);
     short[column::VENT] = BatchColumn::per_row(&drive).scaled(-1.0, 0.0);

@@ -42,7 +42,7 @@ impl Table {
                 if separate { (u.max(0.0), (-u).max(0.0)) } else { (u, -u) };
             row[column::COMMAND_PA] = self.column("command_pa")[k];
             row[column::SUPPLY_PA] = self.column("supply_pa")[k];
-            row[column::VOLUME_M3] = self.column("volume_m3")[k];
+            row[column::INVERSE_VOLUME_PER_M3] = 1.0 / self.column("volume_m3")[k];
             row[column::VOLUME_RATE_M3_S] = self.column("volume_rate_m3_s")[k];
             table.extend(row);
         }

@@ -67,7 +67,7 @@ fn a_parameter_without_effect_is_named() {
     let moving = recording(2_000);
     let mut rows = moving.inputs(0..moving.len()).to_vec();
     for row in rows.chunks_exact_mut(column::COUNT) {
-        row[column::VOLUME_M3] = 3.6e-4;
+        row[column::INVERSE_VOLUME_PER_M3] = 1.0 / 3.6e-4;
         row[column::VOLUME_RATE_M3_S] = 0.0;
     }
     let measured = moving.measured().to_vec();

@@ -55,7 +55,7 @@ pub fn inputs(rows: usize, seed: u64) -> Vec<f64> {
         row[column::VENT] = -drive;
         row[column::COMMAND_PA] = ATMOSPHERE_PA + command;
         row[column::SUPPLY_PA] = ATMOSPHERE_PA + 550e3;
-        row[column::VOLUME_M3] = 0.5 * (volume(k) + volume(k + 1));
+        row[column::INVERSE_VOLUME_PER_M3] = 2.0 / (volume(k) + volume(k + 1));
         row[column::VOLUME_RATE_M3_S] = (volume(k + 1) - volume(k)) / INTERVAL_S;
         table.extend(row);
     }

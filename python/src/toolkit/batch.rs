@@ -37,7 +37,7 @@ struct Batch<'a> {
     valve: Valve<FieldView<'a>>,
     command_kpa: FieldView<'a>,
     supply_kpa: FieldView<'a>,
-    volume_m3: FieldView<'a>,
+    inverse_volume_per_m3: FieldView<'a>,
     volume_rate_m3_s: FieldView<'a>,
     start_kpa: Vec<f64>,
     ambient_pa: f64,
@@ -94,7 +94,7 @@ impl Batch<'_> {
         let (command_kpa, supply_kpa) = (self.command_kpa.column(chambers), self.supply_kpa.column(chambers));
         columns[column::COMMAND_PA] = command_kpa.scaled(PA_PER_KPA, self.ambient_pa);
         columns[column::SUPPLY_PA] = supply_kpa.scaled(PA_PER_KPA, self.ambient_pa);
-        columns[column::VOLUME_M3] = self.volume_m3.column(chambers);
+        columns[column::INVERSE_VOLUME_PER_M3] = self.inverse_volume_per_m3.column(chambers);
         columns[column::VOLUME_RATE_M3_S] = self.volume_rate_m3_s.column(chambers);
         columns
     }
@@ -245,7 +245,8 @@ pub fn simulate_batch<'py>(
     let mut fields = valve.fields();
     fields.extend([&command_kpa, &supply_kpa, &volume_m3]);
     shapes::joint(&mut chambers, &mut rows, &fields)?;
-    let (supply_mean, volume_mean) = (supply_kpa.pairwise(mean), volume_m3.pairwise(mean));
+    let (supply_mean, inverse_volume) =
+        (supply_kpa.pairwise(mean), volume_m3.pairwise(|here, there| mean(here, there).recip()));
     let volume_rate_m3_s = volume_m3.pairwise(|here, there| (there - here) / interval_s);
     let batch = Batch {
         subject: subject.as_ref(),
@@ -254,7 +255,7 @@ pub fn simulate_batch<'py>(
         valve: valve.view(),
         command_kpa: command_kpa.view(),
         supply_kpa: supply_mean.view(),
-        volume_m3: volume_mean.view(),
+        inverse_volume_per_m3: inverse_volume.view(),
         volume_rate_m3_s: volume_rate_m3_s.view(),
         start_kpa,
         ambient_pa: rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA,
