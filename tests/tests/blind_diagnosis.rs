@@ -21,6 +21,11 @@ fn blind(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, String) {
 
 /// The same with the whole report.
 fn blind_report(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, serde_json::Value) {
+    report_of(kind, arguments, seed, true)
+}
+
+/// The same with or without the drive's columns; without them the board's loop is part of the simulation.
+fn report_of(kind: Kind, arguments: &[&str], seed: u64, drive: bool) -> (Outcome, serde_json::Value) {
     let effects: Vec<Effect> = arguments.iter().map(|text| text.parse().unwrap()).collect();
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();
@@ -32,8 +37,8 @@ fn blind_report(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, serde_js
         seed,
         seconds: 60.0,
         rate_hz: 100.0,
-        control_loop: Loop::Row,
-        columns: Columns { drive: true, ..Columns::default() },
+        control_loop: if drive { Loop::Row } else { defaults.control_loop },
+        columns: Columns { drive, ..Columns::default() },
         ..defaults
     };
     let folder = tempfile::tempdir().unwrap();
@@ -51,7 +56,7 @@ fn blind_report(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, serde_js
         arguments: arguments.iter().map(|a| (*a).to_owned()).collect(),
         size: "moderate".to_owned(),
         seed,
-        drive: true,
+        drive,
     };
     (score(&case, &report), report)
 }
@@ -113,4 +118,21 @@ fn a_cycle_of_the_supplys_temperature_is_not_called_one_of_its_pressure() {
 #[test]
 fn a_cycle_of_the_supplys_pressure_is_named() {
     assert_found("supply_ripple:amplitude_kpa=30,period_s=3", 19);
+}
+
+/// What a board's converter mixes or repeats, its loop follows.
+#[test]
+fn what_the_converter_does_is_named_without_the_drives_columns() {
+    for (argument, seed) in [("sensor_crosstalk", 20), ("stale_samples", 21)] {
+        let (outcome, report) = report_of(Kind::Single, &[argument], seed, false);
+        assert_eq!(outcome, Outcome::Right, "hidden {argument}, named {}", named(&report));
+    }
+}
+
+/// The loop chatters behind the tube: the base model alone goes far astray, and nothing explains from there.
+#[test]
+fn a_narrow_tube_is_named_without_the_drives_columns() {
+    let (outcome, report) = report_of(Kind::Single, &["line_restriction=0.8"], 22, false);
+    assert_eq!(outcome, Outcome::Right, "named {}", named(&report));
+    assert_eq!(report["verdict"], "explained", "{}", report["sentence"]);
 }

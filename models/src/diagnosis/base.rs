@@ -9,7 +9,7 @@ use super::whiten::Whitening;
 use crate::effects::Kind;
 
 /// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
-const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
+pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
 const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
 
@@ -30,42 +30,39 @@ pub fn free_base(data: &ChannelData) -> Vec<usize> {
         .collect()
 }
 
+/// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at this drive.
+#[must_use]
+pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
+    let parameters = data.plant.parameters();
+    let volume = data.inputs.volume_m3.first().copied().unwrap_or(1e-4);
+    let gain = gain * volume / 1e-4 / data.plant.discharge_coefficient;
+    let mut values: Vec<f64> = parameters.iter().map(|p| p.nominal).collect();
+    (values[0], values[1]) = (0.003 * gain, 0.003 * gain);
+    if data.plant.separate() {
+        (values[2], values[3]) = (gain, gain);
+        (values[4], values[5], values[6]) = (edge, edge, 0.03 * gain);
+    } else {
+        values[2] = gain;
+        (values[3], values[4], values[5]) = (edge, -edge, 0.03 * gain);
+    }
+    for (value, p) in values.iter_mut().zip(&parameters) {
+        *value = value.clamp(p.lower, p.upper);
+    }
+    Extended::base(values)
+}
+
 /// Fits the base model to a channel from a grid of starts.
 #[must_use]
 pub fn fit_base(data: &ChannelData) -> Extended {
-    let nominal: Vec<f64> = data.plant.parameters().iter().map(|p| p.nominal).collect();
-    let volume = data.inputs.volume_m3.first().copied().unwrap_or(1e-4);
-    let mut starts = Vec::new();
-    match data.plant.kind {
-        Kind::Linear => starts.extend([0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| vec![rate, rate])),
+    let starts: Vec<Extended> = match data.plant.kind {
+        Kind::Linear => [0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| Extended::base(vec![rate, rate])).to_vec(),
         Kind::Nonlinear(_) => {
-            let separate = data.plant.separate();
-            for gain in GAINS.map(|g| g * volume / 1e-4 / data.plant.discharge_coefficient) {
-                for edge in EDGES {
-                    let mut values = nominal.clone();
-                    (values[0], values[1]) = (0.003 * gain, 0.003 * gain);
-                    if separate {
-                        (values[2], values[3]) = (gain, gain);
-                        (values[4], values[5], values[6]) = (edge, edge, 0.03 * gain);
-                    } else {
-                        values[2] = gain;
-                        (values[3], values[4], values[5]) = (edge, -edge, 0.03 * gain);
-                    }
-                    starts.push(values);
-                }
-            }
+            GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
         }
-    }
-    let parameters = data.plant.parameters();
+    };
     let mut ranked: Vec<(f64, Extended)> = starts
         .into_par_iter()
-        .map(|mut values| {
-            for (value, p) in values.iter_mut().zip(&parameters) {
-                *value = value.clamp(p.lower, p.upper);
-            }
-            let model = Extended::base(values);
-            (plain_cost(data, &model), model)
-        })
+        .map(|model| (plain_cost(data, &model), model))
         .filter(|(cost, _)| cost.is_finite())
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,12 +83,13 @@ pub fn fit_base(data: &ChannelData) -> Extended {
             // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
             if plain_cost(data, &model) > ASTRAY * cost { look } else { model }
         }
-        None => Extended::base(nominal),
+        None => Extended::base(data.plant.parameters().iter().map(|p| p.nominal).collect()),
     }
 }
 
 /// Mean squared residual on the fit blocks, kPa^2.
-fn plain_cost(data: &ChannelData, model: &Extended) -> f64 {
+#[must_use]
+pub fn plain_cost(data: &ChannelData, model: &Extended) -> f64 {
     let r = data.residuals(model);
     let fit = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Fit);
     let (mut sum, mut count) = (0.0, 0.0_f64);

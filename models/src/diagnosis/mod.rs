@@ -8,6 +8,7 @@
 //! ```
 
 mod adequacy;
+mod afresh;
 mod base;
 mod blocks;
 mod candidate;

@@ -169,7 +169,8 @@ fn products(data: &ChannelData, residuals: &[f64], direction: &[f64]) -> [f64; 3
     sums
 }
 
-fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
+/// Scores of the quarters of all blocks, zero where a block does not count.
+pub fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
     let mut scores = Vec::with_capacity(data.spans.len() * PARTS);
     for (block, span) in data.blocks.iter().zip(&data.spans) {
         let length = span.len();

@@ -153,7 +153,9 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
     sum
 }
 
-fn worth_naming(channels: &[ChannelData], candidate: &Candidate, before: &[f64]) -> bool {
+/// Is what it gains on the choosing blocks sure, and enough for a name?
+#[must_use]
+pub fn worth_naming(channels: &[ChannelData], candidate: &Candidate, before: &[f64]) -> bool {
     if !candidate.acts.iter().any(|a| *a) {
         return false;
     }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::afresh::explained_afresh;
 use super::base::{fit_base, free_base};
 use super::candidate::{Candidate, bootstrap, together};
 use super::channel::{ChannelData, Extended};
@@ -13,6 +14,7 @@ use super::round::{Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;
 use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
 
 /// Causes that are looked for at most.
 const MOST_CAUSES: usize = 4;
@@ -20,8 +22,10 @@ const MOST_CAUSES: usize = 4;
 pub const SETTLE: usize = 20;
 /// Mean squared whitened change by half the integration step, in variances of the noise, that calls for finer steps.
 const STEP_ERROR: f64 = 0.01;
-/// Names that leave more than this part of it are withdrawn.
+/// Names that leave more than this part of it are withdrawn ...
 const FORCED: f64 = 0.3;
+/// ... or this part, when what has been named happens at times that the rows tell only roughly.
+const FORCED_ROUGHLY: f64 = 0.6;
 
 /// A cause as the search found it.
 #[derive(Debug, Clone)]
@@ -38,6 +42,26 @@ pub struct Found {
     pub before: Vec<Extended>,
     /// Models of the rivals, for the next experiment.
     pub rivals: Vec<Candidate>,
+}
+
+impl Found {
+    /// Number `winner` of the ranked candidates, which the `equivalent` ones explain as well.
+    pub fn new(
+        stages: &[ChannelStage],
+        ranked: &[Candidate],
+        winner: usize,
+        equivalent: &[usize],
+        p_value: f64,
+    ) -> Self {
+        Self {
+            effect: ranked[winner].effect,
+            acts: ranked[winner].acts.clone(),
+            p_value,
+            equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
+            before: stages.iter().map(|s| s.model.clone()).collect(),
+            rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
+        }
+    }
 }
 
 /// Where the search ended.
@@ -94,60 +118,92 @@ pub fn search(
         })
         .collect();
     let first = stages.clone();
-    let mut causes: Vec<Found> = Vec::new();
-    let mut first_gates = Vec::new();
-    let mut rounds = Vec::new();
-    let mut withheld = None;
-    let mut gates;
+    let mut named = Named::default();
+    name(channels, (&first, &mut stages), question, &mut named, progress);
+    if named.causes.is_empty() && named.withheld.is_none() && !fixed && large_in_loop(channels, &stages) {
+        progress("trying the catalogue afresh", 0);
+        if let Some((models, found)) = explained_afresh(channels, &stages) {
+            stages = settle_finely(channels, &models, fixed);
+            named.causes.push(found);
+            name(channels, (&first, &mut stages), question, &mut named, progress);
+        }
+    }
+    let Named { causes, gates, first_gates, rounds, withheld } = named;
+    Outcome { base, causes, stages, gates, first_gates, rounds, withheld }
+}
+
+/// Is much unexplained where a board's loop is part of the simulation?
+fn large_in_loop(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
+    let looped = channels.iter().any(|data| data.inputs.in_loop());
+    looped && kept_total(channels, stages) > LARGE_ERROR * open_rows(channels)
+}
+
+/// What the rounds of a search find.
+#[derive(Default)]
+struct Named {
+    causes: Vec<Found>,
+    gates: Vec<Gate>,
+    first_gates: Vec<Gate>,
+    rounds: Vec<Vec<Considered>>,
+    withheld: Option<Withheld>,
+}
+
+/// Names one cause after the other until nothing passes, and takes back what is not needed beside the others, or all of it when too
+/// much of the error of the `first` stages is left.
+fn name(
+    channels: &mut [ChannelData],
+    (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
+    question: Question,
+    Named { causes, gates, first_gates, rounds, withheld }: &mut Named,
+    progress: &Progress<'_>,
+) {
+    let fixed = question == Question::Change;
     loop {
         progress("trying the catalogue", causes.len() as u64);
-        let tried = trials(channels, &stages, question, &|| progress("", 1));
-        gates = judge(&tried);
-        if causes.is_empty() {
-            first_gates.clone_from(&gates);
+        let tried = trials(channels, stages, question, &|| progress("", 1));
+        *gates = judge(&tried);
+        if first_gates.is_empty() {
+            first_gates.clone_from(gates);
         }
         if causes.len() >= MOST_CAUSES {
             break;
         }
         progress("refitting what passed", causes.len() as u64);
-        let Some((winner, ranked)) = round(channels, &stages, &tried, &gates, &mut rounds) else {
+        let Some((winner, ranked)) = round(channels, stages, &tried, gates, rounds) else {
             break;
         };
-        let equivalent = rivals(channels, &stages, &ranked, winner);
+        let equivalent = rivals(channels, stages, &ranked, winner);
         if let Some(&foil) = equivalent.iter().find(|&&k| is_foil(&ranked[k])) {
-            withheld = Some(Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() });
+            *withheld = Some(Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() });
             break;
         }
         let gate = gates.iter().find(|g| g.effect == ranked[winner].effect);
-        let found = Found {
-            effect: ranked[winner].effect,
-            acts: ranked[winner].acts.clone(),
-            p_value: gate.map_or(1.0, |g| g.p_value),
-            equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
-            before: stages.iter().map(|s| s.model.clone()).collect(),
-            rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
-        };
-        causes.push(found);
-        stages = settle(channels, &ranked[winner].models, fixed);
-        // A model may be stiffer than the one before: what its step leaves must not be named next.
-        while halving(channels, &stages) > STEP_ERROR && simulate_finer(channels) {
-            let models: Vec<Extended> = stages.iter().map(|s| s.model.clone()).collect();
-            stages = settle(channels, &models, fixed);
-        }
+        causes.push(Found::new(stages, &ranked, winner, &equivalent, gate.map_or(1.0, |g| g.p_value)));
+        *stages = settle_finely(channels, &ranked[winner].models, fixed);
     }
-    eliminate(channels, &mut stages, &mut causes, fixed);
+    eliminate(channels, stages, causes, fixed);
     // A rival that turned out to be needed as well is no rival.
     let named: Vec<usize> = causes.iter().map(|c| c.effect).collect();
-    for cause in &mut causes {
+    for cause in causes.iter_mut() {
         cause.equivalent.retain(|e| !named.contains(e));
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
-    if !causes.is_empty() && forced(channels, &first, &stages) {
+    if !causes.is_empty() && forced(channels, first, stages, &named) {
         causes.clear();
-        stages = first;
+        *stages = first.to_vec();
+        let base: Vec<Extended> = first.iter().map(|s| s.model.clone()).collect();
         share_draws(channels, &base);
     }
-    Outcome { base, causes, stages, gates, first_gates, rounds, withheld }
+}
+
+/// As [`settle`]. A model may be stiffer than the one before: what its step leaves must not be named next.
+fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
+    let mut stages = settle(channels, models, fixed);
+    while halving(channels, &stages) > STEP_ERROR && simulate_finer(channels) {
+        let models: Vec<Extended> = stages.iter().map(|s| s.model.clone()).collect();
+        stages = settle(channels, &models, fixed);
+    }
+    stages
 }
 
 /// Mean squared change of the whitened residuals when the integration step is halved, in variances of the noise.
@@ -163,10 +219,12 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
 }
 
 /// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
-fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
+fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage], named: &[usize]) -> bool {
+    let roughly = named.iter().any(|&effect| CATALOGUE[effect].id == "stale_samples");
+    let most = if roughly { FORCED_ROUGHLY } else { FORCED };
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
-    after > LARGE_ERROR && after - 1.0 > FORCED * (before - 1.0)
+    after > LARGE_ERROR && after - 1.0 > most * (before - 1.0)
 }
 
 /// Positions of a model's free parameters.

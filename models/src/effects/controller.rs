@@ -15,8 +15,8 @@ const CUT_OFF: f64 = 79.0 / 160.0 / 255.0;
 /// What the controller remembers between its loops.
 #[derive(Debug, Clone, Copy)]
 pub struct Controller<S> {
-    /// What the sensor delivered a step before, gauge, Pa.
-    before: S,
+    /// What the sensor delivered a step before, gauge, and the pressure at it, Pa.
+    before: (S, S),
     /// The filtered sample, gauge, Pa.
     filtered: S,
     quantiles: &'static [f64; QUANTILES],
@@ -55,17 +55,17 @@ impl<'a> Pace<'a> {
 impl<S: Scalar<Real = f64>> Controller<S> {
     /// Not started yet.
     pub fn new() -> Self {
-        Self { before: S::zero(), filtered: S::zero(), quantiles: quantiles() }
+        Self { before: (S::zero(), S::zero()), filtered: S::zero(), quantiles: quantiles() }
     }
 
-    /// Begins at rest where the sensor delivers `reading`, gauge, Pa.
-    pub fn start(&mut self, reading: S) {
-        (self.before, self.filtered) = (reading, reading);
+    /// Begins at rest where the sensor delivers `reading`, gauge, Pa, of this pressure, Pa.
+    pub fn start(&mut self, reading: S, pressure: S) {
+        (self.before, self.filtered) = ((reading, pressure), reading);
     }
 
     /// Follows a jump of the pressure, Pa.
     pub fn shift(&mut self, change: S) {
-        self.before = self.before + change;
+        self.before = (self.before.0 + change, self.before.1 + change);
     }
 
     /// What the board reports: the filtered pressure where it filters. The loop that samples this reading runs at the first step
@@ -79,13 +79,14 @@ impl<S: Scalar<Real = f64>> Controller<S> {
         }
     }
 
-    /// Begins a step in which the sensor delivers `reading`, gauge, Pa; returns by how much that is more than a step before. In a step
-    /// of several loops the pressure is taken to go on as it did.
+    /// Begins a step in which the sensor delivers `reading`, gauge, Pa, of the pressure `pressure`, Pa; returns how far the reading
+    /// will go in the step, if it goes on as it did. In a step of several loops that is what the later ones see. The reading of an
+    /// old sample does not go on, and after it jumps only once: the chamber says how far it can have gone.
     #[inline(always)]
-    pub fn begin(&mut self, reading: S) -> S {
-        let change = reading - self.before;
-        self.before = reading;
-        change
+    pub fn begin(&mut self, reading: S, pressure: S) -> S {
+        let (read, moved) = (reading - self.before.0, pressure - self.before.1);
+        self.before = (reading, pressure);
+        read.max(moved.min(S::zero())).min(moved.max(S::zero()))
     }
 
     /// The drive of loop `tick` of a row's interval, -1 to 1, where the sensor delivers `reading`. The sensor's noise is part of it: it
@@ -153,6 +154,7 @@ fn dither(quantiles: &[f64; QUANTILES], row: usize, tick: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::catalogue::{AnyEffect, index_of};
     use crate::effects::simulate::{Row, Undisturbed, simulate};
     use crate::effects::{DriveInput, Kind, Plant};
     use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
@@ -160,7 +162,17 @@ mod tests {
     /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
     /// the simulation; the command jumps at row 5. Readings (Pa gauge) and mean drives.
     fn after_a_jump(filter: f64, loops_per_step: usize) -> Vec<(f64, f64)> {
-        const ROWS: usize = 10;
+        after_a_jump_with(filter, loops_per_step, &mut [], |_| {})
+    }
+
+    /// The same with effects and something else measured.
+    fn after_a_jump_with(
+        filter: f64,
+        loops_per_step: usize,
+        effects: &mut [AnyEffect<f64>],
+        change: impl Fn(&mut ChannelInputs),
+    ) -> Vec<(f64, f64)> {
+        const ROWS: usize = 60;
         let ambient_pa = 101_325.0;
         let plant = Plant {
             kind: Kind::Nonlinear(ValveDrive::Spool),
@@ -182,10 +194,10 @@ mod tests {
             command_range_pa: 3e5,
         };
         let command = |row: usize| if row < 5 { 1e5 } else { 3e5 } + ambient_pa;
-        let inputs = ChannelInputs {
+        let mut inputs = ChannelInputs {
             time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
             interval_s: vec![0.01; ROWS],
-            duration_s: 0.09,
+            duration_s: 0.01 * (ROWS - 1) as f64,
             starts: vec![0],
             drive: DriveInput::Controlled,
             command_pa: (0..ROWS).map(command).collect(),
@@ -200,10 +212,11 @@ mod tests {
             noise_pa: 0.0,
             ambient_pa,
         };
+        change(&mut inputs);
         // Tight: nothing flows at rest.
         let base = [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
         let mut rows = Vec::new();
-        simulate(&plant, &base, &mut [], &inputs, &Undisturbed, |row: Row<f64>| {
+        simulate(&plant, &base, effects, &inputs, &Undisturbed, |row: Row<f64>| {
             rows.push((row.reading, row.drive))
         });
         rows
@@ -223,10 +236,69 @@ mod tests {
     fn several_loops_in_a_step_drive_as_they_do_one_by_one() {
         for filter in [0.0, 0.5] {
             let (one, five) = (after_a_jump(filter, 1), after_a_jump(filter, 5));
-            for ((_, drive), (_, coarse)) in one.iter().zip(&five) {
+            // As long as it is on its way.
+            for ((_, drive), (_, coarse)) in one.iter().zip(&five).take(15) {
                 assert!((drive - coarse).abs() < 1e-12, "{drive} and {coarse}");
             }
         }
+    }
+
+    fn effect(id: &str, value: f64) -> AnyEffect<f64> {
+        AnyEffect::install(index_of(id).unwrap(), &[value]).unwrap()
+    }
+
+    #[test]
+    fn the_loop_follows_what_crosstalk_leaves_of_the_reading() {
+        // A tenth of what the channel before has, which is at 1.5 bar: the reading arrives at the command all the same.
+        let with = |share| {
+            after_a_jump_with(0.0, 1, &mut [effect("sensor_crosstalk", share)], |inputs| {
+                inputs.sampled_before_pa = vec![1.5e5; inputs.rows()];
+            })
+        };
+        let (without, with) = (with(0.0), with(0.1));
+        let last = with.len() - 1;
+        assert!((without[last].0 - 3e5).abs() < 1e3 && (with[last].0 - 3e5).abs() < 1e3, "{:?}", with[last]);
+        // The chamber goes further for that, and the valve is open longer.
+        let opened = |rows: &[(f64, f64)]| rows[5..].iter().map(|row| row.1).sum::<f64>();
+        assert!(opened(&with) > 1.05 * opened(&without), "{} {}", opened(&with), opened(&without));
+    }
+
+    #[test]
+    fn the_loop_follows_an_old_sample() {
+        // Rows 14 to 18 repeat each other: held from the middle of the interval before to the middle of the one after.
+        let held = |share| {
+            after_a_jump_with(0.0, 1, &mut [effect("stale_samples", share)], |inputs| {
+                for (row, measured) in inputs.measured_pa.iter_mut().enumerate() {
+                    *measured += if (14..=18).contains(&row) { 14.0 } else { row as f64 };
+                }
+            })
+        };
+        let (fresh, old) = (held(0.0), held(1.0));
+        assert_eq!(fresh[..14], old[..14]);
+        let reading = old[14].0;
+        assert!(
+            reading < fresh[14].0 && old[15..=18].iter().all(|row| row.0 == reading),
+            "{:?}",
+            &old[13..20]
+        );
+        // It goes on driving fully, and too far.
+        assert!(
+            old[18].1 == 1.0 && old[19].0 > 3.1e5 && fresh[19].0 < 3.01e5,
+            "{:?} {:?}",
+            old[19],
+            fresh[19]
+        );
+    }
+
+    #[test]
+    fn a_reading_goes_on_as_its_chamber_does() {
+        let mut controller = Controller::<f64>::new();
+        controller.start(100.0, 1000.0);
+        // As fast as both, as the slower of the two, not at all where they differ.
+        let readings = [(102.0, 1002.0), (103.0, 1004.0), (113.0, 1006.0), (103.0, 1008.0), (103.0, 1010.0)];
+        let gone = readings.map(|(reading, pressure)| controller.begin(reading, pressure));
+        assert_eq!(gone, [2.0, 1.0, 2.0, 0.0, 0.0]);
+        assert_eq!([controller.begin(101.0, 1009.0), controller.begin(100.5, 1005.0)], [-1.0, -0.5]);
     }
 
     #[test]

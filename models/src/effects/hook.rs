@@ -18,6 +18,15 @@ pub struct Step<'a> {
     pub inputs: &'a ChannelInputs,
 }
 
+impl Step<'_> {
+    /// The part of the row's interval that is over at the end of the step, 0 to 1.
+    #[must_use]
+    pub fn end_of_interval(&self) -> f64 {
+        let end_s = self.time_s + 0.5 * self.length_s - self.inputs.time_s[self.row];
+        (end_s / self.inputs.interval_s[self.row]).min(1.0)
+    }
+}
+
 /// The openings' parameters, areas in mm^2; [`Nonlinear`](crate::model::Nonlinear) says what they mean.
 #[derive(Debug, Clone, Copy)]
 pub struct ValveLaw<S> {

@@ -62,4 +62,10 @@ impl ChannelInputs {
     pub fn rows(&self) -> usize {
         self.time_s.len()
     }
+
+    /// Whether a board's loop, which follows the sensor, is part of the simulation.
+    #[must_use]
+    pub fn in_loop(&self) -> bool {
+        self.drive == DriveInput::Controlled
+    }
 }

@@ -122,7 +122,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let measured = self.inputs.measured_pa[row];
         self.chamber.start(S::constant(measured));
         self.reading = S::constant(measured - self.inputs.ambient_pa);
-        self.controller.start(self.reading);
+        self.controller.start(self.reading, self.chamber.port());
     }
 
     /// Moves the pressure, and what the sensor delivers with it.
@@ -176,7 +176,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
                 (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
                 (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
                 (DriveInput::Controlled, Some(pace)) => {
-                    self.controller.begin(self.reading);
+                    self.controller.begin(self.reading, self.chamber.port());
                     let held = self.controller.drive(pace, inputs, (row, tick), self.reading);
                     (held, -held)
                 }
@@ -206,7 +206,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         effects: &mut [AnyEffect<S>],
     ) -> (f64, S) {
         let share = 1.0 / pace.loops as f64;
-        let change = self.controller.begin(self.reading).times(share);
+        let change = self.controller.begin(self.reading, self.chamber.port()).times(share);
         let (mut held, mut spool, mut reading) = (0.0, S::zero(), self.reading);
         for k in 0..pace.loops {
             let at = (row, tick * pace.loops + k);

@@ -1,6 +1,6 @@
 //! `sensor_crosstalk`: reading contains the channel sampled before.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach, Step};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -37,10 +37,22 @@ impl<S: Scalar<Real = f64>> SensorCrosstalk<S> {
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for SensorCrosstalk<S> {
+    /// A board's loop follows what its converter delivers.
+    fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
+        match step.inputs.sampled_before_pa.get(step.row) {
+            Some(&here) if step.inputs.in_loop() => {
+                let there = step.inputs.sampled_before_pa.get(step.row + 1).copied().unwrap_or(here);
+                let before = here + step.end_of_interval() * (there - here);
+                gauge - self.share * gauge.plus(-before)
+            }
+            _ => gauge,
+        }
+    }
+
     fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
         match inputs.sampled_before_pa.get(row) {
-            Some(&before) => reading - self.share * reading.plus(-before),
-            None => reading,
+            Some(&before) if !inputs.in_loop() => reading - self.share * reading.plus(-before),
+            _ => reading,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `stale_samples`: old samples repeated.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach, Step};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -23,6 +23,9 @@ pub const INFO: EffectInfo = EffectInfo {
     check: "measurement task of the board against the bus rate; lost answers that are filled in",
 };
 
+/// A coarse converter repeats itself by chance while the pressure moves by less than this many times the noise.
+const CHANCE: f64 = 4.0;
+
 /// The effect at work.
 #[derive(Debug, Clone)]
 pub struct StaleSamples<S> {
@@ -35,6 +38,23 @@ impl<S: Scalar<Real = f64>> StaleSamples<S> {
     pub fn new(values: &[S]) -> Self {
         Self { share: values[0], held: None }
     }
+
+    /// What is delivered while the old sample is held, or else.
+    fn deliver(&mut self, held: bool, noise_pa: f64, fresh: S) -> S {
+        let old = *self.held.get_or_insert(fresh);
+        if !held {
+            self.held = Some(fresh);
+            return fresh;
+        }
+        let back = old - fresh;
+        if back.real().abs() > CHANCE * noise_pa { fresh + self.share * back } else { fresh }
+    }
+}
+
+/// Does a row repeat the one before it? What was not measured was not repeated either.
+fn repeated(inputs: &ChannelInputs, row: usize) -> bool {
+    let known = row > 0 && row < inputs.rows() && inputs.usable[row] && inputs.usable[row - 1];
+    known && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq()
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for StaleSamples<S> {
@@ -42,22 +62,19 @@ impl<S: Scalar<Real = f64>> Hook<S> for StaleSamples<S> {
         self.held = None;
     }
 
-    fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
-        // A coarse converter repeats itself by chance while the pressure hardly moves.
-        const CHANCE: f64 = 4.0;
-        // What was not measured was not repeated either.
-        let measured = row > 0 && inputs.usable[row] && inputs.usable[row - 1];
-        let repeated =
-            measured && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq();
-        match self.held {
-            Some(held) if repeated => {
-                let back = held - reading;
-                if back.real().abs() > CHANCE * inputs.noise_pa { reading + self.share * back } else { reading }
-            }
-            _ => {
-                self.held = Some(reading);
-                reading
-            }
+    /// A board's loop follows the old sample. Rows that are equal say that it was held from some time before the first of them until some
+    /// time after the last: half an interval in the mean.
+    fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
+        let inputs = step.inputs;
+        if !inputs.in_loop() {
+            return gauge;
         }
+        let late = step.end_of_interval() > 0.5;
+        let held = repeated(inputs, step.row + 1) || repeated(inputs, if late { step.row + 2 } else { step.row });
+        self.deliver(held, inputs.noise_pa, gauge)
+    }
+
+    fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+        if inputs.in_loop() { reading } else { self.deliver(repeated(inputs, row), inputs.noise_pa, reading) }
     }
 }

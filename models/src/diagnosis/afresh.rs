@@ -1,0 +1,119 @@
+//! A second look where nothing explains: every effect with base parameters of its own.
+//!
+//! In a board's loop, a base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what
+//! chatters behind a narrow tube) that the effect itself explains nothing from there.
+
+use rayon::prelude::*;
+
+use super::base::{GAINS, free_base, plain_cost, start};
+use super::blocks::Role;
+use super::candidate::{Candidate, refit_effect, together};
+use super::channel::{ChannelData, Extended};
+use super::fit::refit;
+use super::gate::{applicable, judge};
+use super::probe::{Trial, scores};
+use super::round::{LEVEL, rivals, worth_naming};
+use super::search::Found;
+use super::stage::{ChannelStage, OPEN, whitened_residuals};
+use super::whiten::Whitening;
+use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
+
+/// Drive at which the valve's edges are taken to be.
+const EDGE: f64 = 0.06;
+/// Effects that are fitted.
+const LOOKED: usize = 4;
+/// An effect that leaves more than this part of the squared error of a channel is not followed.
+const PART: f64 = 0.3;
+/// Evaluations of a fit, with weights that go with its start.
+const EVALUATIONS: usize = 10;
+
+/// A cause that explains a large error only with base parameters of its own, and the models with it.
+#[must_use]
+pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let before = together(channels, &kept, &[Role::Select]);
+    let ranked = candidates(channels, stages);
+    let best = ranked.first().filter(|best| worth_naming(channels, best, &before))?;
+    let p_value = p_value(channels, stages, best);
+    if p_value > LEVEL {
+        return None;
+    }
+    let equivalent = rivals(channels, stages, &ranked, 0);
+    Some((best.models.clone(), Found::new(stages, &ranked, 0, &equivalent, p_value)))
+}
+
+/// Looks on the channel with the largest error for effects that explain it, and fits those to all; best first.
+fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidate> {
+    let costs: Vec<f64> = channels.iter().zip(stages).map(|(d, s)| plain_cost(d, &s.model)).collect();
+    let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
+        return Vec::new();
+    };
+    let looked: Vec<(usize, Extended)> = first_looks(&channels[worst])
+        .into_par_iter()
+        .take(LOOKED)
+        .map(|(effect, model)| (effect, fit(&channels[worst], &model)))
+        .filter(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst])
+        .collect();
+    let none = vec![Vec::new(); channels.len()];
+    let mut fitted: Vec<(f64, Candidate)> = looked
+        .into_iter()
+        .map(|(effect, lent)| {
+            let models = channels.par_iter().map(|data| fit(data, &lent)).collect();
+            let look = Candidate { effect, models, acts: vec![true; channels.len()], losses: Vec::new() };
+            // Only judged here: the weights that go with a model that is no description would lead a fit astray.
+            let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
+            (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)
+        })
+        .collect();
+    fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fitted.into_iter().map(|(_, candidate)| candidate).collect()
+}
+
+/// The best start of every effect on a channel, best first.
+fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
+    let asked = |&effect: &usize| {
+        applicable(data, effect, Question::Structure) && CATALOGUE[effect].question == Question::Structure
+    };
+    let mut best: Vec<(f64, usize, Extended)> = (0..CATALOGUE.len())
+        .filter(asked)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .filter_map(|effect| {
+            let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
+                GAINS.iter().map(|gain| start(data, *gain, EDGE).with(&data.plant, effect, probe))
+            });
+            let costs = starts.map(|model| (plain_cost(data, &model), effect, model));
+            costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
+        })
+        .collect();
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
+}
+
+/// Base parameters and effects, all free.
+fn fit(data: &ChannelData, model: &Extended) -> Extended {
+    let base = data.plant.parameters().len();
+    let free: Vec<usize> = free_base(data).into_iter().chain(base..model.values.len()).collect();
+    let whitening = Whitening::new(data, &data.disturbances(model));
+    refit(data, &whitening, model, &free, EVALUATIONS).0
+}
+
+/// What chance explains of the sum of the scores.
+fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> f64 {
+    let trial = |((data, stage), model): ((&ChannelData, &ChannelStage), &Extended)| {
+        let left = whitened_residuals(data, &stage.whitening, &data.readings(model));
+        let direction: Vec<f64> = stage.residuals.iter().zip(&left).map(|(r, l)| r - l).collect();
+        vec![Trial {
+            effect: candidate.effect,
+            probe: 0,
+            start: model.clone(),
+            scores: scores(data, &stage.residuals, &direction, &OPEN),
+            loss: 0.0,
+            promise: 0.0,
+            one_sided: true,
+        }]
+    };
+    let trials: Vec<Vec<Trial>> = channels.iter().zip(stages).zip(&candidate.models).map(trial).collect();
+    judge(&trials).first().map_or(1.0, |gate| gate.p_value)
+}
