@@ -123,7 +123,7 @@ fn a_cycle_of_the_supplys_pressure_is_named() {
 /// What a board's converter mixes or repeats, its loop follows.
 #[test]
 fn what_the_converter_does_is_named_without_the_drives_columns() {
-    for (argument, seed) in [("sensor_crosstalk", 20), ("stale_samples", 21)] {
+    for (argument, seed) in [("sensor_crosstalk", 20), ("stale_samples:spell_s=0.1", 21)] {
         let (outcome, report) = report_of(Kind::Single, &[argument], seed, false);
         assert_eq!(outcome, Outcome::Right, "hidden {argument}, named {}", named(&report));
     }
