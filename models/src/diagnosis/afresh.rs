@@ -99,7 +99,7 @@ fn fit(data: &ChannelData, model: &Extended) -> Extended {
     refit(data, &whitening, model, &free, EVALUATIONS).0
 }
 
-/// What chance explains of the sum of the scores.
+/// What chance explains of the sum of the scores, on the blocks that were not fitted.
 fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> f64 {
     let trial = |((data, stage), model): ((&ChannelData, &ChannelStage), &Extended)| {
         let left = whitened_residuals(data, &stage.whitening, &data.readings(model));
@@ -108,7 +108,7 @@ fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candid
             effect: candidate.effect,
             probe: 0,
             start: model.clone(),
-            scores: scores(data, &stage.residuals, &direction, &OPEN),
+            scores: scores(data, &stage.residuals, &direction, &[Role::Select]),
             loss: 0.0,
             promise: 0.0,
             one_sided: true,

@@ -12,8 +12,8 @@ use crate::numeric::{Dual, Lanes, Scalar};
 
 /// Rollouts in lockstep without sensitivities; batches of multiples of it leave no lane empty.
 ///
-/// Four 512-bit vectors: a Runge-Kutta step is one chain of operations, and one or two vectors would wait for each result. A step
-/// of the nonlinear model takes 4.7 ns with 32 lanes and 5.6 ns with 16; its eight square roots alone would take 4.3 ns.
+/// Four 512-bit vectors: a Runge-Kutta step is one chain of operations, and one or two vectors would wait for each result. What
+/// bounds it then are the square roots (docs/performance.md).
 pub const BATCH_LANES: usize = 32;
 
 /// Rollouts in lockstep when sensitivities are computed too: a dual number is long already.

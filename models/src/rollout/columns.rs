@@ -60,8 +60,7 @@ impl<'a> BatchColumn<'a> {
 
     /// The values, as they are before [`scaled`](Self::scaled), must be within `[lowest, highest]`.
     ///
-    /// Those of `[rollout][row]` are looked at when they are fetched: a pass of its own over so many takes a tenth of the time of the
-    /// simulation.
+    /// Those of `[rollout][row]` are looked at when they are fetched: that costs less than another pass over so many.
     #[must_use]
     pub fn within(self, range: [f64; 2]) -> Self {
         Self { range: Some(range), ..self }
