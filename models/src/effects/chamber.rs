@@ -5,8 +5,10 @@
 //! two-stage Rosenbrock step ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999), which is L-stable.
 
 use super::hook::{Areas, Stretch, Structure};
+use super::outlet::{Outflow, Outlet, Venting};
 use super::plant::Plant;
-use crate::model::{FlowFunction, GAMMA, psi_max};
+use super::ports::Ports;
+use crate::model::GAMMA;
 use crate::numeric::Scalar;
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
@@ -19,7 +21,7 @@ pub struct Conditions<S> {
     pub areas: Areas<S>,
     /// Supply pressure, Pa.
     pub supply: S,
-    /// Areas of the ports per unit of drive, mm^2.
+    /// Areas of the ports at full drive, mm^2.
     pub open: Areas<S>,
     /// Geometric volume, m^3.
     pub volume_m3: f64,
@@ -33,15 +35,15 @@ pub struct Conditions<S> {
 #[derive(Debug, Clone, Copy)]
 pub struct Chamber<S> {
     structure: Structure<S>,
-    flow: FlowFunction,
+    ports: Ports<S>,
     conductance: f64,
     ambient_pa: f64,
     ambient_k: f64,
     pressure: S,
     temperature: S,
     port: S,
-    /// Pressure before the vent's restriction at the last step, Pa: where the next search begins.
-    before_outlet_pa: f64,
+    /// Space behind the vent port, if there is a restriction.
+    outlet: Option<Outlet<S>>,
 }
 
 impl<S: Scalar<Real = f64>> Chamber<S> {
@@ -50,14 +52,14 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let ambient = S::constant(plant.gas.ambient_pa);
         Self {
             structure,
-            flow: plant.flow,
+            ports: Ports { own: plant.flow, general: structure.flow_function },
             conductance: plant.conductance(),
             ambient_pa: plant.gas.ambient_pa,
             ambient_k: plant.gas.temperature_k,
             pressure: ambient,
             temperature: S::constant(plant.gas.temperature_k),
             port: ambient,
-            before_outlet_pa: plant.gas.ambient_pa,
+            outlet: structure.outlet.map(|outlet| Outlet::new(outlet, plant.gas.ambient_pa)),
         }
     }
 
@@ -66,6 +68,7 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         self.pressure = pressure;
         self.port = pressure;
         self.temperature = S::constant(self.ambient_k);
+        self.outlet = self.structure.outlet.map(|outlet| Outlet::new(outlet, self.ambient_pa));
     }
 
     /// Sets the pressure, Pa.
@@ -100,9 +103,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
             return self.advance_heat(h, c, tau);
         }
         let per_area = self.conductance / c.volume_m3;
-        let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by, before_outlet) = self.vent(c, self.pressure);
-        self.before_outlet_pa = before_outlet;
+        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.pressure);
+        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.pressure);
+        self.outlet = after;
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
@@ -117,9 +120,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
     fn advance_heat(&mut self, h: f64, c: &Conditions<S>, tau: S) -> f64 {
         let t0 = self.ambient_k;
         let per_area = self.conductance / c.volume_m3;
-        let (inflow, _, in_by) = self.flow_pressure(c.supply, self.pressure);
-        let (outflow, out_by, before_outlet) = self.vent(c, self.pressure);
-        self.before_outlet_pa = before_outlet;
+        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.pressure);
+        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.pressure);
+        self.outlet = after;
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let (p, t) = (self.pressure, self.temperature);
         let warmth = t.times(1.0 / t0);
@@ -153,9 +156,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
             (c.areas.fill.times(per_area), c.areas.vent.times(per_area), area.times(per_area));
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let rates = |port: S, chamber: S| {
-            let (inflow, _, in_by) = self.flow_pressure(c.supply, port);
-            let (outflow, out_by, before_outlet) = self.vent(c, port);
-            let (through, by_port, by_chamber) = self.flow_pressure(port, chamber);
+            let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, port);
+            let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, port);
+            let (through, by_port, by_chamber) = self.ports.flow_pressure(port, chamber);
             let room = c.stretch.factor + (chamber * c.stretch.by_pressure).times(GAMMA);
             let at_port = (fill * inflow - vent * outflow - tube * through) / fraction;
             let in_chamber = (tube * through - swelling * chamber) / room;
@@ -167,9 +170,9 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
                 ],
                 [tube * by_port / room, (tube * by_chamber - swelling.real()) / room],
             ];
-            ([at_port, in_chamber], jacobian, [fill.real() / per_area * inflow.real(), before_outlet])
+            ([at_port, in_chamber], jacobian, fill.real() / per_area * inflow.real(), after)
         };
-        let (f1, j, [draw, before_outlet]) = rates(self.port, self.pressure);
+        let (f1, j, draw, after) = rates(self.port, self.pressure);
         let (a, b, cc, d) =
             (1.0 - G * h * j[0][0], -G * h * j[0][1], -G * h * j[1][0], 1.0 - G * h * j[1][1]);
         let inverse = 1.0 / (a * d - b * cc);
@@ -177,102 +180,31 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
             [(r[0].times(d) - r[1].times(b)).times(inverse), (r[1].times(a) - r[0].times(cc)).times(inverse)]
         };
         let k1 = solve(f1);
-        let (f2, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
+        let (f2, _, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
         let k2 = solve([f2[0] - k1[0].times(2.0), f2[1] - k1[1].times(2.0)]);
-        self.before_outlet_pa = before_outlet;
+        self.outlet = after;
         self.port = self.port + k1[0].times(1.5 * h) + k2[0].times(0.5 * h);
         self.pressure = self.pressure + k1[1].times(1.5 * h) + k2[1].times(0.5 * h);
         draw
     }
 
-    /// Flow pressure of the vent port, its slope by the port's pressure, and the pressure (Pa) before a restriction if there is one.
+    /// What flows out of the vent port over a step with the absolute pressure `port`, Pa, in front of it.
     #[inline(always)]
-    fn vent(&self, c: &Conditions<S>, port: S) -> (S, f64, f64) {
-        let ambient = S::constant(self.ambient_pa);
-        let Some(ratio) = self.structure.outlet else {
-            let (outflow, by_port, _) = self.flow_pressure(port, ambient);
-            return (outflow, by_port, self.ambient_pa);
+    fn vent(&self, h: f64, c: &Conditions<S>, port: S) -> Outflow<S> {
+        let Some(outlet) = &self.outlet else {
+            let (flow, by_port, _) = self.ports.flow_pressure(port, S::constant(self.ambient_pa));
+            return Outflow { flow, by_port, after: None };
         };
-        let outlet = ratio * c.open.vent;
-        // Where the two flows are equal, between ambient and port: a safeguarded Newton search on the values ...
-        let (mut low, mut high) = (self.ambient_pa, port.real().max(self.ambient_pa));
-        let mut between = self.before_outlet_pa.clamp(low, high);
-        let balance = |between: f64| {
-            let (a, b) = (c.areas.vent.real(), outlet.real());
-            let (inflow, [_, in_by]) = self.flow_value(port.real(), between);
-            let (out, [out_by, _]) = self.flow_value(between, self.ambient_pa);
-            (a * inflow - b * out, a * in_by - b * out_by)
-        };
-        for _ in 0..40 {
-            let (excess, slope) = balance(between);
-            if excess > 0.0 {
-                low = between;
-            } else {
-                high = between;
-            }
-            let newton = between - excess / slope;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            let moved = (next - between).abs();
-            between = next;
-            if moved < 1e-3 {
-                break;
-            }
-        }
-        // ... and one step of it with derivatives, which is the implicit function theorem.
-        let at = S::constant(between);
-        let (inflow, by_port, in_by) = self.flow_pressure(port, at);
-        let (out, out_by, _) = self.flow_pressure(at, ambient);
-        let slope = c.areas.vent.real() * in_by - outlet.real() * out_by;
-        let between = at - (c.areas.vent * inflow - outlet * out).times(1.0 / slope);
-        let (outflow, _, _) = self.flow_pressure(port, between);
-        let follows = -c.areas.vent.real() * by_port / slope;
-        (outflow, by_port + in_by * follows, between.real())
+        let per_area = self.conductance / c.volume_m3;
+        let restriction = outlet.parameters.area_ratio * c.open.vent;
+        let venting = Venting { h, per_area, port_area: c.areas.vent, restriction };
+        outlet.outflow(&self.ports, &venting, port)
     }
-
-    /// Flow pressure as a number, and its partial derivatives by the two pressures.
-    #[inline(always)]
-    fn flow_value(&self, from: f64, to: f64) -> (f64, [f64; 2]) {
-        let (own, by_from, by_to) = self.flow.with_partials(from, to);
-        let value = match self.structure.flow_function {
-            None => own,
-            Some((ratio, exponent)) => general_flow_pressure(from, to, ratio.real(), exponent.real()),
-        };
-        (value, [by_from, by_to])
-    }
-
-    /// Flow pressure and its partial derivatives by the two pressures.
-    #[inline(always)]
-    fn flow_pressure(&self, from: S, to: S) -> (S, f64, f64) {
-        let (value, by_from, by_to) = self.flow.with_partials(from.real(), to.real());
-        match self.structure.flow_function {
-            None => (S::chain2(value, from, by_from, to, by_to), by_from, by_to),
-            Some((ratio, exponent)) => (general_flow_pressure(from, to, ratio, exponent), by_from, by_to),
-        }
-    }
-}
-
-/// Flow pressure of a port with any critical ratio and subsonic exponent (ISO 6358-3), with the laminar segment of
-/// [`FlowFunction`].
-fn general_flow_pressure<S: Scalar<Real = f64>>(from: S, to: S, ratio: S, exponent: S) -> S {
-    let backwards = from.less(to);
-    let high = S::select(backwards, to, from);
-    let low = S::select(backwards, from, to);
-    let laminar = FlowFunction::LAMINAR_RATIO;
-    let r = low / high;
-    let one = S::constant(1.0);
-    let psi = |r: S| {
-        let z = ((r - ratio) / (one - ratio)).max(S::zero());
-        (one - z.square()).powf(exponent)
-    };
-    let straight = psi(S::constant(laminar)) * (one - r).times(1.0 / (1.0 - laminar));
-    let value =
-        S::select(r.real() > laminar, straight, psi(r.min(S::constant(laminar)))) * high.times(psi_max());
-    S::select(backwards, -value, value)
 }
 
 /// `(exp(z) - 1) / z`.
 #[inline(always)]
-fn phi1(z: f64) -> f64 {
+pub fn phi1(z: f64) -> f64 {
     if z.abs() < 0.1 {
         // Taylor; the next term is below 2e-10.
         let terms = [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0];

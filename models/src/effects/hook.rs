@@ -1,6 +1,7 @@
 //! Where an effect can take hold of a simulated channel.
 
 use super::inputs::ChannelInputs;
+use super::outlet::OutletParameters;
 use super::plant::{Kind, Plant};
 use crate::model::ValveDrive;
 use crate::numeric::Scalar;
@@ -59,6 +60,12 @@ impl<S: Scalar> ValveLaw<S> {
         };
         Self { leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner }
     }
+
+    /// Areas of the ports at full drive.
+    pub fn open(&self) -> Areas<S> {
+        let area = |gain: S, threshold: S| gain * (-threshold).plus(1.0);
+        Areas { fill: area(self.gain_in, self.threshold_in), vent: area(self.gain_out, self.threshold_out) }
+    }
 }
 
 /// How a regulator answers: `dp/dt = speed (beta command - alpha p)`.
@@ -101,8 +108,8 @@ pub struct Structure<S> {
     pub flow_function: Option<(S, S)>,
     /// Time constant of the gas temperature at ambient pressure, s.
     pub heat_time_constant_s: Option<S>,
-    /// Restriction behind the vent port: its area over the vent port's gain.
-    pub outlet: Option<S>,
+    /// Restriction behind the vent port.
+    pub outlet: Option<OutletParameters<S>>,
     /// Tube between valve and chamber: area of its orifice over the fill port's gain, and its volume over the chamber's.
     pub line: Option<(S, S)>,
 }

@@ -284,7 +284,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             areas,
             supply,
             volume_m3: volume,
-            open: Areas { fill: law.gain_in, vent: law.gain_out },
+            open: law.open(),
             expansion: weight.times(inputs.volume_rate_m3_s[step.row] / volume),
             stretch,
         };

@@ -1,22 +1,25 @@
 //! `vent_restriction`: restriction in the exhaust.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Structure, Question, Reach};
+use crate::effects::{
+    Domain, EffectInfo, EffectParameter, Hook, OutletParameters, Structure, Question, Reach,
+};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
     id: "vent_restriction",
     title: "Restriction in the exhaust",
-    physics: "A muffler or a narrow fitting stands behind the vent port: pressure builds up before it when the port is wide open, and nothing when it is nearly closed.",
-    equation: "A_port psi(p_m / p) p = A_restriction psi(p_ambient / p_m) p_m, solved for p_m",
-    source: "two orifices in series, ISO 6358-3",
+    physics: "A muffler or a narrow fitting stands behind the vent port: pressure builds up before it when the port is wide open, and nothing when it is nearly closed. The space before it fills within milliseconds.",
+    equation: "V_m dp_m/dt = R T (m_port(p, p_m) - m_restriction(p_m, p_ambient))",
+    source: "two orifices in series (ISO 6358-3) with a volume at constant temperature between them",
     question: Question::Structure,
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
         EffectParameter::logarithmic("area_ratio", "1", (0.1, 30.0, 30.0), "area of the restriction over the vent port's at full drive"),
+        EffectParameter::logarithmic("volume_ratio", "1", (0.001, 0.01, 0.3), "volume before the restriction over the chamber's"),
     ],
-    probes: &[&[0.5], &[0.9], &[1.6], &[3.0]],
+    probes: &[&[0.5, 0.01], &[0.9, 0.01], &[1.6, 0.01], &[3.0, 0.01]],
     rivals: &["valve_asymmetry", "drive_saturation", "flow_function"],
     separated_by: "venting from high pressure at small and at full drive",
     smallest: 0.05,
@@ -26,18 +29,18 @@ pub const INFO: EffectInfo = EffectInfo {
 /// The effect at work.
 #[derive(Debug, Clone)]
 pub struct VentRestriction<S> {
-    area_ratio: S,
+    outlet: OutletParameters<S>,
 }
 
 impl<S: Scalar<Real = f64>> VentRestriction<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { area_ratio: values[0] }
+        Self { outlet: OutletParameters { area_ratio: values[0], volume_ratio: values[1] } }
     }
 }
 
 impl<S: Scalar<Real = f64>> Hook<S> for VentRestriction<S> {
     fn structure(&self, structure: &mut Structure<S>) {
-        structure.outlet = Some(self.area_ratio);
+        structure.outlet = Some(self.outlet);
     }
 }

@@ -1,0 +1,96 @@
+//! The space between the vent port and a restriction behind it (a muffler, a fitting).
+//!
+//! It fills through the port and empties through the restriction, within milliseconds, so its pressure takes an exponential
+//! step of its own (Hochbruck and Ostermann, Acta Numerica 2010, section 2.4) with the pressure in front of the port held.
+//! The chamber sees the mean over that step, and how the mean follows the chamber. For a space of almost no volume that is
+//! one Newton step towards equal flows.
+
+use super::chamber::phi1;
+use super::ports::Ports;
+use crate::model::GAMMA;
+use crate::numeric::Scalar;
+
+/// What is behind the vent port.
+#[derive(Debug, Clone, Copy)]
+pub struct OutletParameters<S> {
+    /// Area of the restriction over the vent port's at full drive.
+    pub area_ratio: S,
+    /// Volume of the space over the chamber's.
+    pub volume_ratio: S,
+}
+
+/// State of the space.
+#[derive(Debug, Clone, Copy)]
+pub struct Outlet<S> {
+    /// What is there.
+    pub parameters: OutletParameters<S>,
+    ambient_pa: f64,
+    /// Absolute pressure, Pa.
+    pressure: S,
+}
+
+/// What holds during a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Venting<S> {
+    /// Length of the step, s.
+    pub h: f64,
+    /// Factor from an area in mm^2 over the chamber's volume to a rate, 1/(mm^2 s).
+    pub per_area: f64,
+    /// Area of the vent port, mm^2.
+    pub port_area: S,
+    /// Area of the restriction, mm^2.
+    pub restriction: S,
+}
+
+/// What flows out of the vent port over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Outflow<S> {
+    /// Flow pressure of the port, mean over the step, Pa.
+    pub flow: S,
+    /// Its slope by the pressure in front of the port.
+    pub by_port: f64,
+    /// The space at the end of the step; none without a restriction.
+    pub after: Option<Outlet<S>>,
+}
+
+impl<S: Scalar<Real = f64>> Outlet<S> {
+    /// A space at ambient pressure, Pa.
+    pub fn new(parameters: OutletParameters<S>, ambient_pa: f64) -> Self {
+        Self { parameters, ambient_pa, pressure: S::constant(ambient_pa) }
+    }
+
+    /// What flows out over a step with the absolute pressure `port` (Pa) in front of the vent port.
+    #[inline(always)]
+    pub fn outflow(&self, ports: &Ports<S>, venting: &Venting<S>, port: S) -> Outflow<S> {
+        let before = self.pressure;
+        let ambient = S::constant(self.ambient_pa);
+        let (inflow, by_port, by_before) = ports.flow_pressure(port, before);
+        let (out, out_by, _) = ports.flow_pressure(before, ambient);
+        // The gas in a muffler is at the wall's temperature: isothermal, so without the chamber's exponent.
+        let per_area = self.parameters.volume_ratio.recip().times(venting.h * venting.per_area / GAMMA);
+        let (port_area, restriction) = (venting.port_area * per_area, venting.restriction * per_area);
+        let change = port_area * inflow - restriction * out;
+        let slope = port_area.real() * by_before - restriction.real() * out_by;
+        let (whole, mean) = (phi1(slope), phi2(slope));
+        let highest = port.max(before).max(ambient);
+        let within = |pressure: S| pressure.max(ambient).min(highest);
+        let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change.times(mean)));
+        Outflow {
+            flow,
+            by_port: by_port_alone + by_mean * mean * port_area.real() * by_port,
+            after: Some(Self { pressure: within(before + change.times(whole)), ..*self }),
+        }
+    }
+}
+
+/// `(phi1(z) - 1) / z`: the mean of the exponential step over its length, as `phi1` is its end.
+#[inline(always)]
+fn phi2(z: f64) -> f64 {
+    if z.abs() < 0.1 {
+        // Taylor; the next term is below 3e-11.
+        let terms = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5];
+        terms.iter().fold(0.0, |sum, term| sum * z + term)
+    } else {
+        (phi1(z) - 1.0) / z
+    }
+}
