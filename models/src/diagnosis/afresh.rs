@@ -31,7 +31,7 @@ const EVALUATIONS: usize = 10;
 /// A cause that explains a large error only with base parameters of its own, and the models with it.
 #[must_use]
 pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
     let before = together(channels, &kept, &[Role::Select]);
     let ranked = candidates(channels, stages);
     let best = ranked.first().filter(|best| worth_naming(channels, best, &before))?;

@@ -6,6 +6,7 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
+use super::hunting::{Losses, hunts};
 use super::probe::Trial;
 use super::random::{generator, quantile, runs};
 use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
@@ -20,6 +21,8 @@ const WORSE: f64 = 1.5;
 const THRESHOLD_FACTOR: f64 = 1.35;
 /// Thresholds that are looked at on either side of the start.
 const SCAN: i32 = 7;
+/// Valleys that are followed in one direction where a loop hunts.
+const VALLEYS: usize = 3;
 /// Simulations in which the other parameters follow a threshold.
 const FOLLOW: usize = 3;
 /// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
@@ -60,7 +63,7 @@ pub fn refit_effect(
         .zip(trials)
         .enumerate()
         .map(|(k, ((data, stage), trials))| {
-            let kept = stage.losses(data);
+            let kept = stage.losses.deviance.clone();
             if let Some(look) = before {
                 if !look.models[k].effects.contains(&effect) {
                     return (stage.model.clone(), kept, false);
@@ -128,7 +131,7 @@ pub fn borrow(
             let model = fit_from(data, stage, lender, effect, evaluations);
             let losses = losses_of(data, stage, &model);
             if total(data, &losses, &[Role::Fit]) < total(data, &own.1, &[Role::Fit]) {
-                let acts = acts(data, &stage.losses(data), &losses);
+                let acts = acts(data, &stage.losses.deviance, &losses);
                 (model, losses, acts)
             } else {
                 own
@@ -156,14 +159,14 @@ fn assemble(
     let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
     for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
         let faint = common && {
-            let (before, after) = (stages[k].losses(&channels[k]), &losses);
+            let (before, after) = (stages[k].losses.deviance.clone(), &losses);
             total(&channels[k], after, &OPEN) < total(&channels[k], &before, &OPEN)
         };
         let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
         let acts = (acts || faint) && !traces || shared && any;
         let acts = acts && model.effects.contains(&effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
-        candidate.losses.push(if acts { losses } else { stages[k].losses(&channels[k]) });
+        candidate.losses.push(if acts { losses } else { stages[k].losses.deviance.clone() });
         candidate.acts.push(acts);
     }
     candidate
@@ -177,7 +180,8 @@ pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
 }
 
 fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Vec<f64> {
-    block_losses(data, &whitened_residuals(data, &stage.whitening, &data.readings(model)))
+    let residuals = whitened_residuals(data, &stage.whitening, &data.readings(model));
+    Losses::new(data, &stage.whitening, model, &residuals).deviance
 }
 
 /// Positions of what is free in a model with one more effect.
@@ -228,6 +232,9 @@ fn fit_from(
     // The cost has many valleys: look at a whole range first, the rest as it is.
     let scanned = (-SCAN..=SCAN).map(|k| at(start.values[position] * THRESHOLD_FACTOR.powi(k)));
     let start = scanned.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(|| start.clone(), |best| best.1);
+    if hunts(data, &start) {
+        return valley_by_valley(&objective(&start), &free, position, bounds, evaluations);
+    }
     let mut best = refit(data, &stage.whitening, &start, &rest, evaluations.div_ceil(2)).0;
     let (mut derivatives, mut least) = objective(&best).derivatives();
     let mut factor = THRESHOLD_FACTOR.sqrt();
@@ -249,6 +256,37 @@ fn fit_from(
         }
     }
     refit(data, &stage.whitening, &best, &rest, evaluations.div_ceil(2)).0
+}
+
+/// Fits everything from where an objective's model stands and from thresholds next to it, as long as one of them is better. The secants
+/// of a loop that hunts are slopes by the threshold too, as far as the next valley.
+fn valley_by_valley(
+    objective: &BlockObjective<'_>,
+    free: &[usize],
+    position: usize,
+    bounds: (f64, f64),
+    evaluations: usize,
+) -> Extended {
+    let BlockObjective { data, whitening, .. } = *objective;
+    let fit = |model: &Extended| {
+        let model = refit(data, whitening, model, free, evaluations.div_ceil(2)).0;
+        let residuals: Vec<f64> = objective.whitened(&model).iter().map(|r| r / data.noise_kpa).collect();
+        let losses = Losses::new(data, whitening, &model, &residuals);
+        (total(data, &losses.deviance, &[Role::Fit]), model)
+    };
+    let mut best = fit(&objective.model);
+    for factor in [THRESHOLD_FACTOR, THRESHOLD_FACTOR.recip()] {
+        for _ in 0..VALLEYS {
+            let mut next = best.1.clone();
+            next.values[position] = (next.values[position] * factor).clamp(bounds.0, bounds.1);
+            let next = fit(&next);
+            if next.0 >= best.0 {
+                break;
+            }
+            best = next;
+        }
+    }
+    best.1
 }
 
 /// Sum over the blocks of some roles.

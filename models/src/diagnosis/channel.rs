@@ -9,6 +9,8 @@ use crate::numeric::{Dual, Scalar};
 use super::blocks::Block;
 use super::correction::{Corrected, Correction};
 use super::dependence::HATS;
+use super::hunting::hunts;
+use super::secant::secants;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
 const NARROW: usize = 8;
@@ -204,9 +206,12 @@ impl ChannelData {
     }
 
     /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
-    /// derivative is by the logarithm.
+    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives.
     #[must_use]
     pub fn sensitivities(&self, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
+        if hunts(self, model) {
+            return secants(self, model, free);
+        }
         let parameters = model.parameters(&self.plant);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
+use super::hunting::expected_readings;
 use super::json::Gain;
 use super::random::{generator, quantile, runs};
 use super::whiten::Whitening;
@@ -19,10 +20,12 @@ pub struct BlockErrors {
     pieces: Vec<Vec<(f64, f64)>>,
 }
 
-/// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows.
+/// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows; of a loop that hunts, those of the
+/// [expected readings](expected_readings).
 #[must_use]
 pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
-    let mut r = data.residuals(model);
+    let expected = expected_readings(data, model);
+    let mut r: Vec<f64> = expected.iter().zip(&data.measured_kpa).map(|(y, m)| m - y).collect();
     Whitening::start_only(data, &data.disturbances(model)).apply(&mut r);
     r
 }

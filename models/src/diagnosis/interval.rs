@@ -17,7 +17,7 @@ use super::channel::ChannelData;
 use super::chord::refit_with;
 use super::fit::BlockObjective;
 use super::prepare::halved;
-use super::stage::ChannelStage;
+use super::stage::{ChannelStage, block_losses};
 use crate::fit::Objective;
 use crate::model::Scale;
 
@@ -170,7 +170,7 @@ impl<'a> Profile<'a> {
         };
         let (start, bounds) = (objective.nominal(), objective.bounds());
         let derivatives = stage.sensitivities.iter().map(|s| s * data.noise_kpa).collect();
-        let least = total(data, &stage.losses(data), &[Role::Fit]);
+        let least = total(data, &block_losses(data, &stage.residuals), &[Role::Fit]);
         Self { objective, derivatives, start, bounds, least }
     }
 

@@ -347,6 +347,7 @@ fn board_loop(rig: &Rig) -> Option<BoardLoop> {
         highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
         rounding_pa: pa_per_count / 12.0_f64.sqrt(),
         loops_per_step: 1,
+        noise_draw: 0,
     })
 }
 

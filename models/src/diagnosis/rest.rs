@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::base::free_base;
 use super::blocks::Role;
+use super::candidate::total;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
 use super::dependence::{Dependence, Variable, dependences, rows_of};
@@ -67,9 +68,7 @@ impl Rest {
     #[must_use]
     pub fn imitated(&self, channels: &[ChannelData], last: &[ChannelStage]) -> bool {
         let loss = |stages: &[ChannelStage]| -> f64 {
-            let sum = |(d, s): (&ChannelData, &ChannelStage)| -> f64 {
-                rows_of(d, &[Role::Select]).iter().map(|&row| s.residuals[row].powi(2)).sum()
-            };
+            let sum = |(d, s): (&ChannelData, &ChannelStage)| total(d, &s.losses.fair, &[Role::Select]);
             channels.iter().zip(stages).map(sum).sum()
         };
         let gained = loss(&self.base_stages) - loss(last);
@@ -108,10 +107,8 @@ fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelSt
     let mean = |stages: &[ChannelStage]| {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for (data, stage) in channels.iter().zip(stages) {
-            for row in rows_of(data, &[Role::Test]) {
-                sum += stage.residuals[row].powi(2);
-                count += 1.0;
-            }
+            sum += total(data, &stage.losses.fair, &[Role::Test]);
+            count += rows_of(data, &[Role::Test]).len() as f64;
         }
         sum / count.max(1.0)
     };

@@ -8,7 +8,7 @@ use super::channel::ChannelData;
 use super::gate::Gate;
 use super::probe::Trial;
 use super::search::SETTLE;
-use super::stage::{ChannelStage, OPEN};
+use super::stage::{ChannelStage, OPEN, block_losses};
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 
@@ -113,7 +113,7 @@ pub fn round(
         }
     }
     let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
     let before = together(channels, &kept, &[Role::Select]);
     let considered = gates
         .iter()
@@ -145,10 +145,11 @@ pub fn is_foil(candidate: &Candidate) -> bool {
 fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
     let mut sum = 0.0;
     for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
-        let kept = super::candidate::total(data, &stage.losses(data), &OPEN);
+        let kept = super::candidate::total(data, &stage.losses.deviance, &OPEN);
+        let own = super::candidate::total(data, &block_losses(data, &stage.residuals), &OPEN);
         let least =
             trials.iter().filter(|t| t.effect == effect).map(|t| t.promise).fold(f64::INFINITY, f64::min);
-        sum += least.min(kept);
+        sum += kept + (least - own).min(0.0);
     }
     sum
 }
@@ -180,7 +181,7 @@ pub fn rivals(
     ranked: &[Candidate],
     winner: usize,
 ) -> Vec<usize> {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
     let before: f64 = together(channels, &kept, &OPEN).iter().sum();
     let best = together(channels, &ranked[winner].losses, &OPEN);
     let gain = before - best.iter().sum::<f64>();
@@ -197,7 +198,7 @@ pub fn rivals(
 
 /// Squared whitened error of all channels on the open blocks.
 pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
     together(channels, &kept, &OPEN).iter().sum()
 }
 

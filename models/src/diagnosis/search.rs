@@ -307,7 +307,8 @@ fn eliminate(
             channels.iter().zip(stages.iter()).map(|(d, s)| s.model.without(&d.plant, effect)).collect();
         let reduced = settle(channels, &models, fixed);
         let losses = |channels: &[ChannelData], stages: &[ChannelStage]| {
-            let all: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(d, s)| s.losses(d)).collect();
+            let all: Vec<Vec<f64>> =
+                channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
             together(channels, &all, &OPEN)
         };
         let (with, without) = (losses(channels, stages), losses(channels, &reduced));

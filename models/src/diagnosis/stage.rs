@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::fit::normal_equations;
+use super::hunting::Losses;
 use super::whiten::Whitening;
 
 /// Blocks that may be looked at before the end.
@@ -26,6 +27,8 @@ pub struct ChannelStage {
     pub residuals: Vec<f64>,
     /// Whitened sensitivities of the readings, row by row, in the same unit.
     pub sensitivities: Vec<f64>,
+    /// What it leaves.
+    pub losses: Losses,
     /// Factor of the sensitivities' normal matrix over the open blocks.
     factor: Option<Cholesky<f64, Dyn>>,
 }
@@ -51,7 +54,8 @@ impl ChannelStage {
             normal.matrix[(k, k)] = normal.matrix[(k, k)] * (1.0 + 1e-9) + 1e-12;
         }
         let factor = Cholesky::new(normal.matrix);
-        Self { model, free, whitening, readings, residuals, sensitivities, factor }
+        let losses = Losses::new(data, &whitening, &model, &residuals);
+        Self { model, free, whitening, readings, residuals, sensitivities, losses, factor }
     }
 
     /// Coefficients of the sensitivities that take most out of a whitened series on the open blocks.
@@ -82,12 +86,6 @@ impl ChannelStage {
                 self.sensitivities[row * n..(row + 1) * n].iter().zip(coefficients).map(|(s, c)| s * c).sum();
             *value -= along;
         }
-    }
-
-    /// Sum of squared residuals of every block.
-    #[must_use]
-    pub fn losses(&self, data: &ChannelData) -> Vec<f64> {
-        block_losses(data, &self.residuals)
     }
 }
 

@@ -101,8 +101,8 @@ impl<S: Scalar<Real = f64>> Controller<S> {
     ) -> S {
         let board = pace.board;
         let command = command(inputs, row, tick).clamp(board.lowest_pa, board.highest_pa);
-        let sample =
-            reading.plus(pace.noise_pa * dither(self.quantiles, row, tick)).max(S::constant(board.lowest_pa));
+        let noise_pa = pace.noise_pa * dither(self.quantiles, board.noise_draw, row, tick);
+        let sample = reading.plus(noise_pa).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
         self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
         let error = -self.filtered.plus(-command);
@@ -139,12 +139,12 @@ fn quantiles() -> &'static [f64; QUANTILES] {
 }
 
 /// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one of the quantiles, by the SplitMix64
-/// hash.
+/// hash. Each `draw` is another course of it.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation)] // a few bits are wanted
-fn dither(quantiles: &[f64; QUANTILES], row: usize, tick: usize) -> f64 {
-    let mut z =
-        (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
+fn dither(quantiles: &[f64; QUANTILES], draw: u64, row: usize, tick: usize) -> f64 {
+    let mut z = (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64);
+    z = z.wrapping_add(draw.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 31;
@@ -187,6 +187,7 @@ mod tests {
                 filter,
                 lowest_pa: 0.0,
                 rounding_pa: 0.0,
+                noise_draw: 0,
                 loops_per_step,
                 highest_pa: 7e5,
             }),
@@ -314,15 +315,19 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_is_normal_and_differs_from_loop_to_loop() {
-        let drawn: Vec<f64> =
-            (0..4000).flat_map(|row| (0..10).map(move |tick| dither(quantiles(), row, tick))).collect();
+    fn the_noise_is_normal_and_differs_from_loop_to_loop_and_from_draw_to_draw() {
+        let course = |draw: u64| -> Vec<f64> {
+            (0..4000).flat_map(|row| (0..10).map(move |tick| dither(quantiles(), draw, row, tick))).collect()
+        };
+        let drawn = course(0);
         let n = drawn.len() as f64;
         let moment = |power: i32| drawn.iter().map(|v| v.powi(power)).sum::<f64>() / n;
         assert!(moment(1).abs() < 0.02 && (moment(2) - 1.0).abs() < 0.03, "{} {}", moment(1), moment(2));
         assert!((moment(4) - 3.0).abs() < 0.2, "{}", moment(4));
         let neighbours = drawn.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n;
         assert!(neighbours.abs() < 0.02, "{neighbours}");
+        let draws = drawn.iter().zip(course(1)).map(|(a, b)| a * b).sum::<f64>() / n;
+        assert!(draws.abs() < 0.02, "{draws}");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub struct BoardLoop {
     pub rounding_pa: f64,
     /// Loops that are simulated as one, at the pressure that they see on average; at least 1.
     pub loops_per_step: usize,
+    /// Number of the course that the sensor's noise takes in the loop: what it saw between the rows is not recorded.
+    pub noise_draw: u64,
 }
 
 impl BoardLoop {
