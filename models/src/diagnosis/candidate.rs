@@ -23,6 +23,8 @@ const THRESHOLD_FACTOR: f64 = 1.35;
 const SCAN: i32 = 7;
 /// Valleys that are followed in one direction where a loop hunts.
 const VALLEYS: usize = 3;
+/// Evaluations that are too few for it.
+const VALLEYS_FROM: usize = 5;
 /// Simulations in which the other parameters follow a threshold.
 const FOLLOW: usize = 3;
 /// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
@@ -275,6 +277,9 @@ fn valley_by_valley(
         (total(data, &losses.deviance, &[Role::Fit]), model)
     };
     let mut best = fit(&objective.model);
+    if evaluations < VALLEYS_FROM {
+        return best.1;
+    }
     for factor in [THRESHOLD_FACTOR, THRESHOLD_FACTOR.recip()] {
         for _ in 0..VALLEYS {
             let mut next = best.1.clone();

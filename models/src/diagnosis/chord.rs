@@ -85,14 +85,26 @@ const WORTHWHILE: f64 = 1e-3;
 /// method, Ukrainskii Matematicheskii Zhurnal 19, 1967).
 #[must_use]
 pub fn refit_near(data: &ChannelData, whitening: &Whitening, model: &Extended, free: &[usize]) -> Extended {
+    refit_renewing(data, whitening, model, free, (SIMULATIONS, RENEWALS))
+}
+
+/// The same with so many simulations between two sets of derivatives, and so many sets at most.
+#[must_use]
+pub fn refit_renewing(
+    data: &ChannelData,
+    whitening: &Whitening,
+    model: &Extended,
+    free: &[usize],
+    (simulations, renewals): (usize, usize),
+) -> Extended {
     if free.is_empty() {
         return model.clone();
     }
     let mut objective =
         BlockObjective { data, whitening, model: model.clone(), free: free.to_vec(), roles: &[Role::Fit] };
-    for _ in 0..RENEWALS {
+    for _ in 0..renewals {
         let (derivatives, before) = objective.derivatives();
-        let (next, cost) = refit_with(&objective, &derivatives, SIMULATIONS);
+        let (next, cost) = refit_with(&objective, &derivatives, simulations);
         objective.model = next;
         if cost > before * (1.0 - WORTHWHILE) {
             break;

@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
+use super::chord::refit_renewing;
+use super::hunting::hunts;
 use super::whiten::Whitening;
 use crate::fit::{Normal, Objective, Stopping, minimise};
 use crate::model::Scale;
@@ -159,6 +161,9 @@ pub fn normal_equations(data: &ChannelData, roles: &[Role], r: &[f64], matrix: &
     normal
 }
 
+/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance.
+const BETWEEN_SECANTS: usize = 4;
+
 /// Fits the free parameters from where the model stands. Returns the model and the evaluations spent.
 #[must_use]
 pub fn refit(
@@ -168,6 +173,10 @@ pub fn refit(
     free: &[usize],
     evaluations: usize,
 ) -> (Extended, usize) {
+    if hunts(data, model) {
+        let spent = evaluations.div_ceil(BETWEEN_SECANTS);
+        return (refit_renewing(data, whitening, model, free, (BETWEEN_SECANTS, spent)), evaluations);
+    }
     let objective =
         BlockObjective { data, whitening, model: model.clone(), free: free.to_vec(), roles: &[Role::Fit] };
     let stopping = Stopping { evaluations, cost_tolerance: 1e-4, gradient_tolerance: 1e-6 };
