@@ -15,6 +15,12 @@ use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml
 use system_tests::blind::plan::{Case, SIZES, round};
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
+const USAGE: &str = "usage: blind COMMAND DIR
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed]
+                                            recordings and truth.json, by the truth plant alone
+  diagnose DIR [--program pneudrive-model]  report.json beside each; goes on where it was stopped
+  score DIR                                 tables, from truth.json and report.json";
+
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> ExitCode {
@@ -30,8 +36,12 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Result<()> {
     let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1));
-    let directory =
-        PathBuf::from(arguments.get(1).ok_or("usage: blind generate|diagnose|score DIR [options]")?);
+    if arguments.iter().any(|a| a == "--help" || a == "-h") {
+        println!("{USAGE}");
+        return Ok(());
+    }
+    let directory = arguments.get(1).filter(|a| !a.starts_with('-')).ok_or(USAGE)?;
+    let directory = PathBuf::from(directory);
     match arguments[0].as_str() {
         "generate" => {
             let rounds: u64 = option("--rounds").map_or(Ok(1), |text| text.parse())?;

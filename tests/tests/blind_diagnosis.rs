@@ -141,7 +141,7 @@ fn a_narrow_tube_is_named_without_the_drives_columns() {
 #[test]
 fn stiction_and_play_are_told_apart_without_the_drives_columns() {
     for (effect, parameter, size, seed) in
-        [("valve_stiction", "threshold", 0.06, 23), ("valve_hysteresis", "half_width", 0.05, 24)]
+        [("valve_stiction", "threshold", 0.1, 23), ("valve_hysteresis", "half_width", 0.05, 24)]
     {
         let (outcome, report) = report_of(Kind::Single, &[&format!("{effect}={size}")], seed, false);
         assert_eq!(outcome, Outcome::Right, "hidden {effect}, named {}", named(&report));
@@ -153,10 +153,18 @@ fn stiction_and_play_are_told_apart_without_the_drives_columns() {
 /// Taken as always in balance, the space before the muffler would be named as something else beside it.
 #[test]
 fn a_muffler_is_named_with_the_space_before_it_and_nothing_else() {
-    let (outcome, report) = blind_report(Kind::Single, &["vent_restriction=0.8:volume_ml=8"], 25);
+    let (outcome, report) = blind_report(Kind::Single, &["vent_restriction=0.8"], 25);
     assert_eq!(outcome, Outcome::Right, "named {}", named(&report));
     let of = |name: &str| report["causes"][0]["parameters"][name]["value"].as_f64().unwrap();
     // 8 ml of a chamber of 362 ml; 1 / 0.8 of the open port.
     assert!((of("volume_ratio") / 0.0221 - 1.0).abs() < 0.2, "{}", of("volume_ratio"));
     assert!((of("area_ratio") / 1.25 - 1.0).abs() < 0.1, "{}", of("area_ratio"));
+}
+
+/// Pressures of several channels move together, so what one valve does shows in traces on the others.
+#[test]
+fn an_effect_on_one_channel_is_said_to_act_there_alone() {
+    let (outcome, report) = blind_report(Kind::OneChannel, &["valve_asymmetry=0.7@b0c1"], 26);
+    assert_eq!(outcome, Outcome::Right, "named {}", named(&report));
+    assert_eq!(report["causes"][0]["channels"], serde_json::json!(["b0c1"]));
 }

@@ -31,10 +31,8 @@ const EVALUATIONS: usize = 10;
 /// A cause that explains a large error only with base parameters of its own, and the models with it.
 #[must_use]
 pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
-    let before = together(channels, &kept, &[Role::Select]);
     let ranked = candidates(channels, stages);
-    let best = ranked.first().filter(|best| worth_naming(channels, best, &before))?;
+    let best = ranked.first().filter(|best| worth_naming(channels, stages, best))?;
     let p_value = p_value(channels, stages, best);
     if p_value > LEVEL {
         return None;
@@ -60,7 +58,8 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
         .into_iter()
         .map(|(effect, lent)| {
             let models = channels.par_iter().map(|data| fit(data, &lent)).collect();
-            let look = Candidate { effect, models, acts: vec![true; channels.len()], losses: Vec::new() };
+            let acts = vec![true; channels.len()];
+            let look = Candidate { effect, models, acts, losses: Vec::new(), fair: Vec::new() };
             // Only judged here: the weights that go with a model that is no description would lead a fit astray.
             let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
             (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)

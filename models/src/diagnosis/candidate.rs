@@ -17,6 +17,8 @@ use crate::effects::catalogue::CATALOGUE;
 const SECOND: f64 = 1.5;
 /// A channel whose mean squared residual is larger by this factor than the best one's is tried from that one's model.
 const WORSE: f64 = 1.5;
+/// Effects whose first parameter is a threshold: where it is passed a little later, everything after it is different.
+const STEPPED: [&str; 2] = ["valve_stiction", "dead_band"];
 /// Distance of the thresholds that are looked at first, as a factor.
 const THRESHOLD_FACTOR: f64 = 1.35;
 /// Thresholds that are looked at on either side of the start.
@@ -44,8 +46,10 @@ pub struct Candidate {
     pub models: Vec<Extended>,
     /// Where it acts.
     pub acts: Vec<bool>,
-    /// Whitened losses, channel by channel, block by block.
+    /// [Deviances](Losses::deviance), channel by channel, block by block.
     pub losses: Vec<Vec<f64>>,
+    /// [Fair squared errors](Losses::fair), in the same order.
+    pub fair: Vec<Vec<f64>>,
 }
 
 /// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from
@@ -59,37 +63,37 @@ pub fn refit_effect(
     before: Option<&Candidate>,
     evaluations: usize,
 ) -> Candidate {
-    let fitted: Vec<(Extended, Vec<f64>, bool)> = channels
+    let fitted: Vec<(Extended, Losses, bool)> = channels
         .par_iter()
         .zip(stages)
         .zip(trials)
         .enumerate()
         .map(|(k, ((data, stage), trials))| {
-            let kept = stage.losses.deviance.clone();
+            let kept = stage.losses.clone();
             if let Some(look) = before {
                 if !look.models[k].effects.contains(&effect) {
                     return (stage.model.clone(), kept, false);
                 }
                 let model = fit_from(data, stage, &look.models[k], effect, evaluations);
                 let losses = losses_of(data, stage, &model);
-                let acts = acts(data, &kept, &losses);
+                let acts = acts(data, &kept.deviance, &losses.deviance);
                 return (model, losses, acts);
             }
             let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
             starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
             let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
-            let mut best: Option<(f64, Extended, Vec<f64>)> = None;
+            let mut best: Option<(f64, Extended, Losses)> = None;
             for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {
                 let model = fit_from(data, stage, &start.start, effect, evaluations);
                 let losses = losses_of(data, stage, &model);
-                let fit = total(data, &losses, &[Role::Fit]);
+                let fit = total(data, &losses.deviance, &[Role::Fit]);
                 if fit.is_finite() && best.as_ref().is_none_or(|(c, _, _)| fit < *c) {
                     best = Some((fit, model, losses));
                 }
             }
             match best {
                 Some((_, model, losses)) => {
-                    let acts = acts(data, &kept, &losses);
+                    let acts = acts(data, &kept.deviance, &losses.deviance);
                     (model, losses, acts)
                 }
                 None => (stage.model.clone(), kept, false),
@@ -125,15 +129,16 @@ pub fn borrow(
         .zip(stages)
         .enumerate()
         .map(|(k, (data, stage))| {
-            let own = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
+            let losses = Losses { fair: candidate.fair[k].clone(), deviance: candidate.losses[k].clone() };
+            let own = (candidate.models[k].clone(), losses, candidate.acts[k]);
             let same = lender.without(&channels[best].plant, effect).effects == stage.model.effects;
             if !same || means[k] < WORSE * means[best] {
                 return own;
             }
             let model = fit_from(data, stage, lender, effect, evaluations);
             let losses = losses_of(data, stage, &model);
-            if total(data, &losses, &[Role::Fit]) < total(data, &own.1, &[Role::Fit]) {
-                let acts = acts(data, &stage.losses.deviance, &losses);
+            if total(data, &losses.deviance, &[Role::Fit]) < total(data, &own.1.deviance, &[Role::Fit]) {
+                let acts = acts(data, &stage.losses.deviance, &losses.deviance);
                 (model, losses, acts)
             } else {
                 own
@@ -148,7 +153,7 @@ fn assemble(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     effect: usize,
-    fitted: Vec<(Extended, Vec<f64>, bool)>,
+    fitted: Vec<(Extended, Losses, bool)>,
 ) -> Candidate {
     let shared = CATALOGUE[effect].reach == Reach::Rig;
     let clear = fitted.iter().filter(|(_, _, acts)| *acts).count();
@@ -158,17 +163,20 @@ fn assemble(
     let sizes: Vec<f64> =
         fitted.iter().zip(channels).map(|((model, ..), data)| size(data, model, effect)).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
+    let mut candidate =
+        Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new(), fair: Vec::new() };
     for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
         let faint = common && {
-            let (before, after) = (stages[k].losses.deviance.clone(), &losses);
-            total(&channels[k], after, &OPEN) < total(&channels[k], &before, &OPEN)
+            let (before, after) = (&stages[k].losses.deviance, &losses.deviance);
+            total(&channels[k], after, &OPEN) < total(&channels[k], before, &OPEN)
         };
         let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
         let acts = (acts || faint) && !traces || shared && any;
         let acts = acts && model.effects.contains(&effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
-        candidate.losses.push(if acts { losses } else { stages[k].losses.deviance.clone() });
+        let losses = if acts { losses } else { stages[k].losses.clone() };
+        candidate.losses.push(losses.deviance);
+        candidate.fair.push(losses.fair);
         candidate.acts.push(acts);
     }
     candidate
@@ -181,9 +189,9 @@ pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
     model.range(&data.plant, effect).map_or(0.0, |range| (model.values[range.start] - null).abs())
 }
 
-fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Vec<f64> {
+fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {
     let residuals = whitened_residuals(data, &stage.whitening, &data.readings(model));
-    Losses::new(data, &stage.whitening, model, &residuals).deviance
+    Losses::new(data, &stage.whitening, model, &residuals)
 }
 
 /// Positions of what is free in a model with one more effect.
@@ -206,8 +214,7 @@ fn fit_from(
     evaluations: usize,
 ) -> Extended {
     let free = free_with(data, stage, start, effect);
-    let stepped = matches!(CATALOGUE[effect].id, "valve_stiction" | "dead_band");
-    if !stepped {
+    if !STEPPED.contains(&CATALOGUE[effect].id) {
         return refit(data, &stage.whitening, start, &free, evaluations).0;
     }
     // A threshold has no derivative: look around it, the rest following, and narrow down.

@@ -20,6 +20,16 @@ pub fn hunts(data: &ChannelData, model: &Extended) -> bool {
     data.inputs.in_loop() && model.effects.iter().any(|&e| HUNTING.contains(&CATALOGUE[e].id))
 }
 
+/// What a reader of the report should know where a loop hunts.
+#[must_use]
+pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
+    channels.iter().zip(models).any(|(data, model)| hunts(data, model)).then(|| {
+        format!(
+            "The loop hunts around the spool's play or friction, and no simulation hunts in step with it: the error with that cause is the one of the mean of {EXPECTED} simulations, each with a noise of its own."
+        )
+    })
+}
+
 /// What hunting out of step adds to the sum of squared whitened residuals of every block, in variances of the noise; nothing where a loop
 /// does not hunt.
 #[must_use]

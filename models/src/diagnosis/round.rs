@@ -113,8 +113,6 @@ pub fn round(
         }
     }
     let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
-    let before = together(channels, &kept, &[Role::Select]);
     let considered = gates
         .iter()
         .map(|gate| {
@@ -132,7 +130,7 @@ pub fn round(
     rounds.push(considered);
     let winner = ranked
         .iter()
-        .position(|candidate| !is_foil(candidate) && worth_naming(channels, candidate, &before))?;
+        .position(|candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate))?;
     Some((winner, ranked))
 }
 
@@ -154,16 +152,23 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
     sum
 }
 
-/// Is what it gains on the choosing blocks sure, and enough for a name?
+/// Is what it gains on the choosing blocks sure, and enough for a name? The squared error has to fall too: hunting can take up any error
+/// that has no pattern, and explains it only if the mean comes nearer.
 #[must_use]
-pub fn worth_naming(channels: &[ChannelData], candidate: &Candidate, before: &[f64]) -> bool {
+pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     if !candidate.acts.iter().any(|a| *a) {
         return false;
     }
-    let after = together(channels, &candidate.losses, &[Role::Select]);
-    let [low, ..] = bootstrap(before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
-    let gain = 1.0 - (after.iter().sum::<f64>() / before.iter().sum::<f64>()).sqrt();
-    low > 0.0 && gain >= PRACTICAL && large_enough(channels, candidate)
+    let falls = |before: Vec<Vec<f64>>, after: &[Vec<f64>]| {
+        let before = together(channels, &before, &[Role::Select]);
+        let after = together(channels, after, &[Role::Select]);
+        let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
+        let gain = 1.0 - (after.iter().sum::<f64>() / before.iter().sum::<f64>()).sqrt();
+        low > 0.0 && gain >= PRACTICAL
+    };
+    falls(stages.iter().map(|s| s.losses.deviance.clone()).collect(), &candidate.losses)
+        && falls(stages.iter().map(|s| s.losses.fair.clone()).collect(), &candidate.fair)
+        && large_enough(channels, candidate)
 }
 
 /// Is the effect's size beyond what timing and rounding can look like?

@@ -10,6 +10,7 @@ use super::error::DiagnosisError;
 use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
 use super::gain::BlockErrors;
+use super::hunting;
 use super::json::{Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict};
 use super::prepare::{Purpose, halved, prepare_for, simulate_coarsely};
 use super::rest::{Rest, corrected, correction_gain, significant};
@@ -169,6 +170,7 @@ fn assemble(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
         ));
     }
+    notes.extend(hunting::note(&channels, &finals));
     notes.extend(adequacy::poor(&channels, base_errors.all()));
     let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
     let left_kpa = steps.last().map_or(0.0, BlockErrors::all);

@@ -27,6 +27,9 @@ const FORCED: f64 = 0.3;
 /// ... or this part, when what has been named happens at times that the rows tell only roughly.
 const FORCED_ROUGHLY: f64 = 0.6;
 
+/// Names give way to one that was found afresh when that leaves less than this part of their squared error.
+const AFRESH: f64 = 0.5;
+
 /// A cause as the search found it.
 #[derive(Debug, Clone)]
 pub struct Found {
@@ -120,16 +123,28 @@ pub fn search(
     let first = stages.clone();
     let mut named = Named::default();
     name(channels, (&first, &mut stages), question, &mut named, progress);
-    if named.causes.is_empty() && named.withheld.is_none() && !fixed && large_in_loop(channels, &stages) {
+    if named.withheld.is_none() && !fixed && large_in_loop(channels, &stages) {
         progress("trying the catalogue afresh", 0);
-        if let Some((models, found)) = explained_afresh(channels, &stages) {
-            stages = settle_finely(channels, &models, fixed);
-            named.causes.push(found);
-            name(channels, (&first, &mut stages), question, &mut named, progress);
+        let (left, models) = (kept_total(channels, &stages), models_of(&stages));
+        share_draws(channels, &base);
+        let fresh = explained_afresh(channels, &first)
+            .map(|(models, found)| (settle_finely(channels, &models, fixed), found))
+            .filter(|(fresh, _)| named.causes.is_empty() || kept_total(channels, fresh) < AFRESH * left);
+        match fresh {
+            Some((fresh, found)) => {
+                stages = fresh;
+                named.causes = vec![found];
+                name(channels, (&first, &mut stages), question, &mut named, progress);
+            }
+            None => share_draws(channels, &models),
         }
     }
     let Named { causes, gates, first_gates, rounds, withheld } = named;
     Outcome { base, causes, stages, gates, first_gates, rounds, withheld }
+}
+
+fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
+    stages.iter().map(|s| s.model.clone()).collect()
 }
 
 /// Is much unexplained where a board's loop is part of the simulation?
@@ -191,8 +206,7 @@ fn name(
     if !causes.is_empty() && forced(channels, first, stages, &named) {
         causes.clear();
         *stages = first.to_vec();
-        let base: Vec<Extended> = first.iter().map(|s| s.model.clone()).collect();
-        share_draws(channels, &base);
+        share_draws(channels, &models_of(first));
     }
 }
 
@@ -200,7 +214,7 @@ fn name(
 fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
     let mut stages = settle(channels, models, fixed);
     while halving(channels, &stages) > STEP_ERROR && simulate_finer(channels) {
-        let models: Vec<Extended> = stages.iter().map(|s| s.model.clone()).collect();
+        let models = models_of(&stages);
         stages = settle(channels, &models, fixed);
     }
     stages
@@ -273,22 +287,21 @@ impl Outcome {
         let again = |channels: &mut [ChannelData], models: &[Extended]| {
             settle_by(channels, models, change, refit_near)
         };
-        let models = |stages: &[ChannelStage]| stages.iter().map(|s| s.model.clone()).collect::<Vec<_>>();
         let coarse = self.base.clone();
         let base = (!change).then(|| again(channels, &coarse));
         if let Some(base) = &base {
-            self.base = models(base);
+            self.base = models_of(base);
         }
         for cause in &mut self.causes {
             cause.before = if cause.before == coarse {
                 self.base.clone()
             } else {
-                models(&again(channels, &cause.before))
+                models_of(&again(channels, &cause.before))
             };
         }
         self.stages = match base {
             Some(base) if self.causes.is_empty() => base,
-            _ => again(channels, &models(&self.stages)),
+            _ => again(channels, &models_of(&self.stages)),
         };
     }
 }
@@ -321,6 +334,5 @@ fn eliminate(
             k += 1;
         }
     }
-    let models: Vec<Extended> = stages.iter().map(|s| s.model.clone()).collect();
-    share_draws(channels, &models);
+    share_draws(channels, &models_of(stages));
 }
