@@ -59,7 +59,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
         .map(|(effect, lent)| {
             let models = channels.par_iter().map(|data| fit(data, &lent)).collect();
             let acts = vec![true; channels.len()];
-            let look = Candidate { effect, models, acts, losses: Vec::new(), fair: Vec::new() };
+            let look = Candidate { effect, models, acts, losses: Vec::new() };
             // Only judged here: the weights that go with a model that is no description would lead a fit astray.
             let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
             (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)

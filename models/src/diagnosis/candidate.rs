@@ -6,9 +6,10 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
-use super::hunting::{Losses, hunts};
+use super::hunting::{Losses, hunts, likelier};
 use super::probe::Trial;
 use super::random::{generator, quantile, runs};
+use super::round::PRACTICAL;
 use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
 use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
@@ -46,10 +47,8 @@ pub struct Candidate {
     pub models: Vec<Extended>,
     /// Where it acts.
     pub acts: Vec<bool>,
-    /// [Deviances](Losses::deviance), channel by channel, block by block.
-    pub losses: Vec<Vec<f64>>,
-    /// [Fair squared errors](Losses::fair), in the same order.
-    pub fair: Vec<Vec<f64>>,
+    /// What they leave, channel by channel.
+    pub losses: Vec<Losses>,
 }
 
 /// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from
@@ -76,7 +75,7 @@ pub fn refit_effect(
                 }
                 let model = fit_from(data, stage, &look.models[k], effect, evaluations);
                 let losses = losses_of(data, stage, &model);
-                let acts = acts(data, &kept.deviance, &losses.deviance);
+                let acts = acts(data, stage, &model, &losses);
                 return (model, losses, acts);
             }
             let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
@@ -93,7 +92,7 @@ pub fn refit_effect(
             }
             match best {
                 Some((_, model, losses)) => {
-                    let acts = acts(data, &kept.deviance, &losses.deviance);
+                    let acts = acts(data, stage, &model, &losses);
                     (model, losses, acts)
                 }
                 None => (stage.model.clone(), kept, false),
@@ -118,7 +117,7 @@ pub fn borrow(
         let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
         total(data, losses, &OPEN) / open.map(|(_, span)| span.len() as f64).sum::<f64>().max(1.0)
     };
-    let means: Vec<f64> = (0..channels.len()).map(|k| mean(k, &candidate.losses[k])).collect();
+    let means: Vec<f64> = (0..channels.len()).map(|k| mean(k, &candidate.losses[k].deviance)).collect();
     let acting = (0..channels.len()).filter(|&k| candidate.acts[k]);
     let Some(best) = acting.min_by(|&a, &b| means[a].total_cmp(&means[b])) else {
         return candidate.clone();
@@ -129,8 +128,7 @@ pub fn borrow(
         .zip(stages)
         .enumerate()
         .map(|(k, (data, stage))| {
-            let losses = Losses { fair: candidate.fair[k].clone(), deviance: candidate.losses[k].clone() };
-            let own = (candidate.models[k].clone(), losses, candidate.acts[k]);
+            let own = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
             let same = lender.without(&channels[best].plant, effect).effects == stage.model.effects;
             if !same || means[k] < WORSE * means[best] {
                 return own;
@@ -138,7 +136,7 @@ pub fn borrow(
             let model = fit_from(data, stage, lender, effect, evaluations);
             let losses = losses_of(data, stage, &model);
             if total(data, &losses.deviance, &[Role::Fit]) < total(data, &own.1.deviance, &[Role::Fit]) {
-                let acts = acts(data, &stage.losses.deviance, &losses.deviance);
+                let acts = acts(data, stage, &model, &losses);
                 (model, losses, acts)
             } else {
                 own
@@ -163,20 +161,20 @@ fn assemble(
     let sizes: Vec<f64> =
         fitted.iter().zip(channels).map(|((model, ..), data)| size(data, model, effect)).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let mut candidate =
-        Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new(), fair: Vec::new() };
+    let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
     for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
         let faint = common && {
-            let (before, after) = (&stages[k].losses.deviance, &losses.deviance);
-            total(&channels[k], after, &OPEN) < total(&channels[k], before, &OPEN)
+            let falls = |before: &[f64], after: &[f64]| {
+                total(&channels[k], after, &OPEN) < total(&channels[k], before, &OPEN)
+            };
+            let before = &stages[k].losses;
+            falls(&before.deviance, &losses.deviance) && falls(&before.beside_error, &losses.beside_error)
         };
         let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
         let acts = (acts || faint) && !traces || shared && any;
         let acts = acts && model.effects.contains(&effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
-        let losses = if acts { losses } else { stages[k].losses.clone() };
-        candidate.losses.push(losses.deviance);
-        candidate.fair.push(losses.fair);
+        candidate.losses.push(if acts { losses } else { stages[k].losses.clone() });
         candidate.acts.push(acts);
     }
     candidate
@@ -278,10 +276,8 @@ fn valley_by_valley(
 ) -> Extended {
     let BlockObjective { data, whitening, .. } = *objective;
     let fit = |model: &Extended| {
-        let model = refit(data, whitening, model, free, evaluations.div_ceil(2)).0;
-        let residuals: Vec<f64> = objective.whitened(&model).iter().map(|r| r / data.noise_kpa).collect();
-        let losses = Losses::new(data, whitening, &model, &residuals);
-        (total(data, &losses.deviance, &[Role::Fit]), model)
+        let fitted = refit(data, whitening, model, free, evaluations.div_ceil(2)).0;
+        likelier(data, whitening, [model.clone(), fitted])
     };
     let mut best = fit(&objective.model);
     if evaluations < VALLEYS_FROM {
@@ -307,29 +303,66 @@ pub fn total(data: &ChannelData, losses: &[f64], roles: &[Role]) -> f64 {
     data.blocks.iter().zip(losses).filter(|(b, _)| roles.contains(&b.role)).map(|(_, l)| l).sum()
 }
 
-/// Does the effect improve this channel beyond what differences between blocks explain?
-fn acts(data: &ChannelData, before: &[f64], after: &[f64]) -> bool {
-    let gains: Vec<f64> = data
-        .blocks
-        .iter()
-        .zip(before.iter().zip(after))
-        .filter(|(b, _)| OPEN.contains(&b.role))
-        .map(|(_, (before, after))| before - after)
-        .collect();
-    let n = gains.len() as f64;
-    let mean = gains.iter().sum::<f64>() / n;
-    let variance = gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n * (n - 1.0)).max(1.0);
-    mean > CHANNEL_ERRORS * variance.sqrt()
+/// Does the effect improve this channel beyond what differences between blocks explain? Hunting must explain more than a trace of the error:
+/// next to a channel that hunts, others do too in the tiniest way.
+fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
+    let gains = |before: &[f64], after: &[f64]| -> Vec<f64> {
+        let pairs = data.blocks.iter().zip(before.iter().zip(after));
+        pairs.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, (before, after))| before - after).collect()
+    };
+    let surely = |gains: &[f64]| {
+        let n = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / n;
+        let variance = gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n * (n - 1.0)).max(1.0);
+        mean > CHANNEL_ERRORS * variance.sqrt()
+    };
+    let before = &stage.losses;
+    if !surely(&gains(&before.deviance, &after.deviance)) {
+        return false;
+    }
+    if !hunts(data, model) || hunts(data, &stage.model) {
+        return true;
+    }
+    let gains = gains(&before.beside_error, &after.beside_error);
+    surely(&gains) && gains.iter().sum::<f64>() >= least_gain(rows_of(data, &OPEN))
 }
 
-/// Losses of all channels together, block by block, for the blocks of some roles.
+/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the smallest gain](PRACTICAL) of error.
 #[must_use]
-pub fn together(channels: &[ChannelData], losses: &[Vec<f64>], roles: &[Role]) -> Vec<f64> {
+pub fn least_gain(rows: f64) -> f64 {
+    -2.0 * (1.0 - PRACTICAL).ln() * rows
+}
+
+/// Compared rows of a channel in the blocks of some roles.
+#[must_use]
+pub fn rows_of(data: &ChannelData, roles: &[Role]) -> f64 {
+    let blocks = data.blocks.iter().zip(&data.spans);
+    blocks.filter(|(b, _)| roles.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
+}
+
+/// Deviances of all channels together, block by block, for the blocks of some roles.
+#[must_use]
+pub fn together<'a>(
+    channels: &[ChannelData],
+    losses: impl IntoIterator<Item = &'a Losses>,
+    roles: &[Role],
+) -> Vec<f64> {
+    together_by(channels, losses, |losses| &losses.deviance, roles)
+}
+
+/// One kind of loss of all channels together, block by block, for the blocks of some roles.
+#[must_use]
+pub fn together_by<'a>(
+    channels: &[ChannelData],
+    losses: impl IntoIterator<Item = &'a Losses>,
+    kind: impl Fn(&Losses) -> &[f64],
+    roles: &[Role],
+) -> Vec<f64> {
     let count = channels.iter().map(|d| d.blocks.len()).max().unwrap_or(0);
     let mut sums = vec![0.0; count];
     let mut counts = vec![false; count];
     for (data, losses) in channels.iter().zip(losses) {
-        for (k, (block, loss)) in data.blocks.iter().zip(losses).enumerate() {
+        for (k, (block, loss)) in data.blocks.iter().zip(kind(losses)).enumerate() {
             if roles.contains(&block.role) {
                 sums[k] += loss;
                 counts[k] = true;

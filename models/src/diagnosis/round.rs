@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap, borrow, refit_effect, size, together};
+use super::candidate::{Candidate, bootstrap, borrow, least_gain, refit_effect, rows_of, size, together, together_by};
 use super::channel::ChannelData;
 use super::gate::Gate;
+use super::hunting::{Losses, hunts};
 use super::probe::Trial;
 use super::search::SETTLE;
 use super::stage::{ChannelStage, OPEN, block_losses};
@@ -152,23 +153,41 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
     sum
 }
 
-/// Is what it gains on the choosing blocks sure, and enough for a name? The squared error has to fall too: hunting can take up any error
-/// that has no pattern, and explains it only if the mean comes nearer.
+/// Is what it gains on the choosing blocks sure, and enough for a name?
 #[must_use]
 pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     if !candidate.acts.iter().any(|a| *a) {
         return false;
     }
-    let falls = |before: Vec<Vec<f64>>, after: &[Vec<f64>]| {
-        let before = together(channels, &before, &[Role::Select]);
-        let after = together(channels, after, &[Role::Select]);
-        let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
-        let gain = 1.0 - (after.iter().sum::<f64>() / before.iter().sum::<f64>()).sqrt();
-        low > 0.0 && gain >= PRACTICAL
+    let sums = |kind: fn(&Losses) -> &[f64]| {
+        let before = together_by(channels, stages.iter().map(|s| &s.losses), kind, &[Role::Select]);
+        (before, together_by(channels, &candidate.losses, kind, &[Role::Select]))
     };
-    falls(stages.iter().map(|s| s.losses.deviance.clone()).collect(), &candidate.losses)
-        && falls(stages.iter().map(|s| s.losses.fair.clone()).collect(), &candidate.fair)
+    let sum = |losses: &[f64]| losses.iter().sum::<f64>();
+    let (before, after) = sums(|losses| &losses.deviance);
+    let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
+    let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
+    low > 0.0
+        && gain >= PRACTICAL
+        && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
         && large_enough(channels, candidate)
+}
+
+/// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.
+fn hunting_is_the_error(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    candidate: &Candidate,
+    (before, after): (Vec<f64>, Vec<f64>),
+) -> bool {
+    let models = stages.iter().map(|s| &s.model).chain(&candidate.models);
+    if !channels.iter().cycle().zip(models).any(|(data, model)| hunts(data, model)) {
+        return true;
+    }
+    let least = least_gain(channels.iter().map(|data| rows_of(data, &[Role::Select])).sum());
+    let [low, ..] = bootstrap(&before, &after, 1, |a, b| a - b);
+    let gain = before.iter().sum::<f64>() - after.iter().sum::<f64>();
+    low > 0.0 && gain >= least
 }
 
 /// Is the effect's size beyond what timing and rounding can look like?
@@ -186,8 +205,7 @@ pub fn rivals(
     ranked: &[Candidate],
     winner: usize,
 ) -> Vec<usize> {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
-    let before: f64 = together(channels, &kept, &OPEN).iter().sum();
+    let before = kept_total(channels, stages);
     let best = together(channels, &ranked[winner].losses, &OPEN);
     let gain = before - best.iter().sum::<f64>();
     (0..ranked.len())
@@ -203,12 +221,10 @@ pub fn rivals(
 
 /// Squared whitened error of all channels on the open blocks.
 pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
-    let kept: Vec<Vec<f64>> = channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
-    together(channels, &kept, &OPEN).iter().sum()
+    together(channels, stages.iter().map(|s| &s.losses), &OPEN).iter().sum()
 }
 
 /// Number of compared rows in the open blocks of all channels.
 pub fn open_rows(channels: &[ChannelData]) -> f64 {
-    let blocks = channels.iter().flat_map(|d| d.blocks.iter().zip(&d.spans));
-    blocks.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
+    channels.iter().map(|data| rows_of(data, &OPEN)).sum()
 }

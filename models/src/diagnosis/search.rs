@@ -10,6 +10,7 @@ use super::chord::refit_near;
 use super::fit::refit;
 use super::gate::{Gate, judge, trials};
 use super::prepare::{halved, simulate_finer};
+use super::hunting::{hunts, likelier};
 use super::round::{Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, round};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;
@@ -268,7 +269,12 @@ fn settle_by(
         .map(|(data, model)| {
             let free = free_of(data, model, fixed);
             let whitening = Whitening::new(data, &data.disturbances(model));
-            let model = fit(data, &whitening, model, &free);
+            let fitted = fit(data, &whitening, model, &free);
+            let model = if hunts(data, &fitted) {
+                likelier(data, &whitening, [model.clone(), fitted]).1
+            } else {
+                fitted
+            };
             ChannelStage::new(data, model, free)
         })
         .collect()
@@ -320,9 +326,7 @@ fn eliminate(
             channels.iter().zip(stages.iter()).map(|(d, s)| s.model.without(&d.plant, effect)).collect();
         let reduced = settle(channels, &models, fixed);
         let losses = |channels: &[ChannelData], stages: &[ChannelStage]| {
-            let all: Vec<Vec<f64>> =
-                channels.iter().zip(stages).map(|(_, s)| s.losses.deviance.clone()).collect();
-            together(channels, &all, &OPEN)
+            together(channels, stages.iter().map(|s| &s.losses), &OPEN)
         };
         let (with, without) = (losses(channels, stages), losses(channels, &reduced));
         let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
