@@ -7,10 +7,11 @@ use rayon::prelude::*;
 
 use super::base::{GAINS, free_base, plain_cost, start};
 use super::blocks::Role;
-use super::candidate::{Candidate, refit_effect, together};
+use super::candidate::{Candidate, refit_effect};
 use super::channel::{ChannelData, Extended};
 use super::fit::refit;
 use super::gate::{applicable, judge};
+use super::losses::together;
 use super::probe::{Trial, scores};
 use super::round::{LEVEL, rivals, worth_naming};
 use super::search::Found;

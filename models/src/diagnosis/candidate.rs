@@ -6,10 +6,10 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
-use super::hunting::{Losses, hunts, likelier};
+use super::hunting::{hunts, likelier};
+use super::losses::{Losses, least_gain, rows_of, total};
 use super::probe::Trial;
 use super::random::{generator, quantile, runs};
-use super::round::PRACTICAL;
 use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
 use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
@@ -297,12 +297,6 @@ fn valley_by_valley(
     best.1
 }
 
-/// Sum over the blocks of some roles.
-#[must_use]
-pub fn total(data: &ChannelData, losses: &[f64], roles: &[Role]) -> f64 {
-    data.blocks.iter().zip(losses).filter(|(b, _)| roles.contains(&b.role)).map(|(_, l)| l).sum()
-}
-
 /// Does the effect improve this channel beyond what differences between blocks explain? Hunting must explain more than a trace of the error:
 /// next to a channel that hunts, others do too in the tiniest way.
 fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
@@ -325,51 +319,6 @@ fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Loss
     }
     let gains = gains(&before.beside_error, &after.beside_error);
     surely(&gains) && gains.iter().sum::<f64>() >= least_gain(rows_of(data, &OPEN))
-}
-
-/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the smallest gain](PRACTICAL) of error.
-#[must_use]
-pub fn least_gain(rows: f64) -> f64 {
-    -2.0 * (1.0 - PRACTICAL).ln() * rows
-}
-
-/// Compared rows of a channel in the blocks of some roles.
-#[must_use]
-pub fn rows_of(data: &ChannelData, roles: &[Role]) -> f64 {
-    let blocks = data.blocks.iter().zip(&data.spans);
-    blocks.filter(|(b, _)| roles.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
-}
-
-/// Deviances of all channels together, block by block, for the blocks of some roles.
-#[must_use]
-pub fn together<'a>(
-    channels: &[ChannelData],
-    losses: impl IntoIterator<Item = &'a Losses>,
-    roles: &[Role],
-) -> Vec<f64> {
-    together_by(channels, losses, |losses| &losses.deviance, roles)
-}
-
-/// One kind of loss of all channels together, block by block, for the blocks of some roles.
-#[must_use]
-pub fn together_by<'a>(
-    channels: &[ChannelData],
-    losses: impl IntoIterator<Item = &'a Losses>,
-    kind: impl Fn(&Losses) -> &[f64],
-    roles: &[Role],
-) -> Vec<f64> {
-    let count = channels.iter().map(|d| d.blocks.len()).max().unwrap_or(0);
-    let mut sums = vec![0.0; count];
-    let mut counts = vec![false; count];
-    for (data, losses) in channels.iter().zip(losses) {
-        for (k, (block, loss)) in data.blocks.iter().zip(kind(losses)).enumerate() {
-            if roles.contains(&block.role) {
-                sums[k] += loss;
-                counts[k] = true;
-            }
-        }
-    }
-    sums.into_iter().zip(counts).filter(|(_, c)| *c).map(|(s, _)| s).collect()
 }
 
 /// Quantiles (2.5 %, 5 %, 50 %, 95 %, 97.5 %) of a statistic of paired block sums under a moving-block bootstrap.

@@ -6,8 +6,8 @@
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
-use super::candidate::total;
-use super::stage::{OPEN, block_losses, whitened_residuals};
+use super::losses::{Losses, total};
+use super::stage::{ChannelStage, whitened_residuals};
 use super::whiten::Whitening;
 use crate::effects::catalogue::CATALOGUE;
 
@@ -15,10 +15,9 @@ use crate::effects::catalogue::CATALOGUE;
 const HUNTING: [&str; 2] = ["valve_hysteresis", "valve_stiction"];
 /// Courses of the noise over which a mean is taken.
 const EXPECTED: u64 = 8;
-/// Octaves of frequencies that are told apart, from half the sampling rate down.
-const OCTAVES: usize = 4;
-/// Errors that are tried, per factor of e.
-const ERROR_STEPS: i32 = 10;
+/// Values of a parameter that are looked at on either side for its interval: how many, and their ratio.
+const LIKELY_STEPS: i32 = 5;
+const LIKELY_STEP: f64 = 1.05;
 
 /// Does the loop of this model hunt?
 #[must_use]
@@ -37,7 +36,8 @@ pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
 }
 
 /// Whitened residuals of the same model with another course of the noise, in standard deviations of the noise.
-fn otherwise(data: &ChannelData, whitening: &Whitening, model: &Extended) -> Vec<f64> {
+#[must_use]
+pub fn otherwise(data: &ChannelData, whitening: &Whitening, model: &Extended) -> Vec<f64> {
     let mut other = data.clone();
     if let Some(board) = &mut other.plant.board {
         board.noise_draw += 1;
@@ -45,104 +45,44 @@ fn otherwise(data: &ChannelData, whitening: &Whitening, model: &Extended) -> Vec
     whitened_residuals(data, whitening, &other.readings(model))
 }
 
-/// What a model leaves in every block.
-#[derive(Debug, Clone)]
-pub struct Losses {
-    /// Sum of squared whitened residuals in variances of the noise, without what hunting out of step adds: the error of the mean over
-    /// all courses of the noise.
-    pub fair: Vec<f64>,
-    /// Minus twice the logarithm of a Gaussian likelihood whose variance is that of the noise and of the simulated hunting, octave by
-    /// octave, up to a constant: a model that hunts must hunt as far as the recording, and as fast. The same as `fair` where a loop
-    /// does not hunt.
-    pub deviance: Vec<f64>,
-    /// The deviance with a further error without a pattern, as large as suits the channel best: below that of another model only if
-    /// hunting is where the error is, not if it only takes up what nothing explains.
-    pub beside_error: Vec<f64>,
-}
-
-impl Losses {
-    /// Of a model with these whitened residuals, in standard deviations of the noise.
-    #[must_use]
-    pub fn new(data: &ChannelData, whitening: &Whitening, model: &Extended, residuals: &[f64]) -> Self {
-        let blocks: Vec<Vec<Octave>> = if hunts(data, model) {
-            let other = otherwise(data, whitening, model);
-            data.spans.iter().map(|span| octaves(&residuals[span.clone()], &other[span.clone()])).collect()
-        } else {
-            let losses = block_losses(data, residuals);
-            let still = |(fair, span): (f64, &std::ops::Range<usize>)| {
-                vec![Octave { fair, hunting: 0.0, count: span.len() as f64 }]
-            };
-            losses.into_iter().zip(&data.spans).map(still).collect()
-        };
-        let fair = blocks.iter().map(|octaves| octaves.iter().map(|o| o.fair).sum()).collect();
-        let of = |error: f64| -> Vec<f64> {
-            blocks.iter().map(|octaves| octaves.iter().map(|o| o.deviance(error)).sum()).collect()
-        };
-        let errors = (-ERROR_STEPS..=10 * ERROR_STEPS).map(|k| of((f64::from(k) / f64::from(ERROR_STEPS)).exp()));
-        let open = |losses: &Vec<f64>| total(data, losses, &OPEN);
-        let beside_error = errors.min_by(|a, b| open(a).total_cmp(&open(b))).unwrap_or_default();
-        Self { fair, deviance: of(1.0), beside_error }
-    }
+/// [Deviance](Losses::deviance) of a model on the blocks for fitting.
+fn deviance(data: &ChannelData, whitening: &Whitening, model: &Extended) -> f64 {
+    let residuals = whitened_residuals(data, whitening, &data.readings(model));
+    total(data, &Losses::new(data, whitening, model, &residuals).deviance, &[Role::Fit])
 }
 
 /// The one of two models that has less [deviance](Losses::deviance) on the blocks for fitting, behind that. A fit of the squared error
 /// prefers a model that hunts less than the recording.
 #[must_use]
 pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]) -> (f64, Extended) {
-    let [one, other] = models.map(|model| {
-        let residuals = whitened_residuals(data, whitening, &data.readings(&model));
-        let losses = Losses::new(data, whitening, &model, &residuals);
-        (total(data, &losses.deviance, &[Role::Fit]), model)
-    });
+    let [one, other] = models.map(|model| (deviance(data, whitening, &model), model));
     if other.0 < one.0 { other } else { one }
 }
 
-/// What two simulations that hunt out of step say about an octave of frequencies in a block.
-#[derive(Debug, Clone, Copy)]
-struct Octave {
-    /// Sum of squares of the residuals from the mean over all courses of the noise.
-    fair: f64,
-    /// Sum of squares of the hunting.
-    hunting: f64,
-    /// Coefficients.
-    count: f64,
-}
-
-impl Octave {
-    /// Minus twice the log-likelihood with an error of this variance beside the hunting, up to a constant.
-    fn deviance(self, error: f64) -> f64 {
-        let variance = error + self.hunting / self.count;
-        self.fair / variance + self.count * variance.ln()
+/// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. Nothing
+/// where the loop does not hunt because of this effect.
+#[must_use]
+pub fn as_likely(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    effect: usize,
+    position: usize,
+    rise: f64,
+) -> [f64; 2] {
+    if !data.inputs.in_loop() || !HUNTING.contains(&CATALOGUE[effect].id) {
+        return [0.0; 2];
     }
-}
-
-/// Splits the residuals of two simulations by octaves with the orthonormal Haar wavelet (Percival and Walden, Wavelet Methods for Time
-/// Series Analysis, 2000, ch. 4): the fastest changes first, what is slower than the last octave at the end. The product of the two
-/// has the mean square of their common part, half of their squared difference that of the hunting.
-fn octaves(one: &[f64], other: &[f64]) -> Vec<Octave> {
-    let mut found = Vec::new();
-    let mut slow: Vec<[f64; 2]> = one.iter().zip(other).map(|(a, b)| [*a, *b]).collect();
-    while found.len() < OCTAVES && slow.len() > 1 {
-        let (pairs, odd) = slow.as_chunks::<2>();
-        let half = core::f64::consts::FRAC_1_SQRT_2;
-        let fast = pairs.iter().map(|[x, y]| [half * (x[0] - y[0]), half * (x[1] - y[1])]);
-        found.push(Octave::of(fast.chain(odd.iter().copied())));
-        slow = pairs.iter().map(|[x, y]| [half * (x[0] + y[0]), half * (x[1] + y[1])]).collect();
-    }
-    if !slow.is_empty() {
-        found.push(Octave::of(slow.into_iter()));
-    }
-    found
-}
-
-impl Octave {
-    fn of(coefficients: impl Iterator<Item = [f64; 2]>) -> Self {
-        coefficients.fold(Self { fair: 0.0, hunting: 0.0, count: 0.0 }, |sum, [a, b]| Self {
-            fair: sum.fair + a * b,
-            hunting: sum.hunting + 0.5 * (a - b) * (a - b),
-            count: sum.count + 1.0,
-        })
-    }
+    let value = stage.model.values[position];
+    let least = total(data, &stage.losses.deviance, &[Role::Fit]);
+    [-1, 1].map(|sign| {
+        let steps = (1..=LIKELY_STEPS).map(|k| value * (LIKELY_STEP.powi(sign * k) - 1.0));
+        let likely = steps.filter(|step| {
+            let mut model = stage.model.clone();
+            model.values[position] += step;
+            deviance(data, &stage.whitening, &model) < least + rise
+        });
+        likely.map(f64::abs).fold(0.0, f64::max)
+    })
 }
 
 /// Readings as they are expected: of a loop that hunts, the mean over some courses of the noise.

@@ -12,10 +12,11 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::blocks::Role;
-use super::candidate::total;
 use super::channel::ChannelData;
 use super::chord::refit_with;
 use super::fit::BlockObjective;
+use super::hunting::as_likely;
+use super::losses::total;
 use super::prepare::halved;
 use super::stage::{ChannelStage, block_losses};
 use crate::fit::Objective;
@@ -121,7 +122,9 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             if slope && c.robust[(k, k)] > 0.0 && c.robust[(k, k)].is_finite() {
                 let error = c.robust[(k, k)].sqrt();
                 let rise = t * t * c.robust[(k, k)] / c.naive[(k, k)];
-                let reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
+                let ends = profile.ends(k, t * error, rise);
+                let likely = as_likely(data, stage, effect, position, rise);
+                let reach = [0, 1].map(|side| ends[side].max(likely[side]) / (t * error));
                 return Coordinate { error, reach, ..unknown };
             }
             // A threshold has no derivative; the rise is what the other parameters' errors need on average.

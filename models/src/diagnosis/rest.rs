@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::base::free_base;
 use super::blocks::Role;
-use super::candidate::total;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
 use super::dependence::{Dependence, Variable, dependences, rows_of};
 use super::gain::BlockErrors;
 use super::json::{Corrected, Symptom};
+use super::losses::total;
 use super::search::Outcome;
 use super::stage::ChannelStage;
 

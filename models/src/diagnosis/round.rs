@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap, borrow, least_gain, refit_effect, rows_of, size, together, together_by};
+use super::candidate::{Candidate, bootstrap, borrow, refit_effect, size};
 use super::channel::ChannelData;
 use super::gate::Gate;
-use super::hunting::{Losses, hunts};
+use super::hunting::hunts;
+use super::losses::{Losses, least_gain, rows_of, together, together_by, total};
 use super::probe::Trial;
 use super::search::SETTLE;
 use super::stage::{ChannelStage, OPEN, block_losses};
@@ -144,8 +145,8 @@ pub fn is_foil(candidate: &Candidate) -> bool {
 fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
     let mut sum = 0.0;
     for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
-        let kept = super::candidate::total(data, &stage.losses.deviance, &OPEN);
-        let own = super::candidate::total(data, &block_losses(data, &stage.residuals), &OPEN);
+        let kept = total(data, &stage.losses.deviance, &OPEN);
+        let own = total(data, &block_losses(data, &stage.residuals), &OPEN);
         let least =
             trials.iter().filter(|t| t.effect == effect).map(|t| t.promise).fold(f64::INFINITY, f64::min);
         sum += kept + (least - own).min(0.0);

@@ -4,13 +4,14 @@ use rayon::prelude::*;
 
 use super::afresh::explained_afresh;
 use super::base::{fit_base, free_base};
-use super::candidate::{Candidate, bootstrap, together};
+use super::candidate::{Candidate, bootstrap};
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
 use super::fit::refit;
 use super::gate::{Gate, judge, trials};
-use super::prepare::{halved, simulate_finer};
 use super::hunting::{hunts, likelier};
+use super::losses::together;
+use super::prepare::{halved, simulate_finer};
 use super::round::{Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, round};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;

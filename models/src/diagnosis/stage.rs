@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::fit::normal_equations;
-use super::hunting::Losses;
+use super::losses::Losses;
 use super::whiten::Whitening;
 
 /// Blocks that may be looked at before the end.

@@ -1,0 +1,91 @@
+//! Residuals of a loop that hunts, octave by octave.
+
+/// Octaves of frequencies that are told apart, from half the sampling rate down.
+const OCTAVES: usize = 4;
+
+/// What two simulations that hunt out of step say about an octave of frequencies in a block.
+#[derive(Debug, Clone, Copy)]
+pub struct Octave {
+    /// Sum of squares of the residuals from the mean over all courses of the noise.
+    pub fair: f64,
+    /// Sum of squares of the hunting.
+    pub hunting: f64,
+    /// Coefficients.
+    pub count: f64,
+}
+
+impl Octave {
+    /// Minus twice the log-likelihood with an error of this variance beside the hunting, up to a constant.
+    #[must_use]
+    pub fn deviance(self, error: f64) -> f64 {
+        let variance = error + self.hunting / self.count;
+        self.fair / variance + self.count * variance.ln()
+    }
+}
+
+/// Splits the residuals of two simulations by octaves with the orthonormal Haar wavelet (Percival and Walden, Wavelet Methods for Time
+/// Series Analysis, 2000, ch. 4): the fastest changes first, what is slower than the last octave at the end. The product of the two
+/// has the mean square of their common part, half of their squared difference that of the hunting.
+#[must_use]
+pub fn octaves(one: &[f64], other: &[f64]) -> Vec<Octave> {
+    let mut found = Vec::new();
+    let mut slow: Vec<[f64; 2]> = one.iter().zip(other).map(|(a, b)| [*a, *b]).collect();
+    while found.len() < OCTAVES && slow.len() > 1 {
+        let (pairs, odd) = slow.as_chunks::<2>();
+        let half = core::f64::consts::FRAC_1_SQRT_2;
+        let fast = pairs.iter().map(|[x, y]| [half * (x[0] - y[0]), half * (x[1] - y[1])]);
+        found.push(Octave::of(fast.chain(odd.iter().copied())));
+        slow = pairs.iter().map(|[x, y]| [half * (x[0] + y[0]), half * (x[1] + y[1])]).collect();
+    }
+    if !slow.is_empty() {
+        found.push(Octave::of(slow.into_iter()));
+    }
+    found
+}
+
+impl Octave {
+    fn of(coefficients: impl Iterator<Item = [f64; 2]>) -> Self {
+        coefficients.fold(Self { fair: 0.0, hunting: 0.0, count: 0.0 }, |sum, [a, b]| Self {
+            fair: sum.fair + a * b,
+            hunting: sum.hunting + 0.5 * (a - b) * (a - b),
+            count: sum.count + 1.0,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(seed: u64, count: usize) -> Vec<f64> {
+        let mut rng = crate::diagnosis::random::generator(seed);
+        (0..count).map(|_| rand::RngExt::random_range(&mut rng, -1.0..1.0)).collect()
+    }
+
+    #[test]
+    fn octaves_share_the_whole_error_between_what_is_common_and_what_differs() {
+        let (one, other) = (noise(1, 501), noise(2, 501));
+        let found = octaves(&one, &other);
+        let sum = |of: fn(&Octave) -> f64| found.iter().map(of).sum::<f64>();
+        let squares = |x: &[f64]| x.iter().map(|v| v * v).sum::<f64>();
+        assert_eq!(sum(|o| o.count), 501.0);
+        let mean = 0.5 * (squares(&one) + squares(&other));
+        assert!((sum(|o| o.fair + o.hunting) / mean - 1.0).abs() < 1e-9);
+    }
+
+    /// A limit cycle of four rows belongs in the second octave, which is from a quarter to an eighth of the sampling rate.
+    #[test]
+    fn hunting_of_a_wrong_frequency_is_less_likely() {
+        let cycle = |rows: f64, phase: f64| -> Vec<f64> {
+            (0..512).map(|k| 3.0 * (core::f64::consts::TAU * (f64::from(k) / rows + phase)).sin()).collect()
+        };
+        let measured = cycle(4.0, 0.0);
+        let deviance = |rows: f64| -> f64 {
+            let [one, other] = [0.3, 0.55].map(|phase| -> Vec<f64> {
+                measured.iter().zip(cycle(rows, phase)).map(|(m, y)| m - y).collect()
+            });
+            octaves(&one, &other).iter().map(|o| o.deviance(1.0)).sum()
+        };
+        assert!(deviance(4.0) < 0.7 * deviance(32.0), "{} {}", deviance(4.0), deviance(32.0));
+    }
+}
