@@ -21,11 +21,21 @@ fn blind(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, String) {
 
 /// The same with the whole report.
 fn blind_report(kind: Kind, arguments: &[&str], seed: u64) -> (Outcome, serde_json::Value) {
-    report_of(kind, arguments, seed, true)
+    report_of(kind, arguments, seed, true, 60.0)
 }
 
-/// The same with or without the drive's columns; without them the board's loop is part of the simulation.
-fn report_of(kind: Kind, arguments: &[&str], seed: u64, drive: bool) -> (Outcome, serde_json::Value) {
+/// The same without the drive's columns: the board's loop is part of the simulation.
+fn closed_loop(arguments: &[&str], seed: u64, seconds: f64) -> (Outcome, serde_json::Value) {
+    report_of(Kind::Single, arguments, seed, false, seconds)
+}
+
+fn report_of(
+    kind: Kind,
+    arguments: &[&str],
+    seed: u64,
+    drive: bool,
+    seconds: f64,
+) -> (Outcome, serde_json::Value) {
     let effects: Vec<Effect> = arguments.iter().map(|text| text.parse().unwrap()).collect();
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();
@@ -35,7 +45,7 @@ fn report_of(kind: Kind, arguments: &[&str], seed: u64, drive: bool) -> (Outcome
         plant,
         effects,
         seed,
-        seconds: 60.0,
+        seconds,
         rate_hz: 100.0,
         control_loop: if drive { Loop::Row } else { defaults.control_loop },
         columns: Columns { drive, ..Columns::default() },
@@ -124,7 +134,7 @@ fn a_cycle_of_the_supplys_pressure_is_named() {
 #[test]
 fn what_the_converter_does_is_named_without_the_drives_columns() {
     for (argument, seed) in [("sensor_crosstalk", 20), ("stale_samples:spell_s=0.1", 21)] {
-        let (outcome, report) = report_of(Kind::Single, &[argument], seed, false);
+        let (outcome, report) = closed_loop(&[argument], seed, 60.0);
         assert_eq!(outcome, Outcome::Right, "hidden {argument}, named {}", named(&report));
     }
 }
@@ -132,7 +142,7 @@ fn what_the_converter_does_is_named_without_the_drives_columns() {
 /// The loop chatters behind the tube: the base model alone goes far astray, and nothing explains from there.
 #[test]
 fn a_narrow_tube_is_named_without_the_drives_columns() {
-    let (outcome, report) = report_of(Kind::Single, &["line_restriction=0.8"], 22, false);
+    let (outcome, report) = closed_loop(&["line_restriction=0.8"], 22, 60.0);
     assert_eq!(outcome, Outcome::Right, "named {}", named(&report));
     assert_eq!(report["verdict"], "explained", "{}", report["sentence"]);
 }
@@ -141,12 +151,13 @@ fn a_narrow_tube_is_named_without_the_drives_columns() {
 #[test]
 fn stiction_and_play_are_told_apart_without_the_drives_columns() {
     for (effect, parameter, size, seed) in
-        [("valve_stiction", "threshold", 0.1, 23), ("valve_hysteresis", "half_width", 0.05, 24)]
+        [("valve_stiction", "threshold", 0.06, 23), ("valve_hysteresis", "half_width", 0.05, 24)]
     {
-        let (outcome, report) = report_of(Kind::Single, &[&format!("{effect}={size}")], seed, false);
+        let (outcome, report) = closed_loop(&[&format!("{effect}={size}")], seed, 100.0);
         assert_eq!(outcome, Outcome::Right, "hidden {effect}, named {}", named(&report));
         let found = report["causes"][0]["parameters"][parameter]["value"].as_f64().unwrap();
         assert!((found / size - 1.0).abs() < 0.15, "{effect} of {size} fitted as {found}");
+        assert!(report["notes"].to_string().contains("hunts"), "{}", report["notes"]);
     }
 }
 

@@ -3,13 +3,10 @@
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::hunting::{hunts, otherwise};
-use super::octaves::{Octave, octaves};
+use super::octaves::{Octave, beside_error, deviances, octaves};
 use super::round::PRACTICAL;
 use super::stage::{OPEN, block_losses};
 use super::whiten::Whitening;
-
-/// Errors that are tried, per factor of e.
-const ERROR_STEPS: i32 = 10;
 
 /// What a model leaves in every block.
 #[derive(Debug, Clone)]
@@ -41,14 +38,8 @@ impl Losses {
             losses.into_iter().zip(&data.spans).map(still).collect()
         };
         let fair = blocks.iter().map(|octaves| octaves.iter().map(|o| o.fair).sum()).collect();
-        let of = |error: f64| -> Vec<f64> {
-            blocks.iter().map(|octaves| octaves.iter().map(|o| o.deviance(error)).sum()).collect()
-        };
-        let errors =
-            (-ERROR_STEPS..=10 * ERROR_STEPS).map(|k| of((f64::from(k) / f64::from(ERROR_STEPS)).exp()));
-        let open = |losses: &Vec<f64>| total(data, losses, &OPEN);
-        let beside_error = errors.min_by(|a, b| open(a).total_cmp(&open(b))).unwrap_or_default();
-        Self { fair, deviance: of(1.0), beside_error }
+        let open: Vec<bool> = data.blocks.iter().map(|block| OPEN.contains(&block.role)).collect();
+        Self { fair, deviance: deviances(&blocks, 1.0), beside_error: beside_error(&blocks, &open) }
     }
 }
 

@@ -2,6 +2,10 @@
 
 /// Octaves of frequencies that are told apart, from half the sampling rate down.
 const OCTAVES: usize = 4;
+/// Errors that are tried, per factor of e ...
+const ERROR_STEPS: i32 = 10;
+/// ... from and to these powers of e.
+const ERRORS: [i32; 2] = [-1, 10];
 
 /// What two simulations that hunt out of step say about an octave of frequencies in a block.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +22,7 @@ impl Octave {
     /// Minus twice the log-likelihood with an error of this variance beside the hunting, up to a constant.
     #[must_use]
     pub fn deviance(self, error: f64) -> f64 {
-        let variance = error + self.hunting / self.count;
+        let variance = error + self.hunting / self.count.max(1.0);
         self.fair / variance + self.count * variance.ln()
     }
 }
@@ -41,6 +45,22 @@ pub fn octaves(one: &[f64], other: &[f64]) -> Vec<Octave> {
         found.push(Octave::of(slow.into_iter()));
     }
     found
+}
+
+/// [Deviances](Octave::deviance) of blocks with an error of this variance.
+#[must_use]
+pub fn deviances(blocks: &[Vec<Octave>], error: f64) -> Vec<f64> {
+    blocks.iter().map(|octaves| octaves.iter().map(|o| o.deviance(error)).sum()).collect()
+}
+
+/// Deviances of blocks with the error that suits the `open` ones best.
+#[must_use]
+pub fn beside_error(blocks: &[Vec<Octave>], open: &[bool]) -> Vec<f64> {
+    let sum =
+        |losses: &[f64]| losses.iter().zip(open).filter(|(_, open)| **open).map(|(l, _)| l).sum::<f64>();
+    let errors = (ERRORS[0] * ERROR_STEPS..=ERRORS[1] * ERROR_STEPS)
+        .map(|k| deviances(blocks, (f64::from(k) / f64::from(ERROR_STEPS)).exp()));
+    errors.min_by(|a, b| sum(a).total_cmp(&sum(b))).unwrap_or_default()
 }
 
 impl Octave {
@@ -87,5 +107,30 @@ mod tests {
             octaves(&one, &other).iter().map(|o| o.deviance(1.0)).sum()
         };
         assert!(deviance(4.0) < 0.7 * deviance(32.0), "{} {}", deviance(4.0), deviance(32.0));
+    }
+
+    /// White errors of 4 in one half of the blocks and of 1 in the other, and simulations that hunt in either half.
+    #[test]
+    fn hunting_helps_beside_an_error_only_where_the_error_is() {
+        let blocks = 8;
+        let of = |hunts: &dyn Fn(usize) -> bool| -> f64 {
+            let block = |k: usize| {
+                let size = |large: bool| if large { 12.0_f64.sqrt() } else { 3.0_f64.sqrt() };
+                let simulated = |draw: u64| -> Vec<f64> {
+                    let hunting = noise(100 * draw + k as u64, 512);
+                    let measured = noise(k as u64, 512);
+                    let of = |(m, h): (&f64, &f64)| m * size(k < 4) - if hunts(k) { 3.0 * h } else { 0.0 };
+                    measured.iter().zip(&hunting).map(of).collect()
+                };
+                octaves(&simulated(1), &simulated(2))
+            };
+            let found: Vec<Vec<Octave>> = (0..blocks).map(block).collect();
+            beside_error(&found, &vec![true; blocks]).iter().sum()
+        };
+        let (still, right, wrong, everywhere) =
+            (of(&|_| false), of(&|k| k < 4), of(&|k| k >= 4), of(&|_| true));
+        assert!(right < still - 300.0, "{right} {still}");
+        assert!(wrong > still, "{wrong} {still}");
+        assert!(everywhere > still - 50.0, "{everywhere} {still}");
     }
 }

@@ -35,6 +35,9 @@ const TIE_GAIN: f64 = 0.25;
 pub const LEVEL: f64 = 0.05;
 /// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
 pub const PRACTICAL: f64 = 0.01;
+/// The same beside [what happens at times that the rows tell only roughly](roughly_timed) where a board's loop carries on what it does: its
+/// simulation goes astray by itself, and a little more or less of anything turns it elsewhere.
+const PRACTICAL_ASTRAY: f64 = 0.1;
 /// Mean squared whitened error, in variances of the noise, that is plainly not explained.
 pub const LARGE_ERROR: f64 = 2.0;
 
@@ -168,10 +171,19 @@ pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate
     let (before, after) = sums(|losses| &losses.deviance);
     let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
+    let astray = channels.iter().zip(stages).any(|(data, stage)| {
+        data.inputs.in_loop() && stage.model.effects.iter().any(|&effect| roughly_timed(effect))
+    });
     low > 0.0
-        && gain >= PRACTICAL
+        && gain >= if astray { PRACTICAL_ASTRAY } else { PRACTICAL }
         && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
         && large_enough(channels, candidate)
+}
+
+/// Does this effect happen at times that rows tell only roughly?
+#[must_use]
+pub fn roughly_timed(effect: usize) -> bool {
+    CATALOGUE[effect].id == "stale_samples"
 }
 
 /// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.

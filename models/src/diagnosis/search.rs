@@ -12,11 +12,12 @@ use super::gate::{Gate, judge, trials};
 use super::hunting::{hunts, likelier};
 use super::losses::together;
 use super::prepare::{halved, simulate_finer};
-use super::round::{Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, round};
+use super::round::{
+    Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, roughly_timed, round,
+};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;
 use crate::effects::Question;
-use crate::effects::catalogue::CATALOGUE;
 
 /// Causes that are looked for at most.
 const MOST_CAUSES: usize = 4;
@@ -236,7 +237,7 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
 
 /// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
 fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage], named: &[usize]) -> bool {
-    let roughly = named.iter().any(|&effect| CATALOGUE[effect].id == "stale_samples");
+    let roughly = named.iter().any(|&effect| roughly_timed(effect));
     let most = if roughly { FORCED_ROUGHLY } else { FORCED };
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
