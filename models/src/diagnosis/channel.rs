@@ -9,7 +9,7 @@ use crate::numeric::{Dual, Scalar};
 use super::blocks::Block;
 use super::correction::{Corrected, Correction};
 use super::dependence::HATS;
-use super::hunting::hunts;
+use super::hunting::{at_rest, hunts};
 use super::secant::secants;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
@@ -251,9 +251,11 @@ impl ChannelData {
     }
 
     /// Readings' derivatives by three disturbances that are free in every block: its start pressure (per kPa), the supply's
-    /// level and the supply's slope (per part of its gauge pressure).
+    /// level and the supply's slope (per part of its gauge pressure). Of a loop that hunts, those of the loop at rest: the others grow
+    /// without bound.
     #[must_use]
     pub fn disturbances(&self, model: &Extended) -> Vec<[f64; 3]> {
+        let model = &at_rest(self, model);
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
         let shape = BlockDisturbance::new(&self.inputs, &self.blocks);
         let run = self.run(model, &values, &shape);

@@ -25,6 +25,15 @@ pub fn hunts(data: &ChannelData, model: &Extended) -> bool {
     data.inputs.in_loop() && model.effects.iter().any(|&e| HUNTING.contains(&CATALOGUE[e].id))
 }
 
+/// The model without what makes a board's loop hunt.
+#[must_use]
+pub fn at_rest(data: &ChannelData, model: &Extended) -> Extended {
+    let hunting: Vec<usize> =
+        model.effects.iter().copied().filter(|&e| HUNTING.contains(&CATALOGUE[e].id)).collect();
+    let hunting = if data.inputs.in_loop() { hunting } else { Vec::new() };
+    hunting.into_iter().fold(model.clone(), |model, effect| model.without(&data.plant, effect))
+}
+
 /// What a reader of the report should know where a loop hunts.
 #[must_use]
 pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
