@@ -19,19 +19,26 @@ const EXPECTED: u64 = 8;
 const LIKELY_STEPS: i32 = 5;
 const LIKELY_STEP: f64 = 1.05;
 
+/// Does a board's loop hunt with this effect?
+#[must_use]
+pub fn is_hunting(effect: usize) -> bool {
+    HUNTING.contains(&CATALOGUE[effect].id)
+}
+
 /// Does the loop of this model hunt?
 #[must_use]
 pub fn hunts(data: &ChannelData, model: &Extended) -> bool {
-    data.inputs.in_loop() && model.effects.iter().any(|&e| HUNTING.contains(&CATALOGUE[e].id))
+    data.inputs.in_loop() && model.effects.iter().any(|&e| is_hunting(e))
 }
 
 /// The model without what makes a board's loop hunt.
 #[must_use]
 pub fn at_rest(data: &ChannelData, model: &Extended) -> Extended {
-    let hunting: Vec<usize> =
-        model.effects.iter().copied().filter(|&e| HUNTING.contains(&CATALOGUE[e].id)).collect();
-    let hunting = if data.inputs.in_loop() { hunting } else { Vec::new() };
-    hunting.into_iter().fold(model.clone(), |model, effect| model.without(&data.plant, effect))
+    if !hunts(data, model) {
+        return model.clone();
+    }
+    let hunting = model.effects.iter().copied().filter(|&effect| is_hunting(effect));
+    hunting.fold(model.clone(), |model, effect| model.without(&data.plant, effect))
 }
 
 /// What a reader of the report should know where a loop hunts.
@@ -78,7 +85,7 @@ pub fn as_likely(
     position: usize,
     rise: f64,
 ) -> [f64; 2] {
-    if !data.inputs.in_loop() || !HUNTING.contains(&CATALOGUE[effect].id) {
+    if !data.inputs.in_loop() || !is_hunting(effect) {
         return [0.0; 2];
     }
     let value = stage.model.values[position];

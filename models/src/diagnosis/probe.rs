@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
+use super::hunting::{at_rest, hunts, is_hunting};
 use super::prepare::rougher;
 use super::ripple::Cycle;
 use super::stage::{ChannelStage, OPEN};
@@ -44,20 +45,19 @@ pub struct Probing<'a> {
     rough: Cow<'a, ChannelData>,
     /// Readings of the stage's model in those steps, kPa.
     readings: Cow<'a, [f64]>,
+    /// The same without what makes the loop hunt, where it does: two simulations that hunt differ by being out of step.
+    at_rest: Option<Vec<f64>>,
 }
 
 impl<'a> Probing<'a> {
     /// Prepares a channel.
     pub fn new(data: &'a ChannelData, stage: &'a ChannelStage) -> Self {
-        match rougher(data) {
-            Some(rough) => {
-                let readings = Cow::Owned(rough.readings(&stage.model));
-                Self { data, stage, rough: Cow::Owned(rough), readings }
-            }
-            None => {
-                Self { data, stage, rough: Cow::Borrowed(data), readings: Cow::Borrowed(&stage.readings) }
-            }
-        }
+        let rough = rougher(data).map_or(Cow::Borrowed(data), Cow::Owned);
+        let same = matches!(rough, Cow::Borrowed(_));
+        let readings =
+            if same { Cow::Borrowed(&stage.readings[..]) } else { Cow::Owned(rough.readings(&stage.model)) };
+        let at_rest = hunts(data, &stage.model).then(|| rough.readings(&at_rest(data, &stage.model)));
+        Self { data, stage, rough, readings, at_rest }
     }
 
     /// Tries all sizes of an effect; `cycle` finds the strongest cycle in the residual, which some are tried at.
@@ -101,8 +101,13 @@ impl<'a> Probing<'a> {
         let inserted = model.range(&data.plant, effect)?;
         let position = |k: usize| if k < inserted.start { k } else { k + inserted.len() };
         let change = |model: &Extended| {
-            let mut d = self.rough.readings(model);
-            d.iter_mut().zip(&*self.readings).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
+            let (mut d, before) = match &self.at_rest {
+                Some(readings) if !is_hunting(effect) => {
+                    (self.rough.readings(&at_rest(data, model)), &readings[..])
+                }
+                _ => (self.rough.readings(model), &*self.readings),
+            };
+            d.iter_mut().zip(before).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
             stage.whitening.apply(&mut d);
             d
         };

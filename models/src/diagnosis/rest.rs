@@ -68,7 +68,7 @@ impl Rest {
     #[must_use]
     pub fn imitated(&self, channels: &[ChannelData], last: &[ChannelStage]) -> bool {
         let loss = |stages: &[ChannelStage]| -> f64 {
-            let sum = |(d, s): (&ChannelData, &ChannelStage)| total(d, &s.losses.fair, &[Role::Select]);
+            let sum = |(d, s): (&ChannelData, &ChannelStage)| total(d, &s.losses.deviance, &[Role::Select]);
             channels.iter().zip(stages).map(sum).sum()
         };
         let gained = loss(&self.base_stages) - loss(last);
