@@ -7,7 +7,7 @@ use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
 use super::fit::{BlockObjective, refit};
 use super::hunting::{hunts, likelier};
-use super::losses::{Losses, least_gain, rows_of, total};
+use super::losses::{Losses, least_gain, row_count, total};
 use super::probe::Trial;
 use super::random::{generator, quantile, runs};
 use super::stage::{ChannelStage, OPEN, block_losses, whitened_residuals};
@@ -114,8 +114,7 @@ pub fn borrow(
     let effect = candidate.effect;
     let mean = |k: usize, losses: &[f64]| {
         let data = &channels[k];
-        let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-        total(data, losses, &OPEN) / open.map(|(_, span)| span.len() as f64).sum::<f64>().max(1.0)
+        total(data, losses, &OPEN) / row_count(data, &OPEN).max(1.0)
     };
     let means: Vec<f64> = (0..channels.len()).map(|k| mean(k, &candidate.losses[k].deviance)).collect();
     let acting = (0..channels.len()).filter(|&k| candidate.acts[k]);
@@ -318,7 +317,7 @@ fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Loss
         return true;
     }
     let gains = gains(&before.beside_error, &after.beside_error);
-    surely(&gains) && gains.iter().sum::<f64>() >= least_gain(rows_of(data, &OPEN))
+    surely(&gains) && gains.iter().sum::<f64>() >= least_gain(row_count(data, &OPEN))
 }
 
 /// Quantiles (2.5 %, 5 %, 50 %, 95 %, 97.5 %) of a statistic of paired block sums under a moving-block bootstrap.

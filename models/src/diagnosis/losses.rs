@@ -55,9 +55,9 @@ pub fn least_gain(rows: f64) -> f64 {
     -2.0 * (1.0 - PRACTICAL).ln() * rows
 }
 
-/// Compared rows of a channel in the blocks of some roles.
+/// Number of compared rows of a channel in the blocks of some roles.
 #[must_use]
-pub fn rows_of(data: &ChannelData, roles: &[Role]) -> f64 {
+pub fn row_count(data: &ChannelData, roles: &[Role]) -> f64 {
     let blocks = data.blocks.iter().zip(&data.spans);
     blocks.filter(|(b, _)| roles.contains(&b.role)).map(|(_, span)| span.len() as f64).sum()
 }

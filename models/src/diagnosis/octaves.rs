@@ -25,6 +25,14 @@ impl Octave {
         let variance = error + self.hunting / self.count.max(1.0);
         self.fair / variance + self.count * variance.ln()
     }
+
+    fn of(coefficients: impl Iterator<Item = [f64; 2]>) -> Self {
+        coefficients.fold(Self { fair: 0.0, hunting: 0.0, count: 0.0 }, |sum, [a, b]| Self {
+            fair: sum.fair + a * b,
+            hunting: sum.hunting + 0.5 * (a - b) * (a - b),
+            count: sum.count + 1.0,
+        })
+    }
 }
 
 /// Splits the residuals of two simulations by octaves with the orthonormal Haar wavelet (Percival and Walden, Wavelet Methods for Time
@@ -61,16 +69,6 @@ pub fn beside_error(blocks: &[Vec<Octave>], open: &[bool]) -> Vec<f64> {
     let errors = (ERRORS[0] * ERROR_STEPS..=ERRORS[1] * ERROR_STEPS)
         .map(|k| deviances(blocks, (f64::from(k) / f64::from(ERROR_STEPS)).exp()));
     errors.min_by(|a, b| sum(a).total_cmp(&sum(b))).unwrap_or_default()
-}
-
-impl Octave {
-    fn of(coefficients: impl Iterator<Item = [f64; 2]>) -> Self {
-        coefficients.fold(Self { fair: 0.0, hunting: 0.0, count: 0.0 }, |sum, [a, b]| Self {
-            fair: sum.fair + a * b,
-            hunting: sum.hunting + 0.5 * (a - b) * (a - b),
-            count: sum.count + 1.0,
-        })
-    }
 }
 
 #[cfg(test)]

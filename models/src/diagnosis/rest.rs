@@ -6,10 +6,10 @@ use super::base::free_base;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
-use super::dependence::{Dependence, Variable, dependences, rows_of};
+use super::dependence::{Dependence, Variable, dependences};
 use super::gain::BlockErrors;
 use super::json::{Corrected, Symptom};
-use super::losses::total;
+use super::losses::{row_count, total};
 use super::search::Outcome;
 use super::stage::ChannelStage;
 
@@ -108,7 +108,7 @@ fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelSt
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for (data, stage) in channels.iter().zip(stages) {
             sum += total(data, &stage.losses.fair, &[Role::Test]);
-            count += rows_of(data, &[Role::Test]).len() as f64;
+            count += row_count(data, &[Role::Test]);
         }
         sum / count.max(1.0)
     };

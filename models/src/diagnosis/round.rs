@@ -7,7 +7,7 @@ use super::candidate::{Candidate, bootstrap, borrow, refit_effect, size};
 use super::channel::ChannelData;
 use super::gate::Gate;
 use super::hunting::hunts;
-use super::losses::{Losses, least_gain, rows_of, together, together_by, total};
+use super::losses::{Losses, least_gain, row_count, together, together_by, total};
 use super::probe::Trial;
 use super::search::SETTLE;
 use super::stage::{ChannelStage, OPEN, block_losses};
@@ -197,7 +197,7 @@ fn hunting_is_the_error(
     if !channels.iter().cycle().zip(models).any(|(data, model)| hunts(data, model)) {
         return true;
     }
-    let least = least_gain(channels.iter().map(|data| rows_of(data, &[Role::Select])).sum());
+    let least = least_gain(channels.iter().map(|data| row_count(data, &[Role::Select])).sum());
     let [low, ..] = bootstrap(&before, &after, 1, |a, b| a - b);
     let gain = before.iter().sum::<f64>() - after.iter().sum::<f64>();
     low > 0.0 && gain >= least
@@ -232,12 +232,12 @@ pub fn rivals(
         .collect()
 }
 
-/// Squared whitened error of all channels on the open blocks.
+/// [Deviance](Losses::deviance) of all channels on the open blocks.
 pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     together(channels, stages.iter().map(|s| &s.losses), &OPEN).iter().sum()
 }
 
 /// Number of compared rows in the open blocks of all channels.
 pub fn open_rows(channels: &[ChannelData]) -> f64 {
-    channels.iter().map(|data| rows_of(data, &OPEN)).sum()
+    channels.iter().map(|data| row_count(data, &OPEN)).sum()
 }
