@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_with;
@@ -188,7 +189,7 @@ pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
 
 fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {
     let residuals = whitened_residuals(data, &stage.whitening, &data.readings(model));
-    Losses::new(data, &stage.whitening, model, &residuals)
+    Losses::of_one(data, &stage.whitening, model, &residuals)
 }
 
 /// Positions of what is free in a model with one more effect.
@@ -227,17 +228,22 @@ fn fit_from(
         free: rest.clone(),
         roles: &[Role::Fit],
     };
-    let cost =
-        |model: &Extended| total(data, &block_losses(data, &objective(model).whitened(model)), &[Role::Fit]);
     let bounds = (CATALOGUE[effect].parameters[0].lower, CATALOGUE[effect].parameters[0].upper);
-    let at = |value: f64| {
+    let at = |k: i32| {
         let mut model = start.clone();
+        let value = start.values[position] * THRESHOLD_FACTOR.powi(k);
         model.values[position] = value.clamp(bounds.0, bounds.1);
-        (cost(&model), model)
+        model
     };
     // The cost has many valleys: look at a whole range first, the rest as it is.
-    let scanned = (-SCAN..=SCAN).map(|k| at(start.values[position] * THRESHOLD_FACTOR.powi(k)));
-    let start = scanned.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(|| start.clone(), |best| best.1);
+    let scanned: Vec<Extended> = (-SCAN..=SCAN).map(at).collect();
+    let cost = |readings: &Vec<f64>| {
+        let residuals = whitened_residuals(data, &stage.whitening, readings);
+        total(data, &block_losses(data, &residuals), &[Role::Fit])
+    };
+    let costs: Vec<f64> = readings_of(data, &scanned).iter().map(cost).collect();
+    let best = scanned.iter().zip(&costs).min_by(|a, b| a.1.total_cmp(b.1));
+    let start = best.map_or_else(|| start.clone(), |(model, _)| model.clone());
     if hunts(data, &start) {
         return valley_by_valley(&objective(&start), &free, position, bounds, evaluations);
     }

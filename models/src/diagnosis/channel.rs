@@ -1,8 +1,10 @@
 //! One channel under diagnosis: its inputs, its blocks, and simulations compared with its measurements.
 
+use std::sync::Arc;
+
 use crate::data::ChannelId;
 use crate::effects::catalogue::{AnyEffect, CATALOGUE};
-use crate::effects::{ChannelInputs, Disturbance, DriveInput, Plant, Undisturbed, simulate};
+use crate::effects::{ChannelInputs, Disturbance, DriveInput, Plant, Series, Undisturbed, simulate};
 use crate::model::{Parameter, Scale};
 use crate::numeric::{Dual, Scalar};
 
@@ -35,15 +37,15 @@ pub struct ChannelData {
     /// Blocks in time.
     pub blocks: Vec<Block>,
     /// Compared rows.
-    pub rows: Vec<u32>,
+    pub rows: Arc<[u32]>,
     /// Range of `rows` that each block covers.
     pub spans: Vec<std::ops::Range<usize>>,
     /// Measured pressure at the compared rows, kPa gauge.
-    pub measured_kpa: Vec<f64>,
+    pub measured_kpa: Series,
     /// Noise of the measurement, kPa RMS, quantisation included.
     pub noise_kpa: f64,
     /// How hard the channel that the board handles before this one is driven, -1 to 1, row by row; empty when that is not known.
-    pub neighbour_drive: Vec<f64>,
+    pub neighbour_drive: Series,
 }
 
 /// Effects at work and their parameters' values: a model of one channel.
@@ -130,7 +132,7 @@ impl Extended {
 }
 
 /// Puts the effects to work.
-fn install<S: Scalar<Real = f64>>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
+fn install<S: Scalar>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
     let mut at = plant.parameters().len();
     effects
         .iter()
@@ -145,7 +147,7 @@ fn install<S: Scalar<Real = f64>>(plant: &Plant, effects: &[usize], values: &[S]
 
 /// Chooses the compared rows.
 #[must_use]
-pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Vec<u32>, Vec<std::ops::Range<usize>>) {
+pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Arc<[u32]>, Vec<std::ops::Range<usize>>) {
     let stride = inputs.rows().div_ceil(MOST_COMPARED).max(1);
     let (mut rows, mut spans) = (Vec::new(), Vec::new());
     for block in blocks {
@@ -154,7 +156,7 @@ pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Vec<u32>, Vec
         rows.extend(usable.filter_map(|row| u32::try_from(row).ok()));
         spans.push(from..rows.len());
     }
-    (rows, spans)
+    (rows.into(), spans)
 }
 
 impl ChannelData {
@@ -178,7 +180,7 @@ impl ChannelData {
     /// Residuals (measured minus simulated) at the compared rows, kPa.
     #[must_use]
     pub fn residuals(&self, model: &Extended) -> Vec<f64> {
-        self.readings(model).iter().zip(&self.measured_kpa).map(|(y, m)| m - y).collect()
+        self.readings(model).iter().zip(self.measured_kpa.iter()).map(|(y, m)| m - y).collect()
     }
 
     /// Readings of every row with drive and flow drawn: reading (kPa gauge), drive (-1 to 1), flow (mm^2 Pa).
@@ -281,7 +283,8 @@ impl ChannelData {
         run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
     }
 
-    fn run<S: Scalar<Real = f64>>(
+    /// Readings over any kind of number; `values` are the model's, in its kind.
+    pub(super) fn run<S: Scalar>(
         &self,
         model: &Extended,
         values: &[S],

@@ -62,7 +62,7 @@ pub struct Corrected<'a, D> {
     pub interval_s: &'a [f64],
 }
 
-impl<S: Scalar<Real = f64>, D: Disturbance<S>> Disturbance<S> for Corrected<'_, D> {
+impl<S: Scalar, D: Disturbance<S>> Disturbance<S> for Corrected<'_, D> {
     fn supply(&self, row: usize, supply: S) -> S {
         self.inner.supply(row, supply)
     }

@@ -10,8 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::blocks::Role;
 use super::channel::ChannelData;
+use super::prepare::rougher;
 use super::random::{generator, quantile, signs};
 use super::stage::ChannelStage;
+use crate::effects::Series;
 
 /// Hat functions per variable.
 pub const HATS: usize = 6;
@@ -94,14 +96,14 @@ pub struct Dependence {
 
 /// The variable at every row; `None` where the recording does not have it or it never changes.
 #[must_use]
-pub fn series(data: &ChannelData, trace: &[[f64; 3]], variable: Variable) -> Option<Vec<f64>> {
+pub fn series(data: &ChannelData, trace: &[[f64; 3]], variable: Variable) -> Option<Series> {
     let inputs = &data.inputs;
     let rows = inputs.rows();
     let drive = |k: usize| trace[k][1];
     let reading = |k: usize| trace[k.min(rows - 1)][0];
     // Direction over about 50 ms.
     let window = ((0.05 * rows as f64 / inputs.duration_s.max(1e-9)).round().max(1.0)) as usize;
-    let values: Vec<f64> = match variable {
+    let values: Series = match variable {
         Variable::Drive => (0..rows).map(drive).collect(),
         Variable::DriveDirection => {
             (0..rows).map(|k| (drive(k) - drive(k.saturating_sub(window))).clamp(-0.3, 0.3)).collect()
@@ -161,11 +163,13 @@ pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dep
         .enumerate()
         .flat_map(|(channel, (data, stage))| {
             let trace = data.trace(&stage.model);
+            // The shape of what a rate does is enough.
+            let rough = rougher(data).unwrap_or_else(|| data.clone());
             let tested: Vec<Dependence> = Variable::ALL
                 .par_iter()
                 .filter_map(|&variable| {
                     let values = series(data, &trace, variable)?;
-                    dependence(data, stage, channel, variable, &values)
+                    dependence((data, &rough), stage, channel, variable, &values)
                 })
                 .collect();
             tested
@@ -189,7 +193,7 @@ pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dep
 }
 
 fn dependence(
-    data: &ChannelData,
+    (data, rough): (&ChannelData, &ChannelData),
     stage: &ChannelStage,
     channel: usize,
     variable: Variable,
@@ -200,7 +204,7 @@ fn dependence(
         return None;
     }
     let weights: Vec<[f64; HATS]> = values.iter().map(|v| hats(&knots, *v)).collect();
-    let raw = data.rate_derivatives(&stage.model, &weights);
+    let raw = rough.rate_derivatives(&stage.model, &weights);
     let mut white: Vec<f64> = raw.iter().flatten().map(|v| v / data.noise_kpa).collect();
     stage.whitening.apply_columns(&mut white, HATS);
     // What the model's own parameters could do instead is not a dependence.

@@ -56,10 +56,17 @@ impl BlockObjective<'_> {
     #[must_use]
     pub fn derivatives(&self) -> (Vec<f64>, f64) {
         let (readings, mut matrix) = self.data.sensitivities(&self.model, &self.free);
-        let mut r: Vec<f64> = readings.iter().zip(&self.data.measured_kpa).map(|(y, m)| y - m).collect();
+        let mut r: Vec<f64> =
+            readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
         self.whitening.apply(&mut r);
         self.whitening.apply_columns(&mut matrix, self.free.len());
         (matrix, self.cost(&r))
+    }
+
+    /// Is little left where the model stands?
+    fn is_near(&self) -> bool {
+        let mean = self.cost(&self.whitened(&self.model)) / self.residuals().max(1) as f64;
+        mean < NEAR * self.data.noise_kpa * self.data.noise_kpa
     }
 
     /// Sum of squares over the blocks that count.
@@ -100,7 +107,8 @@ impl Objective for BlockObjective<'_> {
     fn normal(&self, coordinates: &[f64]) -> Normal {
         let model = self.model_at(coordinates);
         let (readings, mut matrix) = self.data.sensitivities(&model, &self.free);
-        let mut r: Vec<f64> = readings.iter().zip(&self.data.measured_kpa).map(|(y, m)| y - m).collect();
+        let mut r: Vec<f64> =
+            readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
         self.whitening.apply(&mut r);
         self.whitening.apply_columns(&mut matrix, self.free.len());
         normal_equations(self.data, self.roles, &r, &matrix, self.free.len())
@@ -122,7 +130,8 @@ impl Objective for BlockObjective<'_> {
         let model = self.model_at(coordinates);
         let (readings, mut matrix) = self.data.sensitivities(&model, &self.free);
         let n = self.free.len();
-        let mut r: Vec<f64> = readings.iter().zip(&self.data.measured_kpa).map(|(y, m)| y - m).collect();
+        let mut r: Vec<f64> =
+            readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
         self.whitening.apply(&mut r);
         self.whitening.apply_columns(&mut matrix, n);
         for (index, (block, span)) in self.data.blocks.iter().zip(&self.data.spans).enumerate() {
@@ -161,8 +170,12 @@ pub fn normal_equations(data: &ChannelData, roles: &[Role], r: &[f64], matrix: &
     normal
 }
 
-/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance.
+/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance ...
 const BETWEEN_SECANTS: usize = 4;
+/// ... and between two sets of derivatives near the optimum where a board's loop is simulated: loop by loop they cost the most.
+const BETWEEN_DERIVATIVES: usize = 2;
+/// Mean squared whitened residual, in variances of the noise, that is near.
+const NEAR: f64 = 4.0;
 
 /// Fits the free parameters from where the model stands. Returns the model and the evaluations spent.
 #[must_use]
@@ -173,12 +186,18 @@ pub fn refit(
     free: &[usize],
     evaluations: usize,
 ) -> (Extended, usize) {
-    if hunts(data, model) {
-        let spent = evaluations.div_ceil(BETWEEN_SECANTS);
-        return (refit_renewing(data, whitening, model, free, (BETWEEN_SECANTS, spent)), evaluations);
-    }
     let objective =
         BlockObjective { data, whitening, model: model.clone(), free: free.to_vec(), roles: &[Role::Fit] };
+    let in_loop = data.inputs.in_loop();
+    let between = if hunts(data, model) {
+        Some(BETWEEN_SECANTS)
+    } else {
+        (in_loop && objective.is_near()).then_some(BETWEEN_DERIVATIVES)
+    };
+    if let Some(between) = between {
+        let sets = evaluations.div_ceil(between);
+        return (refit_renewing(data, whitening, model, free, (between, sets)), evaluations);
+    }
     let stopping = Stopping { evaluations, cost_tolerance: 1e-4, gradient_tolerance: 1e-6 };
     let start = objective.nominal();
     let minimum = minimise(&objective, &objective.bounds(), &start, &stopping, &AtomicBool::new(false));

@@ -25,7 +25,7 @@ pub struct BlockErrors {
 #[must_use]
 pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
     let expected = expected_readings(data, model);
-    let mut r: Vec<f64> = expected.iter().zip(&data.measured_kpa).map(|(y, m)| m - y).collect();
+    let mut r: Vec<f64> = expected.iter().zip(data.measured_kpa.iter()).map(|(y, m)| m - y).collect();
     Whitening::start_only(data, &data.disturbances(model)).apply(&mut r);
     r
 }

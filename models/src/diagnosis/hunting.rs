@@ -4,6 +4,7 @@
 //! step. Nobody recorded the noise that the loop saw between the rows, so no simulation hunts in step with the recording either. How
 //! far two of them are apart that differ in this noise alone is what a model may leave without being any worse for it.
 
+use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::losses::{Losses, total};
@@ -51,28 +52,31 @@ pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
     })
 }
 
-/// Whitened residuals of the same model with another course of the noise, in standard deviations of the noise.
+/// The channel with another course of the noise.
 #[must_use]
-pub fn otherwise(data: &ChannelData, whitening: &Whitening, model: &Extended) -> Vec<f64> {
+pub fn otherwise(data: &ChannelData) -> ChannelData {
     let mut other = data.clone();
     if let Some(board) = &mut other.plant.board {
         board.noise_draw += 1;
     }
-    whitened_residuals(data, whitening, &other.readings(model))
+    other
 }
 
-/// [Deviance](Losses::deviance) of a model on the blocks for fitting.
-fn deviance(data: &ChannelData, whitening: &Whitening, model: &Extended) -> f64 {
-    let residuals = whitened_residuals(data, whitening, &data.readings(model));
-    total(data, &Losses::new(data, whitening, model, &residuals).deviance, &[Role::Fit])
+/// [Deviances](Losses::deviance) of models on the blocks for fitting.
+fn deviances(data: &ChannelData, whitening: &Whitening, models: &[Extended]) -> Vec<f64> {
+    let readings = readings_of(data, models);
+    let residuals: Vec<_> = readings.iter().map(|y| whitened_residuals(data, whitening, y)).collect();
+    let losses = Losses::of(data, whitening, models, &residuals);
+    losses.iter().map(|losses| total(data, &losses.deviance, &[Role::Fit])).collect()
 }
 
 /// The one of two models that has less [deviance](Losses::deviance) on the blocks for fitting, behind that. A fit of the squared error
 /// prefers a model that hunts less than the recording.
 #[must_use]
 pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]) -> (f64, Extended) {
-    let [one, other] = models.map(|model| (deviance(data, whitening, &model), model));
-    if other.0 < one.0 { other } else { one }
+    let deviances = deviances(data, whitening, &models);
+    let [one, other] = models;
+    if deviances[1] < deviances[0] { (deviances[1], other) } else { (deviances[0], one) }
 }
 
 /// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. Nothing
@@ -89,15 +93,19 @@ pub fn as_likely(
         return [0.0; 2];
     }
     let value = stage.model.values[position];
+    let upper = stage.model.parameters(&data.plant)[position].upper;
     let least = total(data, &stage.losses.deviance, &[Role::Fit]);
     [-1, 1].map(|sign| {
-        let steps = (1..=LIKELY_STEPS).map(|k| value * (LIKELY_STEP.powi(sign * k) - 1.0));
-        let likely = steps.filter(|step| {
+        let to = |k: i32| (value * LIKELY_STEP.powi(sign * k)).min(upper);
+        let at = |k: i32| {
             let mut model = stage.model.clone();
-            model.values[position] += step;
-            deviance(data, &stage.whitening, &model) < least + rise
-        });
-        likely.map(f64::abs).fold(0.0, f64::max)
+            model.values[position] = to(k);
+            model
+        };
+        let models: Vec<Extended> = (1..=LIKELY_STEPS).map(at).collect();
+        let deviances = deviances(data, &stage.whitening, &models);
+        let likely = (1..=LIKELY_STEPS).zip(deviances).filter(|(_, deviance)| *deviance < least + rise);
+        likely.map(|(k, _)| (to(k) - value).abs()).fold(0.0, f64::max)
     })
 }
 

@@ -1,11 +1,12 @@
 //! What models leave, block by block.
 
+use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::hunting::{hunts, otherwise};
 use super::octaves::{Octave, beside_error, deviances, octaves};
 use super::round::PRACTICAL;
-use super::stage::{OPEN, block_losses};
+use super::stage::{OPEN, block_losses, whitened_residuals};
 use super::whiten::Whitening;
 
 /// What a model leaves in every block.
@@ -26,9 +27,31 @@ pub struct Losses {
 impl Losses {
     /// Of a model with these whitened residuals, in standard deviations of the noise.
     #[must_use]
-    pub fn new(data: &ChannelData, whitening: &Whitening, model: &Extended, residuals: &[f64]) -> Self {
-        let blocks: Vec<Vec<Octave>> = if hunts(data, model) {
-            let other = otherwise(data, whitening, model);
+    pub fn of_one(data: &ChannelData, whitening: &Whitening, model: &Extended, residuals: &[f64]) -> Self {
+        let again = || whitened_residuals(data, whitening, &otherwise(data).readings(model));
+        Self::new(data, residuals, hunts(data, model).then(again).as_deref())
+    }
+
+    /// The same of several models.
+    #[must_use]
+    pub fn of(
+        data: &ChannelData,
+        whitening: &Whitening,
+        models: &[Extended],
+        residuals: &[Vec<f64>],
+    ) -> Vec<Self> {
+        let hunting: Vec<Extended> = models.iter().filter(|model| hunts(data, model)).cloned().collect();
+        let again = if hunting.is_empty() { Vec::new() } else { readings_of(&otherwise(data), &hunting) };
+        let mut again = again.iter().map(|readings| whitened_residuals(data, whitening, readings));
+        let of = |(model, residuals): (&Extended, &Vec<f64>)| {
+            Self::new(data, residuals, if hunts(data, model) { again.next() } else { None }.as_deref())
+        };
+        models.iter().zip(residuals).map(of).collect()
+    }
+
+    /// From whitened residuals, where a loop hunts twice, each with another course of the noise.
+    fn new(data: &ChannelData, residuals: &[f64], again: Option<&[f64]>) -> Self {
+        let blocks: Vec<Vec<Octave>> = if let Some(other) = again {
             data.spans.iter().map(|span| octaves(&residuals[span.clone()], &other[span.clone()])).collect()
         } else {
             let losses = block_losses(data, residuals);

@@ -10,12 +10,14 @@
 mod adequacy;
 mod afresh;
 mod base;
+mod beside;
 mod blocks;
 mod candidate;
 mod causes;
 mod channel;
 mod check;
 mod chord;
+mod common;
 mod correction;
 mod dependence;
 mod error;

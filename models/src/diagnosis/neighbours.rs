@@ -2,22 +2,23 @@
 
 use super::channel::ChannelData;
 use crate::data::{ChannelId, Recording};
+use crate::effects::Series;
 
 /// Rows on each side over which the pressure opposite is averaged.
 const SMOOTH_ROWS: usize = 2;
 
 /// Pressures of some channels, kPa gauge, one value a row, none missing.
 #[derive(Debug, Clone, Default)]
-pub struct Pressures(Vec<(ChannelId, Vec<f64>)>);
+pub struct Pressures(Vec<(ChannelId, Series)>);
 
 impl Pressures {
     /// As measured, the last value held where one is missing. Channels without measured pressures stay at `unmeasured_kpa`, or are
     /// left out without it.
     #[must_use]
     pub fn measured(recording: &Recording, unmeasured_kpa: Option<f64>) -> Self {
-        let of = |channel: &crate::data::Channel| -> Option<(ChannelId, Vec<f64>)> {
+        let of = |channel: &crate::data::Channel| -> Option<(ChannelId, Series)> {
             let Some(pressure) = &channel.pressure_kpa else {
-                return unmeasured_kpa.map(|kpa| (channel.id, vec![kpa; recording.rows()]));
+                return unmeasured_kpa.map(|kpa| (channel.id, vec![kpa; recording.rows()].into()));
             };
             let mut last = 0.0;
             let hold = |p: &f32| {
@@ -33,20 +34,20 @@ impl Pressures {
 
     /// As simulated.
     #[must_use]
-    pub fn simulated(channels: Vec<(ChannelId, Vec<f64>)>) -> Self {
+    pub fn simulated(channels: Vec<(ChannelId, Series)>) -> Self {
         Self(channels)
     }
 
     fn of(&self, board: u8, channel: u8) -> Option<&[f64]> {
         let found = self.0.iter().find(|(id, _)| (id.board, id.channel) == (board, channel));
-        found.map(|(_, kpa)| kpa.as_slice())
+        found.map(|(_, kpa)| &kpa[..])
     }
 
     /// Smoothed pressure of the chamber on the other side of the joint, gauge Pa; empty when it is not known.
     #[must_use]
-    pub fn opposite_pa(&self, id: ChannelId) -> Vec<f64> {
+    pub fn opposite_pa(&self, id: ChannelId) -> Series {
         let Some(kpa) = self.of(id.board, id.channel ^ 1) else {
-            return Vec::new();
+            return Series::default();
         };
         let mean = |k: usize| {
             let window = &kpa[k.saturating_sub(SMOOTH_ROWS)..(k + SMOOTH_ROWS + 1).min(kpa.len())];
@@ -58,12 +59,12 @@ impl Pressures {
     /// Pressure of the channel that the converter samples before this one, gauge Pa; channel 0 follows the board's last. Empty
     /// when it is not known.
     #[must_use]
-    pub fn sampled_before_pa(&self, id: ChannelId) -> Vec<f64> {
+    pub fn sampled_before_pa(&self, id: ChannelId) -> Series {
         let last = self.0.iter().filter(|(other, _)| other.board == id.board).map(|(o, _)| o.channel).max();
         let before = if id.channel == 0 { last.unwrap_or(0) } else { id.channel - 1 };
         match self.of(id.board, before) {
             Some(kpa) if before != id.channel => kpa.iter().map(|p| p * 1e3).collect(),
-            _ => Vec::new(),
+            _ => Series::default(),
         }
     }
 

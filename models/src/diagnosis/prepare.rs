@@ -1,15 +1,15 @@
 //! From a recording and a rig to channels that can be simulated.
 
 use crate::data::{Channel, Drive, Flags, Recording};
-use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant};
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
 use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
 use crate::rig::Rig;
 
 use super::blocks::split;
 use super::channel::{ChannelData, compared_rows};
 use super::check::clipped_rows;
+use super::common::Common;
 use super::error::DiagnosisError;
-use super::neighbours::Pressures;
 use super::noise::noise;
 
 /// Longest integration step of what is reported, s. It is checked against half of it.
@@ -23,8 +23,6 @@ const SEARCH_LOOP_S: f64 = 0.0025;
 const PROBE_LOOP_S: f64 = 0.005;
 /// Critical ratio of a rig that gives none.
 const CRITICAL_RATIO: f64 = 0.3;
-/// Volume of a rig that gives none, m^3: only its product with the openings matters.
-const VOLUME_M3: f64 = 1e-4;
 
 /// What the channels are prepared for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,16 +55,15 @@ pub fn prepare_for(
     rig: &Rig,
     purpose: Purpose,
 ) -> Result<(Vec<ChannelData>, Vec<String>), DiagnosisError> {
-    let starts = starts(recording);
     let start_kpa = match purpose {
         Purpose::Compare => None,
         Purpose::Simulate { start_kpa, .. } => Some(start_kpa),
     };
-    let pressures = Pressures::measured(recording, start_kpa);
+    let common = Common::new(recording, rig, start_kpa);
     let mut channels = Vec::new();
     let mut reasons = Vec::new();
     for channel in &recording.channels {
-        match prepare_channel(recording, rig, channel, (&starts, &pressures), purpose) {
+        match prepare_channel(recording, rig, channel, &common, purpose) {
             Ok(data) => channels.push(data),
             Err(reason) => reasons.push(format!("{}: {reason}", channel.id)),
         }
@@ -81,22 +78,11 @@ pub fn prepare_for(
     Ok((channels, left_out))
 }
 
-/// Rows at which all simulations start anew: after missing time, and where an input is there again.
-fn starts(recording: &Recording) -> Vec<usize> {
-    let missing = |row: usize| recording.channels.iter().any(|c| c.flags[row].contains(Flags::INPUT_MISSING));
-    let back = (1..recording.rows()).filter(|&row| missing(row - 1) && !missing(row));
-    let mut starts: Vec<usize> =
-        std::iter::once(0).chain(recording.breaks.iter().copied()).chain(back).collect();
-    starts.sort_unstable();
-    starts.dedup();
-    starts
-}
-
 fn prepare_channel(
     recording: &Recording,
     rig: &Rig,
     channel: &Channel,
-    (starts, pressures): (&[usize], &Pressures),
+    common: &Common,
     purpose: Purpose,
 ) -> Result<ChannelData, String> {
     let ambient = rig.ambient_or_standard();
@@ -123,26 +109,26 @@ fn prepare_channel(
         DriveInput::Separate { .. } => Kind::Nonlinear(ValveDrive::Separate),
         DriveInput::Command => Kind::Linear,
     };
-    let supply_pa = match (&recording.supply_kpa, &rig.supply) {
-        (Some(measured), _) => to_f64(measured).iter().map(|p| p * 1e3 + ambient_pa).collect(),
-        (None, Some(supply)) => vec![supply.pressure_kpa * 1e3 + ambient_pa; rows],
-        (None, None) if kind == Kind::Linear => vec![ambient_pa; rows],
-        (None, None) => {
+    let supply_pa = match &common.supply_pa {
+        Some(supply) => supply.clone(),
+        None if kind == Kind::Linear => common.ambient_pa.clone(),
+        None => {
             return Err("the rig file has no [supply] and the recording no column supply_kpa".to_owned());
         }
     };
-    let (volume_m3, volume_rate_m3_s, interval_s) = volumes(recording, rig, channel);
-    let command_pa: Vec<f64> = match &channel.command_kpa {
+    let (volume_m3, volume_rate_m3_s) = volumes(recording, rig, channel, common);
+    let command_pa: Series = match &channel.command_kpa {
         Some(command) => to_f64(command).iter().map(|c| c * 1e3 + ambient_pa).collect(),
-        None => vec![ambient_pa; rows],
+        None => common.ambient_pa.clone(),
     };
     let counts =
         |f: &Flags, p: &f32| f.pressure_usable() && !f.contains(Flags::INPUT_MISSING) && p.is_finite();
     let mut usable: Vec<bool> = channel.flags.iter().zip(pressure).map(|(f, p)| counts(f, p)).collect();
-    let mut last = pressure.iter().zip(&usable).find(|(_, u)| **u).map_or(start_kpa, |(p, _)| f64::from(*p));
+    let mut last =
+        pressure.iter().zip(usable.iter()).find(|(_, u)| **u).map_or(start_kpa, |(p, _)| f64::from(*p));
     let measured_kpa: Vec<f64> = pressure
         .iter()
-        .zip(&usable)
+        .zip(usable.iter())
         .map(|(p, u)| {
             if *u {
                 last = f64::from(*p);
@@ -150,32 +136,27 @@ fn prepare_channel(
             last
         })
         .collect();
-    for row in clipped_rows(
-        &drive,
-        &command_pa,
-        &measured_kpa.iter().map(|p| p * 1e3 + ambient_pa).collect::<Vec<_>>(),
-        &usable,
-    ) {
+    let measured_pa: Series = measured_kpa.iter().map(|p| p * 1e3 + ambient_pa).collect();
+    for row in clipped_rows(&drive, &command_pa, &measured_pa, &usable) {
         usable[row] = false;
     }
     let step_kpa = rig.sensor.as_ref().map_or(0.0, |s| s.kpa_per_count);
     let noise_kpa = noise(&measured_kpa, &usable).max(step_kpa / 12.0_f64.sqrt() * 0.5).max(1e-4);
     let jointed = recording.joint_angle(channel.id).is_some();
-    let origin = recording.time_s.first().copied().unwrap_or(0.0);
     let inputs = ChannelInputs {
-        time_s: recording.time_s.iter().map(|t| t - origin).collect(),
-        interval_s,
+        time_s: common.time_s.clone(),
+        interval_s: common.interval_s.clone(),
         duration_s: recording.duration_s(),
-        starts: starts.to_vec(),
+        starts: common.starts.clone(),
         drive,
         supply_pa,
         volume_m3,
         volume_rate_m3_s,
-        measured_pa: measured_kpa.iter().map(|p| p * 1e3 + ambient_pa).collect(),
-        usable,
-        opposite_pa: if jointed { Vec::new() } else { pressures.opposite_pa(channel.id) },
-        sampled_before_pa: pressures.sampled_before_pa(channel.id),
-        others_draw: vec![0.0; rows],
+        measured_pa,
+        usable: usable.into(),
+        opposite_pa: if jointed { Series::default() } else { common.pressures.opposite_pa(channel.id) },
+        sampled_before_pa: common.pressures.sampled_before_pa(channel.id),
+        others_draw: common.zeros.clone(),
         noise_pa: noise_kpa * 1e3,
         ambient_pa,
         command_pa,
@@ -211,11 +192,11 @@ fn prepare_channel(
 }
 
 /// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.
-fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&BoardLoop>) -> Vec<f64> {
+fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&BoardLoop>) -> Series {
     let number = before(recording, channel);
     let wanted = |c: &&Channel| c.id.board == channel.id.board && c.id.channel == number;
     let Some(other) = recording.channels.iter().find(wanted).filter(|c| c.id != channel.id) else {
-        return Vec::new();
+        return Series::default();
     };
     match (&other.drive, &other.command_kpa, &other.pressure_kpa, board) {
         (Some(Drive::Spool(u)), ..) => to_f64(u),
@@ -229,7 +210,7 @@ fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&Boar
             });
             drive.collect()
         }
-        _ => Vec::new(),
+        _ => Series::default(),
     }
 }
 
@@ -324,7 +305,7 @@ fn drive_of(rig: &Rig, channel: &Channel, controller: bool) -> Result<DriveInput
 }
 
 /// The values; where one is missing, the one before (no row there is compared).
-fn to_f64(values: &[f32]) -> Vec<f64> {
+pub fn to_f64(values: &[f32]) -> Series {
     let mut last = values.iter().copied().find(|v| v.is_finite()).map_or(0.0, f64::from);
     let hold = |v: &f32| {
         if v.is_finite() {
@@ -351,26 +332,20 @@ fn board_loop(rig: &Rig) -> Option<BoardLoop> {
     })
 }
 
-/// Mean volume, its rate and the length of every interval.
-fn volumes(recording: &Recording, rig: &Rig, channel: &Channel) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let rows = recording.rows();
-    let interval: Vec<f64> = (0..rows)
-        .map(|k| match recording.time_s.get(k + 1) {
-            Some(next) if !recording.breaks.contains(&(k + 1)) => next - recording.time_s[k],
-            _ => recording.period_s,
-        })
-        .collect();
-    let rest = rig.chamber.as_ref().map_or(VOLUME_M3, |c| c.rest_volume_m3());
+/// Mean volume over every interval, and its rate.
+fn volumes(recording: &Recording, rig: &Rig, channel: &Channel, common: &Common) -> (Series, Series) {
     let per_rad = rig.chamber.as_ref().map_or(0.0, |c| c.volume_per_rad_m3());
     match recording.joint_angle(channel.id) {
         Some((angle, sign)) if per_rad > 0.0 => {
             let angle = to_f64(angle);
+            let rows = angle.len();
             let at = |k: usize| angle[k.min(rows - 1)];
-            let floor = 0.05 * rest;
-            let volume = (0..rows).map(|k| (rest + sign * per_rad * 0.5 * (at(k) + at(k + 1))).max(floor));
-            let rate = (0..rows).map(|k| sign * per_rad * (at(k + 1) - at(k)) / interval[k]);
-            (volume.collect(), rate.collect(), interval)
+            let volume = |(k, rest): (usize, &f64)| {
+                (rest + sign * per_rad * 0.5 * (at(k) + at(k + 1))).max(0.05 * rest)
+            };
+            let rate = |k: usize| sign * per_rad * (at(k + 1) - at(k)) / common.interval_s[k];
+            (common.rest_m3.iter().enumerate().map(volume).collect(), (0..rows).map(rate).collect())
         }
-        _ => (vec![rest; rows], vec![0.0; rows], interval),
+        _ => (common.rest_m3.clone(), common.zeros.clone()),
     }
 }

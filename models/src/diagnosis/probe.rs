@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::hunting::{at_rest, hunts, is_hunting};
@@ -71,21 +72,17 @@ impl<'a> Probing<'a> {
         };
         let first = info.parameters[0];
         let one_sided = first.null <= first.lower || first.null >= first.upper;
-        probes
-            .iter()
+        // A probe that was found by searching the fit blocks is judged on the others.
+        let roles: &[Role] = if searched { &[Role::Select] } else { &OPEN };
+        self.try_probes(effect, &probes)
+            .into_iter()
             .enumerate()
-            .filter_map(|(probe, values)| self.try_probe(effect, values).map(|t| (probe, t)))
-            .map(|(probe, (start, direction, loss, promise))| Trial {
+            .filter_map(|(probe, tried)| tried.map(|tried| (probe, tried)))
+            .map(|(probe, Tried { start, direction, loss, promise })| Trial {
                 effect,
                 probe,
                 start,
-                // A probe that was found by searching the fit blocks is judged on the others.
-                scores: scores(
-                    self.data,
-                    &self.stage.residuals,
-                    &direction,
-                    if searched { &[Role::Select] } else { &OPEN },
-                ),
+                scores: scores(self.data, &self.stage.residuals, &direction, roles),
                 loss,
                 promise,
                 one_sided: one_sided || searched,
@@ -93,74 +90,105 @@ impl<'a> Probing<'a> {
             .collect()
     }
 
-    /// The model with an effect at one size, what it changes in the whitened readings, its loss on the open blocks, and what the best size promises.
-    fn try_probe(&self, effect: usize, values: &[f64]) -> Option<(Extended, Vec<f64>, f64, f64)> {
+    /// The model with an effect at some sizes; `None` where its simulation runs away.
+    fn try_probes(&self, effect: usize, probes: &[Vec<f64>]) -> Vec<Option<Tried>> {
         let (data, stage) = (self.data, self.stage);
-        let mut model = stage.model.with(&data.plant, effect, values);
-        let parameters = stage.model.parameters(&data.plant);
-        let inserted = model.range(&data.plant, effect)?;
-        let position = |k: usize| if k < inserted.start { k } else { k + inserted.len() };
-        let change = |model: &Extended| {
-            let (mut d, before) = match &self.at_rest {
-                Some(readings) if !is_hunting(effect) => {
-                    (self.rough.readings(&at_rest(data, model)), &readings[..])
-                }
-                _ => (self.rough.readings(model), &*self.readings),
-            };
-            d.iter_mut().zip(before).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
-            stage.whitening.apply(&mut d);
-            d
-        };
+        let mut models: Vec<Extended> =
+            probes.iter().map(|values| stage.model.with(&data.plant, effect, values)).collect();
         // The model's own parameters give way, first to keep the readings where they were.
-        let give_way = |model: &mut Extended, coefficients: &[f64]| {
-            for (&k, c) in stage.free.iter().zip(coefficients) {
-                let p = &parameters[k];
-                let value = &mut model.values[position(k)];
-                *value = match p.scale {
-                    Scale::Linear => *value + c,
-                    Scale::Logarithmic => *value * c.clamp(-2.0, 2.0).exp(),
-                }
-                .clamp(p.lower, p.upper);
-            }
-        };
-        let d = change(&model);
-        let along = stage.project(data, &d);
-        let back: Vec<f64> = along.iter().map(|c| -c).collect();
-        give_way(&mut model, &back);
-        let mut linear = d;
-        stage.remove(&mut linear, &along);
-        let [own, dot, square] = products(data, &stage.residuals, &linear);
-        if !(dot * dot > HOPELESS * own * square) {
-            // Next to nothing of this is in the residual: what the parameters would do exactly is not worth a simulation.
-            return linear.iter().all(|v| v.is_finite()).then_some((
-                model,
-                linear,
-                own - 2.0 * dot + square,
-                own,
-            ));
+        let mut tried: Vec<Option<Tried>> = self
+            .changes(effect, &models)
+            .into_iter()
+            .zip(&mut models)
+            .map(|(mut linear, model)| {
+                let along = stage.project(data, &linear);
+                let back: Vec<f64> = along.iter().map(|c| -c).collect();
+                self.give_way(model, effect, &back);
+                stage.remove(&mut linear, &along);
+                let [own, dot, square] = products(data, &stage.residuals, &linear);
+                let next_to_nothing = !(dot * dot > HOPELESS * own * square);
+                (next_to_nothing && linear.iter().all(|v| v.is_finite())).then(|| Tried {
+                    start: model.clone(),
+                    direction: linear,
+                    loss: own - 2.0 * dot + square,
+                    promise: own,
+                })
+            })
+            .collect();
+        // Where something of it is in the residual, what the parameters do exactly is worth a simulation.
+        let open: Vec<usize> = (0..probes.len()).filter(|&k| tried[k].is_none()).collect();
+        let models: Vec<Extended> = open.iter().map(|&k| models[k].clone()).collect();
+        let changes = self.changes(effect, &models);
+        for ((k, model), change) in open.into_iter().zip(models).zip(changes) {
+            tried[k] = self.closest(effect, model, change);
         }
-        let mut d = change(&model);
-        if !d.iter().all(|v| v.is_finite()) {
+        tried
+    }
+
+    /// What an effect changes in the whitened readings, in standard deviations of the noise.
+    fn changes(&self, effect: usize, models: &[Extended]) -> Vec<Vec<f64>> {
+        let (data, stage) = (self.data, self.stage);
+        let (mut changes, before) = match &self.at_rest {
+            Some(readings) if !is_hunting(effect) => {
+                let models: Vec<Extended> = models.iter().map(|model| at_rest(data, model)).collect();
+                (readings_of(&self.rough, &models), &readings[..])
+            }
+            _ => (readings_of(&self.rough, models), &*self.readings),
+        };
+        for change in &mut changes {
+            change.iter_mut().zip(before).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
+            stage.whitening.apply(change);
+        }
+        changes
+    }
+
+    /// Moves the parameters that the stage's model has of its own.
+    fn give_way(&self, model: &mut Extended, effect: usize, coefficients: &[f64]) {
+        let (data, stage) = (self.data, self.stage);
+        let Some(inserted) = model.range(&data.plant, effect) else { return };
+        let parameters = stage.model.parameters(&data.plant);
+        for (&k, c) in stage.free.iter().zip(coefficients) {
+            let p = &parameters[k];
+            let value = &mut model.values[if k < inserted.start { k } else { k + inserted.len() }];
+            *value = match p.scale {
+                Scale::Linear => *value + c,
+                Scale::Logarithmic => *value * c.clamp(-2.0, 2.0).exp(),
+            }
+            .clamp(p.lower, p.upper);
+        }
+    }
+
+    /// Where the parameters come as close to the measurement as they can beside the effect, from where they made up for it and left this
+    /// change of the readings.
+    fn closest(&self, effect: usize, mut start: Extended, mut direction: Vec<f64>) -> Option<Tried> {
+        if !direction.iter().all(|v| v.is_finite()) {
             return None;
         }
-        // Then, for the start of a fit, to come as close to the measurement as they can.
-        let mut closest: Vec<f64> = stage.residuals.iter().zip(&d).map(|(r, d)| r - d).collect();
+        let (data, stage) = (self.data, self.stage);
+        let mut closest: Vec<f64> = stage.residuals.iter().zip(&direction).map(|(r, d)| r - d).collect();
         let forward = stage.project(data, &closest);
-        let rest = stage.project(data, &d);
-        stage.remove(&mut d, &rest);
+        let rest = stage.project(data, &direction);
+        stage.remove(&mut direction, &rest);
         stage.remove(&mut closest, &forward);
-        let loss = data
-            .blocks
-            .iter()
-            .zip(&data.spans)
-            .filter(|(b, _)| OPEN.contains(&b.role))
-            .map(|(_, span)| closest[span.clone()].iter().map(|v| v * v).sum::<f64>())
-            .sum();
-        give_way(&mut model, &forward);
-        let [own, dot, square] = products(data, &stage.residuals, &d);
+        let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
+        let loss = open.map(|(_, span)| closest[span.clone()].iter().map(|v| v * v).sum::<f64>()).sum();
+        self.give_way(&mut start, effect, &forward);
+        let [own, dot, square] = products(data, &stage.residuals, &direction);
         let scaled = if dot > 0.0 { own - dot * dot / square } else { own };
-        Some((model, d, loss, loss.min(scaled)))
+        Some(Tried { start, direction, loss, promise: loss.min(scaled) })
     }
+}
+
+/// One size of an effect.
+struct Tried {
+    /// See [`Trial::start`].
+    start: Extended,
+    /// What it changes in the whitened readings beyond what the parameters make up for.
+    direction: Vec<f64>,
+    /// See [`Trial::loss`].
+    loss: f64,
+    /// See [`Trial::promise`].
+    promise: f64,
 }
 
 /// Products on the open blocks: residual by itself, by a direction, and the direction by itself.

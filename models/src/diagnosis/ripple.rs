@@ -120,7 +120,7 @@ impl<'a> Envelopes<'a> {
         let gap = self.frequencies[above] - self.frequencies[below];
         let part = if gap > 0.0 { (frequency - self.frequencies[below]) / gap } else { 0.0 };
         let scale = 1.0 / self.data.noise_kpa;
-        let pairs = self.values[below].iter().zip(&self.values[above]).zip(&self.data.rows);
+        let pairs = self.values[below].iter().zip(&self.values[above]).zip(self.data.rows.iter());
         pairs
             .flat_map(|((low, high), &row)| {
                 let (sine, cosine) = (TAU * frequency * self.data.inputs.time_s[row as usize]).sin_cos();

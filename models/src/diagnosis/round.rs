@@ -18,11 +18,15 @@ use crate::effects::catalogue::CATALOGUE;
 const MOST_LOOKS: usize = 10;
 /// Candidates that promise less than this part of the best promise are not looked at.
 const PROMISE: f64 = 0.2;
+/// The same for this part of what a name would need: a refit finds more than a probe promises, but hardly where little is left.
+const HOPEFUL: f64 = 0.75;
 /// Evaluations of the model that a first look may spend on each start.
 const LOOK: usize = 4;
 /// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
 /// evaluations.
 const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
+/// A candidate that a round brings forward by less than this part of its gain has arrived.
+const ARRIVED: f64 = 0.002;
 /// Times that the best candidate is fitted further where much is left ...
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
@@ -72,31 +76,32 @@ pub fn round(
     passed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = kept_total(channels, stages);
     let promised = passed.first().map_or(0.0, |p| whole - p.0);
-    passed.retain(|p| whole - p.0 >= PROMISE * promised);
+    let needed = whole * (1.0 - (1.0 - PRACTICAL).powi(2));
+    let least = (PROMISE * promised).max(HOPEFUL * needed);
+    passed.retain(|p| whole - p.0 >= least);
     passed.truncate(MOST_LOOKS);
     let look = |effect: usize, before: Option<&Candidate>, evaluations: usize| {
         let candidate = refit_effect(channels, stages, tried, effect, before, evaluations);
         let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
         (loss, candidate)
     };
-    // A first look at all, then in earnest at the best.
+    // A first look at all, then in earnest at the best, as long as that brings them further.
     let mut ranked: Vec<(f64, Candidate)> =
         passed.par_iter().map(|&(_, effect)| look(effect, None, LOOK)).collect();
+    let mut moving = vec![true; ranked.len()];
     for (near, evaluations) in EARNEST {
         let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
-        ranked = ranked
-            .into_par_iter()
-            .map(|(loss, candidate)| {
-                if loss - least > near * (whole - least) {
-                    (loss, candidate)
-                } else {
-                    let (_, candidate) = look(candidate.effect, Some(&candidate), evaluations);
-                    let candidate = borrow(channels, stages, &candidate, evaluations);
-                    let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
-                    (loss, candidate)
-                }
-            })
-            .collect();
+        ranked.par_iter_mut().zip(&mut moving).for_each(|((loss, candidate), moving)| {
+            if !*moving || *loss - least > near * (whole - least) {
+                return;
+            }
+            let (_, further) = look(candidate.effect, Some(candidate), evaluations);
+            let further = borrow(channels, stages, &further, evaluations);
+            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            *moving = *loss - next > ARRIVED * (whole - *loss);
+            // Not only where it is better: of several looks at a loop that hunts the best would be better by luck.
+            (*loss, *candidate) = (next, further);
+        });
     }
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Where much is left the best may not have arrived yet.

@@ -253,17 +253,31 @@ fn free_of(data: &ChannelData, model: &Extended, fixed: bool) -> Vec<usize> {
 
 /// Refits models with the weights that go with them.
 fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
-    settle_by(channels, models, fixed, |data, whitening, model, free| {
+    let fitted = fitted_by(channels, models, fixed, |data, whitening, model, free| {
         refit(data, whitening, model, free, SETTLE).0
-    })
+    });
+    staged(channels, fitted, fixed)
 }
 
-fn settle_by(
+/// Where models stand, each with the weights that go with it.
+fn staged(channels: &[ChannelData], models: Vec<Extended>, fixed: bool) -> Vec<ChannelStage> {
+    channels
+        .par_iter()
+        .zip(models)
+        .map(|(data, model)| {
+            let free = free_of(data, &model, fixed);
+            ChannelStage::new(data, model, free)
+        })
+        .collect()
+}
+
+/// Refits models with the weights of where they start.
+fn fitted_by(
     channels: &mut [ChannelData],
     models: &[Extended],
     fixed: bool,
     fit: impl Fn(&ChannelData, &Whitening, &Extended, &[usize]) -> Extended + Sync,
-) -> Vec<ChannelStage> {
+) -> Vec<Extended> {
     share_draws(channels, models);
     channels
         .par_iter()
@@ -272,12 +286,7 @@ fn settle_by(
             let free = free_of(data, model, fixed);
             let whitening = Whitening::new(data, &data.disturbances(model));
             let fitted = fit(data, &whitening, model, &free);
-            let model = if hunts(data, &fitted) {
-                likelier(data, &whitening, [model.clone(), fitted]).1
-            } else {
-                fitted
-            };
-            ChannelStage::new(data, model, free)
+            if hunts(data, &fitted) { likelier(data, &whitening, [model.clone(), fitted]).1 } else { fitted }
         })
         .collect()
 }
@@ -293,24 +302,22 @@ impl Outcome {
     /// Fits all models again, after the channels' simulation has become finer.
     pub fn refine(&mut self, channels: &mut [ChannelData], change: bool) {
         let again = |channels: &mut [ChannelData], models: &[Extended]| {
-            settle_by(channels, models, change, refit_near)
+            fitted_by(channels, models, change, refit_near)
         };
         let coarse = self.base.clone();
-        let base = (!change).then(|| again(channels, &coarse));
-        if let Some(base) = &base {
-            self.base = models_of(base);
+        if !change {
+            self.base = again(channels, &coarse);
         }
         for cause in &mut self.causes {
-            cause.before = if cause.before == coarse {
-                self.base.clone()
-            } else {
-                models_of(&again(channels, &cause.before))
-            };
+            cause.before =
+                if cause.before == coarse { self.base.clone() } else { again(channels, &cause.before) };
         }
-        self.stages = match base {
-            Some(base) if self.causes.is_empty() => base,
-            _ => again(channels, &models_of(&self.stages)),
+        let last = if self.causes.is_empty() && !change {
+            self.base.clone()
+        } else {
+            again(channels, &models_of(&self.stages))
         };
+        self.stages = staged(channels, last, change);
     }
 }
 

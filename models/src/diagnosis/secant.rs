@@ -4,8 +4,7 @@
 //! says nothing about where the error falls. What does is the secant over a change that moves the readings about as far as their
 //! noise: far beyond what being out of step does.
 
-use rayon::prelude::*;
-
+use super::beside::readings_of;
 use super::channel::{ChannelData, Extended};
 use crate::model::{Parameter, Scale};
 
@@ -24,9 +23,23 @@ const FACTOR: f64 = 10.0;
 #[must_use]
 pub fn secants(data: &ChannelData, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
     let parameters = model.parameters(&data.plant);
-    let readings = data.readings(model);
-    let columns: Vec<Vec<f64>> =
-        free.par_iter().map(|&k| secant(data, model, &parameters[k], k, &readings)).collect();
+    let chords: Vec<Chord> = free.iter().map(|&k| Chord::new(model, &parameters[k], k)).collect();
+    let first = chords.iter().map(|chord| chord.moved(model, chord.first));
+    let mut all = readings_of(data, &first.chain([model.clone()]).collect::<Vec<_>>());
+    let readings = all.pop().unwrap_or_default();
+    let mut columns: Vec<Vec<f64>> =
+        chords.iter().zip(&all).map(|(chord, moved)| chord.slope(chord.first, moved, &readings)).collect();
+    // Once more where the first stride was much too short or too long.
+    let again: Vec<(usize, f64)> = chords
+        .iter()
+        .zip(&all)
+        .enumerate()
+        .filter_map(|(k, (chord, moved))| Some((k, chord.next(distance(moved, &readings), data.noise_kpa)?)))
+        .collect();
+    let models: Vec<Extended> = again.iter().map(|&(k, stride)| chords[k].moved(model, stride)).collect();
+    for (&(k, stride), moved) in again.iter().zip(readings_of(data, &models)) {
+        columns[k] = chords[k].slope(stride, &moved, &readings);
+    }
     let mut matrix = Vec::with_capacity(readings.len() * free.len());
     for row in 0..readings.len() {
         matrix.extend(columns.iter().map(|column| column[row]));
@@ -34,35 +47,67 @@ pub fn secants(data: &ChannelData, model: &Extended, free: &[usize]) -> (Vec<f64
     (readings, matrix)
 }
 
-/// The change of the readings by one parameter, by its coordinate.
-fn secant(data: &ChannelData, model: &Extended, p: &Parameter, k: usize, readings: &[f64]) -> Vec<f64> {
-    let value = model.values[k];
-    let (first, longest) = match p.scale {
-        Scale::Logarithmic => (LOGARITHMIC, LONGEST[0]),
-        Scale::Linear => {
-            let width = p.upper - p.lower;
-            ((LINEAR[0] * value.abs()).max(LINEAR[1] * width), LONGEST[1] * width)
-        }
-    };
-    let along = |stride: f64| {
-        let step = |signed: f64| match p.scale {
-            Scale::Logarithmic => value * signed.exp(),
-            Scale::Linear => value + signed,
+/// Root of the mean squared difference.
+fn distance(moved: &[f64], readings: &[f64]) -> f64 {
+    let square: f64 = moved.iter().zip(readings).map(|(y, y0)| (y - y0) * (y - y0)).sum();
+    (square / readings.len().max(1) as f64).sqrt()
+}
+
+/// The change of one parameter.
+struct Chord {
+    /// Position of the parameter.
+    position: usize,
+    value: f64,
+    bounds: (f64, f64),
+    scale: Scale,
+    /// First and longest stride.
+    first: f64,
+    longest: f64,
+}
+
+impl Chord {
+    fn new(model: &Extended, p: &Parameter, position: usize) -> Self {
+        let value = model.values[position];
+        let (first, longest) = match p.scale {
+            Scale::Logarithmic => (LOGARITHMIC, LONGEST[0]),
+            Scale::Linear => {
+                let width = p.upper - p.lower;
+                ((LINEAR[0] * value.abs()).max(LINEAR[1] * width), LONGEST[1] * width)
+            }
         };
-        let signed = if step(stride) > p.upper { -stride } else { stride };
-        let mut moved = model.clone();
-        moved.values[k] = step(signed).max(p.lower);
-        let mut change = data.readings(&moved);
-        change.iter_mut().zip(readings).for_each(|(y, y0)| *y -= y0);
-        let square = change.iter().map(|d| d * d).sum::<f64>() / change.len().max(1) as f64;
-        change.iter_mut().for_each(|d| *d /= signed);
-        (change, square.sqrt())
-    };
-    let (column, moved_kpa) = along(first);
-    let factor = data.noise_kpa / moved_kpa;
-    let next = (first * factor.clamp(FACTOR.recip(), FACTOR)).min(longest);
-    if (NEAR.recip()..NEAR).contains(&(next / first)) || !moved_kpa.is_finite() {
-        return column;
+        Self { position, value, bounds: (p.lower, p.upper), scale: p.scale, first, longest }
     }
-    along(next).0
+
+    /// The value a signed stride away.
+    fn at(&self, signed: f64) -> f64 {
+        match self.scale {
+            Scale::Logarithmic => self.value * signed.exp(),
+            Scale::Linear => self.value + signed,
+        }
+    }
+
+    /// A stride's sign: backwards where there is no room.
+    fn signed(&self, stride: f64) -> f64 {
+        if self.at(stride) > self.bounds.1 { -stride } else { stride }
+    }
+
+    fn moved(&self, model: &Extended, stride: f64) -> Extended {
+        let mut moved = model.clone();
+        moved.values[self.position] = self.at(self.signed(stride)).max(self.bounds.0);
+        moved
+    }
+
+    /// Change of the readings by the parameter's coordinate.
+    fn slope(&self, stride: f64, moved: &[f64], readings: &[f64]) -> Vec<f64> {
+        let signed = self.signed(stride);
+        moved.iter().zip(readings).map(|(y, y0)| (y - y0) / signed).collect()
+    }
+
+    /// A better stride than the first, which moved the readings so far.
+    fn next(&self, moved_kpa: f64, noise_kpa: f64) -> Option<f64> {
+        let factor = noise_kpa / moved_kpa;
+        let next = (self.first * factor.clamp(FACTOR.recip(), FACTOR)).min(self.longest);
+        let near = (NEAR.recip()..NEAR).contains(&(next / self.first));
+        (!near && moved_kpa.is_finite()).then_some(next)
+    }
 }

@@ -13,6 +13,7 @@ use super::neighbours::Pressures;
 use super::prepare::{Purpose, prepare_for};
 use super::stage::share_draws;
 use crate::data::{ChannelId, Recording};
+use crate::effects::Series;
 use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 
@@ -29,7 +30,7 @@ pub struct SimulatedChannel {
     /// The drive over the interval that starts at each row, -1 to 1.
     pub drive: Vec<f64>,
     /// Rows where the measured pressure may be compared with it.
-    pub usable: Vec<bool>,
+    pub usable: std::sync::Arc<[bool]>,
     /// What drove it: `spool`, `separate`, `board` or `command`.
     pub driven_by: &'static str,
 }
@@ -80,7 +81,7 @@ pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f6
     let mut now = traces(channels);
     for _ in 0..if pressures || draws { PASSES } else { 0 } {
         if pressures {
-            let simulated: Vec<(ChannelId, Vec<f64>)> = channels
+            let simulated: Vec<(ChannelId, Series)> = channels
                 .iter()
                 .zip(&now)
                 .map(|(data, trace)| (data.id, trace.iter().map(|row| row[0]).collect()))

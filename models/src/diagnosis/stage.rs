@@ -54,7 +54,7 @@ impl ChannelStage {
             normal.matrix[(k, k)] = normal.matrix[(k, k)] * (1.0 + 1e-9) + 1e-12;
         }
         let factor = Cholesky::new(normal.matrix);
-        let losses = Losses::new(data, &whitening, &model, &residuals);
+        let losses = Losses::of_one(data, &whitening, &model, &residuals);
         Self { model, free, whitening, readings, residuals, sensitivities, losses, factor }
     }
 

@@ -9,7 +9,7 @@ use super::outlet::{Outflow, Outlet, Venting};
 use super::plant::Plant;
 use super::ports::Ports;
 use crate::model::GAMMA;
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
@@ -46,7 +46,7 @@ pub struct Chamber<S> {
     outlet: Option<Outlet<S>>,
 }
 
-impl<S: Scalar<Real = f64>> Chamber<S> {
+impl<S: Scalar> Chamber<S> {
     /// A chamber that is not started yet.
     pub fn new(plant: &Plant, structure: Structure<S>) -> Self {
         let ambient = S::constant(plant.gas.ambient_pa);
@@ -95,7 +95,7 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
 
     /// Advances by `h` seconds. Returns the flow drawn from the supply at its start, mm^2 Pa.
     #[inline(always)]
-    pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> f64 {
+    pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> S::Real {
         if let Some((area, fraction)) = self.structure.line {
             return self.advance_line(h, c, area * c.open.fill, fraction);
         }
@@ -111,13 +111,13 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
         let rate = (fill * inflow - vent * outflow - swelling * self.pressure) / room;
         let slope = (fill.real() * in_by - vent.real() * out_by - swelling.real()) / room.real();
-        self.pressure = self.pressure + rate.times(h * phi1(h * slope));
+        self.pressure = self.pressure + rate.scale(phi1(slope.times(h)).times(h));
         c.areas.fill.real() * inflow.real()
     }
 
     /// Gas temperature as a second state: the first law with the outflow at the gas's temperature and a wall of constant
     /// conductance at ambient temperature.
-    fn advance_heat(&mut self, h: f64, c: &Conditions<S>, tau: S) -> f64 {
+    fn advance_heat(&mut self, h: f64, c: &Conditions<S>, tau: S) -> S::Real {
         let t0 = self.ambient_k;
         let per_area = self.conductance / c.volume_m3;
         let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.pressure);
@@ -142,14 +142,15 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
         let wall = (-mean).plus(t0) / tau.times(t0 / HEAT_REFERENCE_PA);
         let mean_root = mean.times(1.0 / t0).sqrt();
         let rate = driven(mean_root) + wall;
-        let slope = fill.real() * in_by - vent.real() * out_by * mean_root.real() - swelling.real() * GAMMA;
-        self.pressure = p + rate.times(h * phi1(h * slope));
+        let slope =
+            fill.real() * in_by - vent.real() * out_by * mean_root.real() - swelling.real().times(GAMMA);
+        self.pressure = p + rate.scale(phi1(slope.times(h)).times(h));
         self.temperature = next;
         c.areas.fill.real() * inflow.real()
     }
 
     /// The port's volume and the chamber's, with an orifice between them.
-    fn advance_line(&mut self, h: f64, c: &Conditions<S>, area: S, fraction: S) -> f64 {
+    fn advance_line(&mut self, h: f64, c: &Conditions<S>, area: S, fraction: S) -> S::Real {
         const G: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
         let per_area = self.conductance / c.volume_m3;
         let (fill, vent, tube) =
@@ -170,14 +171,14 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
                 ],
                 [tube * by_port / room, (tube * by_chamber - swelling.real()) / room],
             ];
-            ([at_port, in_chamber], jacobian, fill.real() / per_area * inflow.real(), after)
+            ([at_port, in_chamber], jacobian, fill.real().times(1.0 / per_area) * inflow.real(), after)
         };
         let (f1, j, draw, after) = rates(self.port, self.pressure);
-        let (a, b, cc, d) =
-            (1.0 - G * h * j[0][0], -G * h * j[0][1], -G * h * j[1][0], 1.0 - G * h * j[1][1]);
-        let inverse = 1.0 / (a * d - b * cc);
+        let one = |slope: S::Real| slope.times(-G * h).plus(1.0);
+        let (a, b, cc, d) = (one(j[0][0]), j[0][1].times(-G * h), j[1][0].times(-G * h), one(j[1][1]));
+        let inverse = (a * d - b * cc).recip();
         let solve = |r: [S; 2]| {
-            [(r[0].times(d) - r[1].times(b)).times(inverse), (r[1].times(a) - r[0].times(cc)).times(inverse)]
+            [(r[0].scale(d) - r[1].scale(b)).scale(inverse), (r[1].scale(a) - r[0].scale(cc)).scale(inverse)]
         };
         let k1 = solve(f1);
         let (f2, _, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
@@ -204,12 +205,30 @@ impl<S: Scalar<Real = f64>> Chamber<S> {
 
 /// `(exp(z) - 1) / z`.
 #[inline(always)]
-pub fn phi1(z: f64) -> f64 {
-    if z.abs() < 0.1 {
-        // Taylor; the next term is below 2e-10.
-        let terms = [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0];
-        terms.iter().fold(0.0, |sum, term| sum * z + term)
-    } else {
-        z.exp_m1() / z
+pub fn phi1<R: Real>(z: R) -> R {
+    // The next term is below 2e-10.
+    let near = taylor(z, [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]);
+    far_or(near, z, f64::exp_m1)
+}
+
+/// A polynomial in Horner's order.
+#[inline(always)]
+pub fn taylor<R: Real>(z: R, terms: [f64; 6]) -> R {
+    let mut sum = R::zero();
+    for term in terms {
+        sum = (sum * z).plus(term);
     }
+    sum
+}
+
+/// `near` where `z` is small, else `far(z) / z`, lane by lane.
+#[inline(always)]
+pub fn far_or<R: Real>(near: R, z: R, far: impl Fn(f64) -> f64) -> R {
+    R::from_lanes(
+        #[inline(always)]
+        |k| {
+            let z = z.lane(k);
+            if z.abs() < 0.1 { near.lane(k) } else { far(z) / z }
+        },
+    )
 }

@@ -52,7 +52,7 @@ impl<'a> Pace<'a> {
     }
 }
 
-impl<S: Scalar<Real = f64>> Controller<S> {
+impl<S: Scalar> Controller<S> {
     /// Not started yet.
     pub fn new() -> Self {
         Self { before: (S::zero(), S::zero()), filtered: S::zero(), quantiles: quantiles() }
@@ -114,10 +114,10 @@ impl<S: Scalar<Real = f64>> Controller<S> {
 
 /// The mean drive at the coil for a drive that the board calculates: full drive at most, and below it what cutting off leaves.
 #[inline(always)]
-fn cut_off<S: Scalar<Real = f64>>(drive: S) -> S {
+fn cut_off<S: Scalar>(drive: S) -> S {
     let (one, lost) = (S::constant(1.0), S::constant(CUT_OFF));
     let below = drive - drive.min(lost).max(-lost);
-    S::select(drive.real().abs() < 1.0, below, drive.min(one).max(-one))
+    S::select(drive.real().abs().less(S::Real::constant(1.0)), below, drive.min(one).max(-one))
 }
 
 /// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's pressure is what the first of them sampled;

@@ -1,16 +1,22 @@
 //! What is known about a channel from the recording, row by row.
 
+use std::sync::Arc;
+
+/// One value per row. Channels of a recording share what they have in common, and copies of a channel everything: of an hour each
+/// series takes megabytes.
+pub type Series = Arc<[f64]>;
+
 /// How a channel is driven.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DriveInput {
     /// Recorded drive of one spool, -1 to 1.
-    Spool(Vec<f64>),
+    Spool(Series),
     /// Recorded drives of a fill and a vent valve, 0 to 1.
     Separate {
         /// Fill valve's drive.
-        fill: Vec<f64>,
+        fill: Series,
         /// Vent valve's drive.
-        vent: Vec<f64>,
+        vent: Series,
     },
     /// The board's own controller, from the command.
     Controlled,
@@ -23,33 +29,33 @@ pub enum DriveInput {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelInputs {
     /// Time from the start of the recording, s.
-    pub time_s: Vec<f64>,
+    pub time_s: Series,
     /// Length of the interval to the next row, s.
-    pub interval_s: Vec<f64>,
+    pub interval_s: Series,
     /// Length of the whole recording, s.
     pub duration_s: f64,
     /// Rows at which a simulation starts anew; the first is 0.
-    pub starts: Vec<usize>,
+    pub starts: Arc<[usize]>,
     /// Drive.
     pub drive: DriveInput,
     /// Commanded pressure, Pa.
-    pub command_pa: Vec<f64>,
+    pub command_pa: Series,
     /// Supply pressure, Pa.
-    pub supply_pa: Vec<f64>,
+    pub supply_pa: Series,
     /// Geometric chamber volume, mean over the interval, m^3.
-    pub volume_m3: Vec<f64>,
+    pub volume_m3: Series,
     /// Its rate, m^3/s.
-    pub volume_rate_m3_s: Vec<f64>,
+    pub volume_rate_m3_s: Series,
     /// Measured pressure, Pa; the last usable one where it is missing.
-    pub measured_pa: Vec<f64>,
+    pub measured_pa: Series,
     /// Whether the measured pressure may be compared.
-    pub usable: Vec<bool>,
+    pub usable: Arc<[bool]>,
     /// Measured pressure of the chamber opposite on the same axis, smoothed, gauge Pa; empty when there is none.
-    pub opposite_pa: Vec<f64>,
+    pub opposite_pa: Series,
     /// Measured pressure of the channel that the converter samples before this one, gauge Pa; empty when there is none.
-    pub sampled_before_pa: Vec<f64>,
+    pub sampled_before_pa: Series,
     /// Mass flow that all channels but this one draw from the supply, over the interval, in mm^2 Pa (area by flow pressure).
-    pub others_draw: Vec<f64>,
+    pub others_draw: Series,
     /// Noise of the measurement, Pa RMS.
     pub noise_pa: f64,
     /// Ambient pressure, Pa.

@@ -19,7 +19,7 @@ mod simulate;
 pub use chamber::HEAT_REFERENCE_PA;
 pub use hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
-pub use inputs::{ChannelInputs, DriveInput};
+pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;
 pub use plant::{BoardLoop, Kind, Plant};
 pub use simulate::{Disturbance, Row, Undisturbed, simulate};

@@ -5,10 +5,10 @@
 //! The chamber sees the mean over that step, and how the mean follows the chamber. For a space of almost no volume that is
 //! one Newton step towards equal flows.
 
-use super::chamber::phi1;
+use super::chamber::{far_or, phi1, taylor};
 use super::ports::Ports;
 use crate::model::GAMMA;
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// What is behind the vent port.
 #[derive(Debug, Clone, Copy)]
@@ -44,16 +44,16 @@ pub struct Venting<S> {
 
 /// What flows out of the vent port over a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Outflow<S> {
+pub struct Outflow<S: Scalar> {
     /// Flow pressure of the port, mean over the step, Pa.
     pub flow: S,
     /// Its slope by the pressure in front of the port.
-    pub by_port: f64,
+    pub by_port: S::Real,
     /// The space at the end of the step; none without a restriction.
     pub after: Option<Outlet<S>>,
 }
 
-impl<S: Scalar<Real = f64>> Outlet<S> {
+impl<S: Scalar> Outlet<S> {
     /// A space at ambient pressure, Pa.
     pub fn new(parameters: OutletParameters<S>, ambient_pa: f64) -> Self {
         Self { parameters, ambient_pa, pressure: S::constant(ambient_pa) }
@@ -74,23 +74,19 @@ impl<S: Scalar<Real = f64>> Outlet<S> {
         let (whole, mean) = (phi1(slope), phi2(slope));
         let highest = port.max(before).max(ambient);
         let within = |pressure: S| pressure.max(ambient).min(highest);
-        let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change.times(mean)));
+        let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change.scale(mean)));
         Outflow {
             flow,
             by_port: by_port_alone + by_mean * mean * port_area.real() * by_port,
-            after: Some(Self { pressure: within(before + change.times(whole)), ..*self }),
+            after: Some(Self { pressure: within(before + change.scale(whole)), ..*self }),
         }
     }
 }
 
 /// `(phi1(z) - 1) / z`: the mean of the exponential step over its length, as `phi1` is its end.
 #[inline(always)]
-fn phi2(z: f64) -> f64 {
-    if z.abs() < 0.1 {
-        // Taylor; the next term is below 3e-11.
-        let terms = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5];
-        terms.iter().fold(0.0, |sum, term| sum * z + term)
-    } else {
-        (phi1(z) - 1.0) / z
-    }
+fn phi2<R: Real>(z: R) -> R {
+    // The next term is below 3e-11.
+    let near = taylor(z, [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5]);
+    far_or(near, z, |z| phi1(z) - 1.0)
 }

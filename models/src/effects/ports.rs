@@ -12,10 +12,10 @@ pub struct Ports<S> {
     pub general: Option<(S, S)>,
 }
 
-impl<S: Scalar<Real = f64>> Ports<S> {
+impl<S: Scalar> Ports<S> {
     /// Flow pressure (Pa) from one absolute pressure (Pa) to another, and its partial derivatives by the two.
     #[inline(always)]
-    pub fn flow_pressure(&self, from: S, to: S) -> (S, f64, f64) {
+    pub fn flow_pressure(&self, from: S, to: S) -> (S, S::Real, S::Real) {
         let (value, by_from, by_to) = self.own.with_partials(from.real(), to.real());
         match self.general {
             None => (S::chain2(value, from, by_from, to, by_to), by_from, by_to),
@@ -26,7 +26,7 @@ impl<S: Scalar<Real = f64>> Ports<S> {
 
 /// Flow pressure of a port with any critical ratio and subsonic exponent (ISO 6358-3), with the laminar segment of
 /// [`FlowFunction`].
-fn general_flow_pressure<S: Scalar<Real = f64>>(from: S, to: S, ratio: S, exponent: S) -> S {
+fn general_flow_pressure<S: Scalar>(from: S, to: S, ratio: S, exponent: S) -> S {
     let backwards = from.less(to);
     let high = S::select(backwards, to, from);
     let low = S::select(backwards, from, to);
@@ -38,7 +38,7 @@ fn general_flow_pressure<S: Scalar<Real = f64>>(from: S, to: S, ratio: S, expone
         (one - z.square()).powf(exponent)
     };
     let straight = psi(S::constant(laminar)) * (one - r).times(1.0 / (1.0 - laminar));
-    let value =
-        S::select(r.real() > laminar, straight, psi(r.min(S::constant(laminar)))) * high.times(psi_max());
+    let near = S::constant(laminar).less(r);
+    let value = S::select(near, straight, psi(r.min(S::constant(laminar)))) * high.times(psi_max());
     S::select(backwards, -value, value)
 }

@@ -13,15 +13,15 @@ use crate::numeric::Scalar;
 
 /// What a simulation says about one row.
 #[derive(Debug, Clone, Copy)]
-pub struct Row<S> {
+pub struct Row<S: Scalar> {
     /// Row number.
     pub row: usize,
     /// What the sensor is expected to report at the row's time, gauge, Pa.
     pub reading: S,
     /// Drive over the interval that starts here (mean), -1 to 1 (fill minus vent where there are two valves).
-    pub drive: f64,
+    pub drive: S::Real,
     /// Mass flow drawn from the supply over that interval (mean), mm^2 Pa.
-    pub draw: f64,
+    pub draw: S::Real,
 }
 
 /// Lets a caller add to a simulation what no effect describes: disturbances with known derivatives.
@@ -46,7 +46,7 @@ impl<S> Disturbance<S> for Undisturbed {}
 /// Runs the channel through all rows and hands each row's outcome to `each`.
 ///
 /// `base` are the base model's parameters in the order of [`Plant::parameters`].
-pub fn simulate<S: Scalar<Real = f64>>(
+pub fn simulate<S: Scalar>(
     plant: &Plant,
     base: &[S],
     effects: &mut [AnyEffect<S>],
@@ -59,7 +59,7 @@ pub fn simulate<S: Scalar<Real = f64>>(
 
 /// One copy for each kind of number, whatever the disturbance: it takes long to compile.
 #[multiversion(targets("x86_64+avx2"))]
-fn roll<S: Scalar<Real = f64>>(
+fn roll<S: Scalar>(
     plant: &Plant,
     base: &[S],
     effects: &mut [AnyEffect<S>],
@@ -117,7 +117,7 @@ struct Run<'a, S: Scalar> {
     supply: S,
 }
 
-impl<S: Scalar<Real = f64>> Run<'_, S> {
+impl<S: Scalar> Run<'_, S> {
     fn start(&mut self, row: usize) {
         let measured = self.inputs.measured_pa[row];
         self.chamber.start(S::constant(measured));
@@ -142,7 +142,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
     }
 
     #[inline(always)]
-    fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
+    fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (S::Real, S::Real) {
         let inputs = self.inputs;
         let interval = inputs.interval_s[row];
         let controlled = match &inputs.drive {
@@ -160,7 +160,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         let pace = controlled.map(|board| Pace::new(board, interval / loops as f64, inputs.noise_pa));
         let steps = loops * parts;
         let length_s = interval / steps as f64;
-        let (mut mean_drive, mut mean_draw) = (0.0, 0.0);
+        let (mut mean_drive, mut mean_draw) = (S::Real::zero(), S::Real::zero());
         for tick in 0..loops {
             let time_s = inputs.time_s[row] + tick as f64 * parts as f64 * length_s;
             let step =
@@ -168,8 +168,8 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             if let Some(pace) = pace.filter(|pace| pace.loops > 1) {
                 let length_s = parts as f64 * length_s;
                 let (held, spool) = self.loops(&pace, (row, tick), &step, length_s, effects);
-                mean_drive += held;
-                mean_draw += self.flow(&step(0.5, length_s), spool, -spool, effects);
+                mean_drive = mean_drive + held;
+                mean_draw = mean_draw + self.flow(&step(0.5, length_s), spool, -spool, effects);
                 continue;
             }
             let (fill, vent) = match (&inputs.drive, &pace) {
@@ -187,11 +187,12 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
             };
             for part in 0..parts {
                 let (drive, draw) = self.step(&step(part as f64 + 0.5, length_s), fill, vent, effects);
-                mean_drive += drive / parts as f64;
-                mean_draw += draw / parts as f64;
+                mean_drive = mean_drive + drive / S::Real::constant(parts as f64);
+                mean_draw = mean_draw + draw / S::Real::constant(parts as f64);
             }
         }
-        (mean_drive / loops as f64, mean_draw / loops as f64)
+        let loops = S::Real::constant(loops as f64);
+        (mean_drive / loops, mean_draw / loops)
     }
 
     /// Several loops of the board in front of one step of the gas: what moves the spool is simulated loop by loop (friction answers to
@@ -204,26 +205,32 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
         step: &impl Fn(f64, f64) -> Step<'b>,
         length_s: f64,
         effects: &mut [AnyEffect<S>],
-    ) -> (f64, S) {
+    ) -> (S::Real, S) {
         let share = 1.0 / pace.loops as f64;
         let change = self.controller.begin(self.reading, self.chamber.port()).times(share);
-        let (mut held, mut spool, mut reading) = (0.0, S::zero(), self.reading);
+        let (mut held, mut spool, mut reading) = (S::Real::zero(), S::zero(), self.reading);
         for k in 0..pace.loops {
             let at = (row, tick * pace.loops + k);
             let mut drive = self.controller.drive(pace, self.inputs, at, reading);
-            held += drive.real();
+            held = held + drive.real();
             for effect in effects.iter_mut() {
                 drive = effect.drive(&step(k as f64 + 0.5, length_s * share), 0, drive);
             }
             spool = spool + drive;
             reading = reading + change;
         }
-        (held * share, spool.times(share))
+        (held.times(share), spool.times(share))
     }
 
     /// One step under the drives of the fill and the vent port. Returns drive and flow drawn.
     #[inline(always)]
-    fn step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> (f64, f64) {
+    fn step(
+        &mut self,
+        step: &Step<'_>,
+        fill: S,
+        vent: S,
+        effects: &mut [AnyEffect<S>],
+    ) -> (S::Real, S::Real) {
         let (mut fill, mut vent) = (fill, vent);
         let separate = matches!(self.inputs.drive, DriveInput::Separate { .. });
         let drive = if separate { fill.real() - vent.real() } else { fill.real() };
@@ -241,12 +248,12 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
 
     /// One step with these spool positions. Returns the flow drawn.
     #[inline(always)]
-    fn flow(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
+    fn flow(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> S::Real {
         let draw = match self.plant.kind {
             Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
             Kind::Linear => {
                 self.linear_step(step, fill, effects);
-                0.0
+                S::Real::zero()
             }
         };
         let mut reading = self.chamber.port().plus(-self.inputs.ambient_pa);
@@ -258,7 +265,7 @@ impl<S: Scalar<Real = f64>> Run<'_, S> {
     }
 
     #[inline(always)]
-    fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> f64 {
+    fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> S::Real {
         let inputs = self.inputs;
         let mut law = self.law;
         for effect in effects.iter_mut() {

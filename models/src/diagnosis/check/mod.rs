@@ -82,8 +82,12 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
     }
     swapped(file, channels)?;
     for data in channels {
-        let over =
-            data.inputs.measured_pa.iter().zip(&data.inputs.supply_pa).filter(|(p, s)| *p > &(*s * 1.05));
+        let over = data
+            .inputs
+            .measured_pa
+            .iter()
+            .zip(data.inputs.supply_pa.iter())
+            .filter(|(p, s)| *p > &(*s * 1.05));
         if !matches!(data.inputs.drive, DriveInput::Command) && over.count() * 100 > data.inputs.rows() {
             notes.push(format!(
                 "{}: the measured pressure is above the supply pressure of the rig file; check the supply pressure and the unit of the pressure column.",

@@ -4,7 +4,7 @@ use super::super::channel::ChannelData;
 use super::super::error::DiagnosisError;
 use super::COMMAND_MOVES_PA;
 use super::statistics::{correlation, deviation};
-use crate::effects::DriveInput;
+use crate::effects::{DriveInput, Series};
 
 /// A channel whose correlation with its own input is below this does not follow it ...
 const NOT_OWN: f64 = 0.4;
@@ -26,13 +26,13 @@ const RATE_ROWS: usize = 6;
 /// [`DiagnosisError::Swapped`] or [`DiagnosisError::Reversed`].
 pub fn swapped(file: &str, channels: &[ChannelData]) -> Result<(), DiagnosisError> {
     let commanded = channels.iter().all(|d| deviation(&d.inputs.command_pa) > COMMAND_MOVES_PA);
-    let told: Vec<Vec<f64>> = channels
+    let told: Vec<Series> = channels
         .iter()
-        .map(|d| if commanded { d.inputs.command_pa.clone() } else { averaged(&drive(d)) })
+        .map(|d| if commanded { d.inputs.command_pa.clone() } else { averaged(&drive(d)).into() })
         .collect();
-    let seen: Vec<Vec<f64>> = channels
+    let seen: Vec<Series> = channels
         .iter()
-        .map(|d| if commanded { d.inputs.measured_pa.clone() } else { rate(&d.inputs.measured_pa) })
+        .map(|d| if commanded { d.inputs.measured_pa.clone() } else { rate(&d.inputs.measured_pa).into() })
         .collect();
     let (not_own, other) = if commanded { (NOT_OWN, OTHER) } else { (NOT_OWN_RATE, OTHER_RATE) };
     let period_s = channels.first().map_or(1.0, |d| d.inputs.duration_s / d.inputs.rows().max(1) as f64);
@@ -78,10 +78,10 @@ fn following(told: &[f64], seen: &[f64], period_s: f64) -> f64 {
 }
 
 /// Fill minus vent.
-fn drive(data: &ChannelData) -> Vec<f64> {
+fn drive(data: &ChannelData) -> Series {
     match &data.inputs.drive {
         DriveInput::Spool(u) => u.clone(),
-        DriveInput::Separate { fill, vent } => fill.iter().zip(vent).map(|(f, v)| f - v).collect(),
+        DriveInput::Separate { fill, vent } => fill.iter().zip(vent.iter()).map(|(f, v)| f - v).collect(),
         DriveInput::Controlled | DriveInput::Command => data.inputs.command_pa.clone(),
     }
 }

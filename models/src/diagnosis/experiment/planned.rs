@@ -3,7 +3,7 @@
 use super::menu::{Excitation, PERIOD_S};
 use crate::diagnosis::blocks::split;
 use crate::diagnosis::channel::{ChannelData, compared_rows};
-use crate::effects::{ChannelInputs, DriveInput, Kind};
+use crate::effects::{ChannelInputs, DriveInput, Kind, Series};
 use crate::model::ValveDrive;
 
 /// Can this channel be driven by commands alone in a simulation?
@@ -30,36 +30,37 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
     let old = &data.inputs;
     let period = middle(&old.interval_s);
     let rows = (seconds / period).round() as usize;
-    let time_s: Vec<f64> = (0..rows).map(|k| k as f64 * period).collect();
+    let time_s: Series = (0..rows).map(|k| k as f64 * period).collect();
     let command = |t: &f64| commands[((t / PERIOD_S + 1e-6) as usize).min(commands.len() - 1)];
-    let rest = |values: &Vec<f64>| if values.is_empty() { Vec::new() } else { vec![0.0; rows] };
+    let every = |value: f64| -> Series { vec![value; rows].into() };
+    let rest = |values: &Series| if values.is_empty() { Series::default() } else { every(0.0) };
     let inputs = ChannelInputs {
         command_pa: time_s.iter().map(|t| command(t) * 1e3 + old.ambient_pa).collect(),
-        interval_s: vec![period; rows],
+        interval_s: every(period),
         duration_s: seconds,
-        starts: vec![0],
+        starts: [0].into(),
         drive: match data.plant.kind {
             Kind::Linear => DriveInput::Command,
             Kind::Nonlinear(_) => DriveInput::Controlled,
         },
-        supply_pa: vec![middle(&old.supply_pa); rows],
-        volume_m3: vec![middle(&old.volume_m3); rows],
-        volume_rate_m3_s: vec![0.0; rows],
+        supply_pa: every(middle(&old.supply_pa)),
+        volume_m3: every(middle(&old.volume_m3)),
+        volume_rate_m3_s: every(0.0),
         // Only the first is used; no two neighbours are equal, or they would look like repeated samples.
         measured_pa: (0..rows).map(|k| commands[0] * 1e3 + old.ambient_pa + (k % 2) as f64).collect(),
-        usable: vec![true; rows],
+        usable: vec![true; rows].into(),
         opposite_pa: rest(&old.opposite_pa),
         sampled_before_pa: rest(&old.sampled_before_pa),
-        others_draw: vec![0.0; rows],
+        others_draw: every(0.0),
         noise_pa: old.noise_pa,
         ambient_pa: old.ambient_pa,
         time_s,
     };
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
-    let measured_kpa = vec![0.0; rows.len()];
+    let measured_kpa = vec![0.0; rows.len()].into();
     // What the neighbours will be driven with is not planned.
-    let neighbour_drive = Vec::new();
+    let neighbour_drive = Series::default();
     ChannelData {
         plant: data.plant.clone(),
         inputs,

@@ -105,7 +105,7 @@ impl Prediction {
     /// Squared distance from the truth's readings that is left after a refit.
     fn from(&self, truth: &[f64], known: &DMatrix<f64>) -> Option<f64> {
         let mut data = self.data.clone();
-        data.measured_kpa = truth.to_vec();
+        data.measured_kpa = truth.into();
         let apart = whitened_residuals(&data, &self.stage.whitening, &self.stage.readings);
         let n = self.stage.free.len();
         let normal = normal_equations(&data, &ALL, &apart, &self.stage.sensitivities, n);

@@ -34,14 +34,14 @@ pub struct ChamberCoupling<S> {
     state: Option<(S, S)>,
 }
 
-impl<S: Scalar<Real = f64>> ChamberCoupling<S> {
+impl<S: Scalar> ChamberCoupling<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { coupling: values[0], frequency: values[1], damping: values[2], state: None }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ChamberCoupling<S> {
+impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
     fn reset(&mut self) {
         self.state = None;
     }

@@ -29,14 +29,14 @@ pub struct ChamberVolume<S> {
     ratio: S,
 }
 
-impl<S: Scalar<Real = f64>> ChamberVolume<S> {
+impl<S: Scalar> ChamberVolume<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { ratio: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ChamberVolume<S> {
+impl<S: Scalar> Hook<S> for ChamberVolume<S> {
     fn stretch(&mut self, _: &Step<'_>, _: S, stretch: &mut Stretch<S>) {
         stretch.factor = stretch.factor * self.ratio;
     }

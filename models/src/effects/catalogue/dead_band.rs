@@ -30,21 +30,21 @@ pub struct DeadBand<S> {
     position: [Option<S>; 2],
 }
 
-impl<S: Scalar<Real = f64>> DeadBand<S> {
+impl<S: Scalar> DeadBand<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { width: values[0], position: [None; 2] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for DeadBand<S> {
+impl<S: Scalar> Hook<S> for DeadBand<S> {
     fn reset(&mut self) {
         self.position = [None; 2];
     }
 
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].unwrap_or(drive);
-        let after = if (drive - before).real().abs() < self.width.real() { before } else { drive };
+        let after = S::select((drive - before).abs().less(self.width), before, drive);
         self.position[valve] = Some(after);
         after
     }

@@ -29,14 +29,14 @@ pub struct DriveSaturation<S> {
     limit: S,
 }
 
-impl<S: Scalar<Real = f64>> DriveSaturation<S> {
+impl<S: Scalar> DriveSaturation<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { limit: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for DriveSaturation<S> {
+impl<S: Scalar> Hook<S> for DriveSaturation<S> {
     fn drive(&mut self, _: &Step<'_>, _: usize, drive: S) -> S {
         drive.min(self.limit).max(-self.limit)
     }

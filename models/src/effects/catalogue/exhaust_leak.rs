@@ -29,14 +29,14 @@ pub struct ExhaustLeak<S> {
     area: S,
 }
 
-impl<S: Scalar<Real = f64>> ExhaustLeak<S> {
+impl<S: Scalar> ExhaustLeak<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { area: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ExhaustLeak<S> {
+impl<S: Scalar> Hook<S> for ExhaustLeak<S> {
     fn areas(&mut self, _: &Step<'_>, areas: &mut Areas<S>) {
         areas.vent = areas.vent + self.area;
     }

@@ -29,14 +29,14 @@ pub struct FillLeak<S> {
     area: S,
 }
 
-impl<S: Scalar<Real = f64>> FillLeak<S> {
+impl<S: Scalar> FillLeak<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { area: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for FillLeak<S> {
+impl<S: Scalar> Hook<S> for FillLeak<S> {
     fn areas(&mut self, _: &Step<'_>, areas: &mut Areas<S>) {
         areas.fill = areas.fill + self.area;
     }

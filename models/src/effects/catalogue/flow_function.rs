@@ -31,14 +31,14 @@ pub struct FlowFunctionShape<S> {
     exponent: S,
 }
 
-impl<S: Scalar<Real = f64>> FlowFunctionShape<S> {
+impl<S: Scalar> FlowFunctionShape<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { critical_ratio: values[0], exponent: values[1] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for FlowFunctionShape<S> {
+impl<S: Scalar> Hook<S> for FlowFunctionShape<S> {
     fn structure(&self, structure: &mut Structure<S>) {
         structure.flow_function = Some((self.critical_ratio, self.exponent));
     }

@@ -29,14 +29,14 @@ pub struct HeatExchange<S> {
     time_constant: S,
 }
 
-impl<S: Scalar<Real = f64>> HeatExchange<S> {
+impl<S: Scalar> HeatExchange<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { time_constant: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for HeatExchange<S> {
+impl<S: Scalar> Hook<S> for HeatExchange<S> {
     fn structure(&self, structure: &mut Structure<S>) {
         structure.heat_time_constant_s = Some(self.time_constant);
     }

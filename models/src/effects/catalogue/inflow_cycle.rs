@@ -33,14 +33,14 @@ pub struct InflowCycle<S> {
     phase: S,
 }
 
-impl<S: Scalar<Real = f64>> InflowCycle<S> {
+impl<S: Scalar> InflowCycle<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { amplitude: values[0], period: values[1], phase: values[2] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for InflowCycle<S> {
+impl<S: Scalar> Hook<S> for InflowCycle<S> {
     fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
         let angle = (self.period.recip().times(step.time_s) + self.phase).times(std::f64::consts::TAU);
         areas.fill = areas.fill * (self.amplitude * angle.sin()).plus(1.0);

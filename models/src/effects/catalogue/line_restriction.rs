@@ -31,14 +31,14 @@ pub struct LineRestriction<S> {
     volume_ratio: S,
 }
 
-impl<S: Scalar<Real = f64>> LineRestriction<S> {
+impl<S: Scalar> LineRestriction<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { area_ratio: values[0], volume_ratio: values[1] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for LineRestriction<S> {
+impl<S: Scalar> Hook<S> for LineRestriction<S> {
     fn structure(&self, structure: &mut Structure<S>) {
         structure.line = Some((self.area_ratio, self.volume_ratio));
     }

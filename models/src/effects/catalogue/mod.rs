@@ -19,7 +19,7 @@ macro_rules! catalogue {
             $($name($module::$name<S>)),*
         }
 
-        impl<S: Scalar<Real = f64>> AnyEffect<S> {
+        impl<S: Scalar> AnyEffect<S> {
             /// Installs number `index` of the [`CATALOGUE`] with the values of its parameters; `None` beyond its end.
             #[must_use]
             pub fn install(index: usize, values: &[S]) -> Option<Self> {
@@ -36,7 +36,7 @@ macro_rules! catalogue {
         }
 
         // Called at every step: without a call for what an effect leaves alone.
-        impl<S: Scalar<Real = f64>> Hook<S> for AnyEffect<S> {
+        impl<S: Scalar> Hook<S> for AnyEffect<S> {
             fn reset(&mut self) {
                 match self { $(Self::$name(e) => e.reset()),* }
             }

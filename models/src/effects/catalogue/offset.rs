@@ -29,14 +29,14 @@ pub struct Offset<S> {
     offset: S,
 }
 
-impl<S: Scalar<Real = f64>> Offset<S> {
+impl<S: Scalar> Offset<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { offset: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for Offset<S> {
+impl<S: Scalar> Hook<S> for Offset<S> {
     fn regulator(&mut self, _: &Step<'_>, law: &mut RegulatorLaw<S>) {
         law.offset_pa = law.offset_pa + self.offset.times(1e3);
     }

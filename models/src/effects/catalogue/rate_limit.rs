@@ -29,14 +29,14 @@ pub struct RateLimit<S> {
     limit: S,
 }
 
-impl<S: Scalar<Real = f64>> RateLimit<S> {
+impl<S: Scalar> RateLimit<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { limit: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for RateLimit<S> {
+impl<S: Scalar> Hook<S> for RateLimit<S> {
     fn regulator(&mut self, _: &Step<'_>, law: &mut RegulatorLaw<S>) {
         law.slew_pa_s = Some(self.limit.times(1e3));
     }

@@ -29,14 +29,14 @@ pub struct SensorCrosstalk<S> {
     share: S,
 }
 
-impl<S: Scalar<Real = f64>> SensorCrosstalk<S> {
+impl<S: Scalar> SensorCrosstalk<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { share: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorCrosstalk<S> {
+impl<S: Scalar> Hook<S> for SensorCrosstalk<S> {
     /// A board's loop follows what its converter delivers.
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         match step.inputs.sampled_before_pa.get(step.row) {

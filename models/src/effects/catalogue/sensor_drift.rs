@@ -31,14 +31,14 @@ pub struct SensorDrift<S> {
     time_constant: S,
 }
 
-impl<S: Scalar<Real = f64>> SensorDrift<S> {
+impl<S: Scalar> SensorDrift<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { change: values[0], time_constant: values[1] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorDrift<S> {
+impl<S: Scalar> Hook<S> for SensorDrift<S> {
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         let grown = (-(-self.time_constant.recip().times(step.time_s + 0.5 * step.length_s)).exp()).plus(1.0);
         gauge + (self.change * grown).times(1e3)

@@ -29,14 +29,14 @@ pub struct SensorGain<S> {
     ratio: S,
 }
 
-impl<S: Scalar<Real = f64>> SensorGain<S> {
+impl<S: Scalar> SensorGain<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { ratio: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorGain<S> {
+impl<S: Scalar> Hook<S> for SensorGain<S> {
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         gauge * self.ratio
     }

@@ -31,14 +31,14 @@ pub struct SensorLag<S> {
     reading: Option<S>,
 }
 
-impl<S: Scalar<Real = f64>> SensorLag<S> {
+impl<S: Scalar> SensorLag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { time_constant: values[0], last: None, reading: None }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorLag<S> {
+impl<S: Scalar> Hook<S> for SensorLag<S> {
     fn reset(&mut self) {
         self.last = None;
         self.reading = None;

@@ -29,14 +29,14 @@ pub struct SensorNonlinearity<S> {
     bow: S,
 }
 
-impl<S: Scalar<Real = f64>> SensorNonlinearity<S> {
+impl<S: Scalar> SensorNonlinearity<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { bow: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorNonlinearity<S> {
+impl<S: Scalar> Hook<S> for SensorNonlinearity<S> {
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         const RANGE_PA: f64 = 689_475.7;
         let x = gauge.times(1.0 / RANGE_PA);

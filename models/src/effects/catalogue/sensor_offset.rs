@@ -29,14 +29,14 @@ pub struct SensorOffset<S> {
     offset: S,
 }
 
-impl<S: Scalar<Real = f64>> SensorOffset<S> {
+impl<S: Scalar> SensorOffset<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { offset: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SensorOffset<S> {
+impl<S: Scalar> Hook<S> for SensorOffset<S> {
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         gauge + self.offset.times(1e3)
     }

@@ -33,7 +33,7 @@ pub struct StaleSamples<S> {
     held: Option<S>,
 }
 
-impl<S: Scalar<Real = f64>> StaleSamples<S> {
+impl<S: Scalar> StaleSamples<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { share: values[0], held: None }
@@ -47,7 +47,8 @@ impl<S: Scalar<Real = f64>> StaleSamples<S> {
             return fresh;
         }
         let back = old - fresh;
-        if back.real().abs() > CHANCE * noise_pa { fresh + self.share * back } else { fresh }
+        let by_chance = S::constant(CHANCE * noise_pa);
+        S::select(by_chance.less(back.abs()), fresh + self.share * back, fresh)
     }
 }
 
@@ -57,7 +58,7 @@ fn repeated(inputs: &ChannelInputs, row: usize) -> bool {
     known && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq()
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for StaleSamples<S> {
+impl<S: Scalar> Hook<S> for StaleSamples<S> {
     fn reset(&mut self) {
         self.held = None;
     }

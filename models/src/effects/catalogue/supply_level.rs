@@ -29,14 +29,14 @@ pub struct SupplyLevel<S> {
     level: S,
 }
 
-impl<S: Scalar<Real = f64>> SupplyLevel<S> {
+impl<S: Scalar> SupplyLevel<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { level: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SupplyLevel<S> {
+impl<S: Scalar> Hook<S> for SupplyLevel<S> {
     fn supply(&mut self, _: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
         supply + self.level.times(1e3)
     }

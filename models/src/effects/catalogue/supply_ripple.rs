@@ -1,7 +1,7 @@
 //! `supply_ripple`: supply cycles by itself.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Step, Question, Reach};
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
@@ -35,17 +35,17 @@ pub struct SupplyRipple<S> {
     rise: S,
 }
 
-impl<S: Scalar<Real = f64>> SupplyRipple<S> {
+impl<S: Scalar> SupplyRipple<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { amplitude: values[0], period: values[1], phase: values[2], rise: values[3] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SupplyRipple<S> {
+impl<S: Scalar> Hook<S> for SupplyRipple<S> {
     fn supply(&mut self, step: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
         let phase = self.period.recip().times(step.time_s) + self.phase;
-        let phase = phase.plus(-phase.real().floor());
+        let phase = phase.shift(-phase.real().floor());
         let up = (phase / self.rise).times(2.0).plus(-1.0);
         let down = ((phase - self.rise) / (-self.rise).plus(1.0)).times(-2.0).plus(1.0);
         let wave = S::select(phase.less(self.rise), up, down);

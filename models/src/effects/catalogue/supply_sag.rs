@@ -34,14 +34,14 @@ pub struct SupplySag<S> {
     sag: S,
 }
 
-impl<S: Scalar<Real = f64>> SupplySag<S> {
+impl<S: Scalar> SupplySag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { drop: values[0], time_constant: values[1], open: S::zero(), sag: S::zero() }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for SupplySag<S> {
+impl<S: Scalar> Hook<S> for SupplySag<S> {
     fn reset(&mut self) {
         self.sag = S::zero();
     }

@@ -3,7 +3,7 @@
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
 use std::collections::VecDeque;
 
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
@@ -32,29 +32,44 @@ pub struct TransportDelay<S> {
     past: [VecDeque<S>; 2],
 }
 
-impl<S: Scalar<Real = f64>> TransportDelay<S> {
+impl<S: Scalar> TransportDelay<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { delay: values[0], past: [VecDeque::new(), VecDeque::new()] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for TransportDelay<S> {
+impl<S: Scalar> Hook<S> for TransportDelay<S> {
     fn reset(&mut self) {
         self.past.iter_mut().for_each(VecDeque::clear);
     }
 
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let steps = self.delay.times(1.0 / step.length_s);
-        let whole = steps.real().floor().max(0.0);
-        let part = steps.plus(-whole);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // floored, not negative, bounded
-        let back = whole as usize;
+        let whole = steps.real().floor().max(S::Real::zero());
+        let part = steps.shift(-whole);
+        let longest = (0..S::Real::LANES).map(|lane| steps_of(whole, lane)).max().unwrap_or(0);
         let past = &mut self.past[valve];
         past.push_front(drive);
-        past.truncate(back + 2);
+        past.truncate(longest + 2);
         let at = |k: usize| past.get(k).or(past.back()).copied().unwrap_or(drive);
         // Mean over the step of a drive that is constant over each step.
-        at(back) + (at(back + 1) - at(back)) * part
+        let mean = |back: usize| at(back) + (at(back + 1) - at(back)) * part;
+        let mut delayed = mean(steps_of(whole, 0));
+        for lane in 1..S::Real::LANES {
+            let own = S::Real::constant(whole.lane(lane));
+            let differs = whole.lane(lane).total_cmp(&whole.lane(0)).is_ne();
+            if differs {
+                let equal = S::Real::both(S::Real::not(own.below(whole)), S::Real::not(whole.below(own)));
+                delayed = S::select(equal, mean(steps_of(whole, lane)), delayed);
+            }
+        }
+        delayed
     }
+}
+
+/// Whole steps in one lane.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // floored, not negative, bounded
+fn steps_of<R: Real>(whole: R, lane: usize) -> usize {
+    whole.lane(lane) as usize
 }

@@ -29,14 +29,14 @@ pub struct ValveAsymmetry<S> {
     ratio: S,
 }
 
-impl<S: Scalar<Real = f64>> ValveAsymmetry<S> {
+impl<S: Scalar> ValveAsymmetry<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { ratio: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveAsymmetry<S> {
+impl<S: Scalar> Hook<S> for ValveAsymmetry<S> {
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {
         law.gain_out = law.gain_out * self.ratio;
     }

@@ -29,14 +29,14 @@ pub struct ValveCentre<S> {
     centre: S,
 }
 
-impl<S: Scalar<Real = f64>> ValveCentre<S> {
+impl<S: Scalar> ValveCentre<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { centre: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveCentre<S> {
+impl<S: Scalar> Hook<S> for ValveCentre<S> {
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         if valve == 0 { drive + self.centre } else { drive - self.centre }
     }

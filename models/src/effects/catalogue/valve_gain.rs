@@ -29,14 +29,14 @@ pub struct ValveGain<S> {
     ratio: S,
 }
 
-impl<S: Scalar<Real = f64>> ValveGain<S> {
+impl<S: Scalar> ValveGain<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { ratio: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveGain<S> {
+impl<S: Scalar> Hook<S> for ValveGain<S> {
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {
         law.gain_in = law.gain_in * self.ratio;
         law.gain_out = law.gain_out * self.ratio;

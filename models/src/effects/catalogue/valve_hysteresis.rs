@@ -30,14 +30,14 @@ pub struct ValveHysteresis<S> {
     position: [Option<S>; 2],
 }
 
-impl<S: Scalar<Real = f64>> ValveHysteresis<S> {
+impl<S: Scalar> ValveHysteresis<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { half_width: values[0], position: [None; 2] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveHysteresis<S> {
+impl<S: Scalar> Hook<S> for ValveHysteresis<S> {
     fn reset(&mut self) {
         self.position = [None; 2];
     }

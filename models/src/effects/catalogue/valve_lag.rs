@@ -30,14 +30,14 @@ pub struct ValveLag<S> {
     position: [Option<S>; 2],
 }
 
-impl<S: Scalar<Real = f64>> ValveLag<S> {
+impl<S: Scalar> ValveLag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { time_constant: values[0], position: [None; 2] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveLag<S> {
+impl<S: Scalar> Hook<S> for ValveLag<S> {
     fn reset(&mut self) {
         self.position = [None; 2];
     }

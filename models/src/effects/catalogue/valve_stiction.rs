@@ -30,22 +30,22 @@ pub struct ValveStiction<S> {
     position: [Option<S>; 2],
 }
 
-impl<S: Scalar<Real = f64>> ValveStiction<S> {
+impl<S: Scalar> ValveStiction<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { threshold: values[0], position: [None; 2] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveStiction<S> {
+impl<S: Scalar> Hook<S> for ValveStiction<S> {
     fn reset(&mut self) {
         self.position = [None; 2];
     }
 
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].unwrap_or(S::zero());
-        let stuck = (drive - before).real().abs() < self.threshold.real();
-        let after = if stuck { before } else { drive };
+        let stuck = (drive - before).abs().less(self.threshold);
+        let after = S::select(stuck, before, drive);
         self.position[valve] = Some(after);
         after
     }

@@ -29,14 +29,14 @@ pub struct ValveWear<S> {
     rate: S,
 }
 
-impl<S: Scalar<Real = f64>> ValveWear<S> {
+impl<S: Scalar> ValveWear<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { rate: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for ValveWear<S> {
+impl<S: Scalar> Hook<S> for ValveWear<S> {
     fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
         let factor = self.rate.times(step.time_s / 60.0).exp();
         law.gain_in = law.gain_in * factor;

@@ -32,14 +32,14 @@ pub struct VentRestriction<S> {
     outlet: OutletParameters<S>,
 }
 
-impl<S: Scalar<Real = f64>> VentRestriction<S> {
+impl<S: Scalar> VentRestriction<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { outlet: OutletParameters { area_ratio: values[0], volume_ratio: values[1] } }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for VentRestriction<S> {
+impl<S: Scalar> Hook<S> for VentRestriction<S> {
     fn structure(&self, structure: &mut Structure<S>) {
         structure.outlet = Some(self.outlet);
     }

@@ -29,14 +29,14 @@ pub struct WallCompliance<S> {
     compliance: S,
 }
 
-impl<S: Scalar<Real = f64>> WallCompliance<S> {
+impl<S: Scalar> WallCompliance<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { compliance: values[0] }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for WallCompliance<S> {
+impl<S: Scalar> Hook<S> for WallCompliance<S> {
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let per_pa = self.compliance.times(1e-5);
         stretch.factor = stretch.factor + per_pa * pressure.plus(-step.inputs.ambient_pa);

@@ -32,14 +32,14 @@ pub struct WallCreep<S> {
     stretch: Option<S>,
 }
 
-impl<S: Scalar<Real = f64>> WallCreep<S> {
+impl<S: Scalar> WallCreep<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
         Self { compliance: values[0], time_constant: values[1], stretch: None }
     }
 }
 
-impl<S: Scalar<Real = f64>> Hook<S> for WallCreep<S> {
+impl<S: Scalar> Hook<S> for WallCreep<S> {
     fn reset(&mut self) {
         self.stretch = None;
     }

@@ -1,0 +1,77 @@
+//! What the channels of a recording have in common: held once, however many there are.
+
+use std::sync::Arc;
+
+use super::neighbours::Pressures;
+use super::prepare::to_f64;
+use crate::data::{Flags, Recording};
+use crate::effects::Series;
+use crate::rig::Rig;
+
+/// Volume of a rig that gives none, m^3: only its product with the openings matters.
+const VOLUME_M3: f64 = 1e-4;
+
+/// Inputs of every channel of a recording.
+pub struct Common {
+    /// Time from the start of the recording, s.
+    pub time_s: Series,
+    /// Length of the interval to the next row, s.
+    pub interval_s: Series,
+    /// Rows at which all simulations start anew.
+    pub starts: Arc<[usize]>,
+    /// Recorded supply pressure, or the rig file's, Pa; none where neither says anything.
+    pub supply_pa: Option<Series>,
+    /// Ambient pressure, row by row, Pa.
+    pub ambient_pa: Series,
+    /// Volume of a chamber at rest, row by row, m^3.
+    pub rest_m3: Series,
+    /// Nothing, row by row.
+    pub zeros: Series,
+    /// Pressures of all channels.
+    pub pressures: Pressures,
+}
+
+impl Common {
+    /// Of a recording; channels without measured pressures stay at `unmeasured_kpa`.
+    pub fn new(recording: &Recording, rig: &Rig, unmeasured_kpa: Option<f64>) -> Self {
+        let rows = recording.rows();
+        let every = |value: f64| -> Series { vec![value; rows].into() };
+        let ambient_pa = rig.ambient_or_standard().pressure_kpa_abs * 1e3;
+        let origin = recording.time_s.first().copied().unwrap_or(0.0);
+        let supply_pa = match (&recording.supply_kpa, &rig.supply) {
+            (Some(measured), _) => Some(to_f64(measured).iter().map(|p| p * 1e3 + ambient_pa).collect()),
+            (None, Some(supply)) => Some(every(supply.pressure_kpa * 1e3 + ambient_pa)),
+            (None, None) => None,
+        };
+        Self {
+            time_s: recording.time_s.iter().map(|t| t - origin).collect(),
+            interval_s: intervals(recording),
+            starts: starts(recording).into(),
+            supply_pa,
+            ambient_pa: every(ambient_pa),
+            rest_m3: every(rig.chamber.as_ref().map_or(VOLUME_M3, |c| c.rest_volume_m3())),
+            zeros: every(0.0),
+            pressures: Pressures::measured(recording, unmeasured_kpa),
+        }
+    }
+}
+
+/// Rows at which all simulations start anew: after missing time, and where an input is there again.
+fn starts(recording: &Recording) -> Vec<usize> {
+    let missing = |row: usize| recording.channels.iter().any(|c| c.flags[row].contains(Flags::INPUT_MISSING));
+    let back = (1..recording.rows()).filter(|&row| missing(row - 1) && !missing(row));
+    let mut starts: Vec<usize> =
+        std::iter::once(0).chain(recording.breaks.iter().copied()).chain(back).collect();
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
+/// Lengths of all intervals, s.
+fn intervals(recording: &Recording) -> Series {
+    let length = |k: usize| match recording.time_s.get(k + 1) {
+        Some(next) if !recording.breaks.contains(&(k + 1)) => next - recording.time_s[k],
+        _ => recording.period_s,
+    };
+    (0..recording.rows()).map(length).collect()
+}
