@@ -79,8 +79,8 @@ pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]
     if deviances[1] < deviances[0] { (deviances[1], other) } else { (deviances[0], one) }
 }
 
-/// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. Nothing
-/// where the loop does not hunt because of this effect.
+/// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. `None` where
+/// the loop does not hunt because of this effect.
 #[must_use]
 pub fn as_likely(
     data: &ChannelData,
@@ -88,14 +88,14 @@ pub fn as_likely(
     effect: usize,
     position: usize,
     rise: f64,
-) -> [f64; 2] {
+) -> Option<[f64; 2]> {
     if !data.inputs.in_loop() || !is_hunting(effect) {
-        return [0.0; 2];
+        return None;
     }
     let value = stage.model.values[position];
     let upper = stage.model.parameters(&data.plant)[position].upper;
     let least = total(data, &stage.losses.deviance, &[Role::Fit]);
-    [-1, 1].map(|sign| {
+    Some([-1, 1].map(|sign| {
         let to = |k: i32| (value * LIKELY_STEP.powi(sign * k)).min(upper);
         let at = |k: i32| {
             let mut model = stage.model.clone();
@@ -106,7 +106,7 @@ pub fn as_likely(
         let deviances = deviances(data, &stage.whitening, &models);
         let likely = (1..=LIKELY_STEPS).zip(deviances).filter(|(_, deviance)| *deviance < least + rise);
         likely.map(|(k, _)| (to(k) - value).abs()).fold(0.0, f64::max)
-    })
+    }))
 }
 
 /// Readings as they are expected: of a loop that hunts, the mean over some courses of the noise.
@@ -124,4 +124,49 @@ pub fn expected_readings(data: &ChannelData, model: &Extended) -> Vec<f64> {
         sum.iter_mut().for_each(|sum| *sum /= EXPECTED as f64);
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::channel;
+    use super::*;
+    use crate::effects::catalogue::index_of;
+
+    fn sticking(data: &ChannelData, base: &Extended, threshold: f64) -> Extended {
+        base.with(&data.plant, index_of("valve_stiction").unwrap(), &[threshold])
+    }
+
+    #[test]
+    fn only_a_loop_hunts_and_only_around_friction_or_play() {
+        let ((looped, base), (driven, _)) = (channel(true), channel(false));
+        let sticks = sticking(&looped, &base, 0.05);
+        assert!(hunts(&looped, &sticks) && !hunts(&driven, &sticks) && !hunts(&looped, &base));
+        assert_eq!(at_rest(&looped, &sticks), base);
+        assert_eq!(at_rest(&driven, &sticks), sticks);
+    }
+
+    /// Derivatives along a loop that hunts grow without bound; weights made of them would shrink everything.
+    #[test]
+    fn weights_of_a_loop_that_hunts_are_those_of_the_loop_at_rest() {
+        let (data, base) = channel(true);
+        assert_eq!(data.disturbances(&sticking(&data, &base, 0.05)), data.disturbances(&base));
+    }
+
+    #[test]
+    fn a_size_is_not_called_likely_beyond_its_bounds() {
+        let (mut data, base) = channel(true);
+        let effect = index_of("valve_stiction").unwrap();
+        let upper = CATALOGUE[effect].parameters[0].upper;
+        let model = sticking(&data, &base, upper);
+        data.measured_kpa = data.readings(&model).into();
+        let position = base.values.len();
+        let stage = ChannelStage::new(&data, model, vec![position]);
+        let likely = as_likely(&data, &stage, effect, position, f64::INFINITY);
+        let lowest = upper * (1.0 - LIKELY_STEP.powi(-LIKELY_STEPS));
+        assert!(
+            likely.is_some_and(|[below, above]| (below - lowest).abs() < 1e-12 && above == 0.0),
+            "{likely:?}"
+        );
+        assert_eq!(as_likely(&data, &stage, index_of("valve_lag").unwrap(), position, 1.0), None);
+    }
 }

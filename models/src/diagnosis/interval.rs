@@ -122,9 +122,11 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             if slope && c.robust[(k, k)] > 0.0 && c.robust[(k, k)].is_finite() {
                 let error = c.robust[(k, k)].sqrt();
                 let rise = t * t * c.robust[(k, k)] / c.naive[(k, k)];
-                let ends = profile.ends(k, t * error, rise);
-                let likely = as_likely(data, stage, effect, position, rise);
-                let reach = [0, 1].map(|side| ends[side].max(likely[side]) / (t * error));
+                // The squared error of a loop that hunts falls towards less hunting: its profile says nothing about the size.
+                let reach = match as_likely(data, stage, effect, position, rise) {
+                    Some(likely) => likely.map(|end| (end / (t * error)).max(1.0)),
+                    None => profile.ends(k, t * error, rise).map(|end| end / (t * error)),
+                };
                 return Coordinate { error, reach, ..unknown };
             }
             // A threshold has no derivative; the rise is what the other parameters' errors need on average.

@@ -45,6 +45,8 @@ mod search;
 mod secant;
 mod simulation;
 mod stage;
+#[cfg(test)]
+mod testing;
 mod validate;
 mod verdict;
 mod whiten;

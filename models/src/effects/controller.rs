@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use crate::effects::catalogue::{AnyEffect, index_of};
     use crate::effects::simulate::{Row, Undisturbed, simulate};
-    use crate::effects::{DriveInput, Kind, Plant};
+    use crate::effects::{DriveInput, Kind, Plant, Series};
     use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
 
     /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
@@ -195,21 +195,22 @@ mod tests {
             command_range_pa: 3e5,
         };
         let command = |row: usize| if row < 5 { 1e5 } else { 3e5 } + ambient_pa;
+        let every = |value: f64| -> Series { vec![value; ROWS].into() };
         let mut inputs = ChannelInputs {
             time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
-            interval_s: vec![0.01; ROWS],
+            interval_s: every(0.01),
             duration_s: 0.01 * (ROWS - 1) as f64,
-            starts: vec![0],
+            starts: [0].into(),
             drive: DriveInput::Controlled,
             command_pa: (0..ROWS).map(command).collect(),
-            supply_pa: vec![650e3; ROWS],
-            volume_m3: vec![1e-4; ROWS],
-            volume_rate_m3_s: vec![0.0; ROWS],
-            measured_pa: vec![command(0); ROWS],
-            usable: vec![true; ROWS],
-            opposite_pa: vec![],
-            sampled_before_pa: vec![],
-            others_draw: vec![0.0; ROWS],
+            supply_pa: every(650e3),
+            volume_m3: every(1e-4),
+            volume_rate_m3_s: every(0.0),
+            measured_pa: every(command(0)),
+            usable: vec![true; ROWS].into(),
+            opposite_pa: Series::default(),
+            sampled_before_pa: Series::default(),
+            others_draw: every(0.0),
             noise_pa: 0.0,
             ambient_pa,
         };
@@ -253,7 +254,7 @@ mod tests {
         // A tenth of what the channel before has, which is at 1.5 bar: the reading arrives at the command all the same.
         let with = |share| {
             after_a_jump_with(0.0, 1, &mut [effect("sensor_crosstalk", share)], |inputs| {
-                inputs.sampled_before_pa = vec![1.5e5; inputs.rows()];
+                inputs.sampled_before_pa = vec![1.5e5; inputs.rows()].into();
             })
         };
         let (without, with) = (with(0.0), with(0.1));
@@ -269,9 +270,9 @@ mod tests {
         // Rows 14 to 18 repeat each other: held from the middle of the interval before to the middle of the one after.
         let held = |share| {
             after_a_jump_with(0.0, 1, &mut [effect("stale_samples", share)], |inputs| {
-                for (row, measured) in inputs.measured_pa.iter_mut().enumerate() {
-                    *measured += if (14..=18).contains(&row) { 14.0 } else { row as f64 };
-                }
+                let held = |row: usize| if (14..=18).contains(&row) { 14.0 } else { row as f64 };
+                inputs.measured_pa =
+                    inputs.measured_pa.iter().enumerate().map(|(k, p)| p + held(k)).collect();
             })
         };
         let (fresh, old) = (held(0.0), held(1.0));

@@ -1,0 +1,78 @@
+//! A channel for tests: twenty seconds of steps, measured by its own simulation.
+
+use super::blocks::split;
+use super::channel::{ChannelData, Extended, compared_rows};
+use crate::data::ChannelId;
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
+use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+
+const AMBIENT_PA: f64 = 101_325.0;
+const ROWS: usize = 2000;
+
+/// Base parameters of its valve: leaks, gain, edges, corner, weight of the volume's rate.
+const BASE: [f64; 7] = [0.002, 0.002, 0.7, 0.02, -0.02, 0.02, 1.0];
+
+/// Behind a valve whose drive was recorded, or behind a board that follows commands; the simulation of the base model is what was measured.
+pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
+    let every = |value: f64| -> Series { vec![value; ROWS].into() };
+    let command = |row: usize| [150e3, 240e3, 90e3, 200e3][row / 170 % 4] + AMBIENT_PA;
+    let drive = |row: usize| [0.3, -0.2, 0.05, 0.5, -0.6][row / 40 % 5] + 0.1 * (0.05 * row as f64).sin();
+    let inputs = ChannelInputs {
+        time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
+        interval_s: every(0.01),
+        duration_s: 0.01 * (ROWS - 1) as f64,
+        starts: [0].into(),
+        drive: if in_loop {
+            DriveInput::Controlled
+        } else {
+            DriveInput::Spool((0..ROWS).map(drive).collect())
+        },
+        command_pa: (0..ROWS).map(command).collect(),
+        supply_pa: every(650e3),
+        volume_m3: every(3e-4),
+        volume_rate_m3_s: every(0.0),
+        measured_pa: every(150e3 + AMBIENT_PA),
+        usable: vec![true; ROWS].into(),
+        opposite_pa: (0..ROWS).map(|k| 1e4 * (0.03 * k as f64).sin()).collect(),
+        sampled_before_pa: (0..ROWS).map(|k| 2e4 * (0.02 * k as f64).cos()).collect(),
+        others_draw: (0..ROWS).map(|k| 1e4 * (1.0 + (0.05 * k as f64).sin())).collect(),
+        noise_pa: 300.0,
+        ambient_pa: AMBIENT_PA,
+    };
+    let plant = Plant {
+        kind: Kind::Nonlinear(ValveDrive::Spool),
+        gas: Gas { ambient_pa: AMBIENT_PA, ..Gas::default() },
+        flow: FlowFunction::new(0.3, FlowForm::Iso6358),
+        critical_ratio: 0.3,
+        discharge_coefficient: 1.0,
+        board: Some(BoardLoop {
+            rate_hz: 1000.0,
+            gain_per_pa: 3e-5,
+            damping_per_pa: 6e-5,
+            filter: 0.8,
+            lowest_pa: -86e3,
+            highest_pa: 775e3,
+            rounding_pa: 240.0,
+            loops_per_step: 2,
+            noise_draw: 0,
+        }),
+        longest_step_s: 0.01,
+        command_range_pa: 3e5,
+    };
+    let blocks = split(&inputs);
+    let (rows, spans) = compared_rows(&inputs, &blocks);
+    let mut data = ChannelData {
+        id: ChannelId { board: 0, channel: 0 },
+        plant,
+        inputs,
+        blocks,
+        rows,
+        spans,
+        measured_kpa: Series::default(),
+        noise_kpa: 0.3,
+        neighbour_drive: Series::default(),
+    };
+    let model = Extended::base(BASE.to_vec());
+    data.measured_kpa = data.readings(&model).into();
+    (data, model)
+}
