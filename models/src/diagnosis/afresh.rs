@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::base::{GAINS, free_base, plain_cost, start};
+use super::base::{GAINS, free_base, plain_cost, plain_costs, start};
 use super::blocks::Role;
 use super::candidate::{Candidate, refit_effect};
 use super::channel::{ChannelData, Extended};
@@ -39,7 +39,7 @@ pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Op
         return None;
     }
     let equivalent = rivals(channels, stages, &ranked, 0);
-    Some((best.models.clone(), Found::new(stages, &ranked, 0, &equivalent, p_value)))
+    Some((best.models.clone(), Found::new(channels, stages, &ranked, 0, &equivalent, p_value)))
 }
 
 /// Looks on the channel with the largest error for effects that explain it, and fits those to all; best first.
@@ -83,7 +83,9 @@ fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
             let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
                 GAINS.iter().map(|gain| start(data, *gain, EDGE).with(&data.plant, effect, probe))
             });
-            let costs = starts.map(|model| (plain_cost(data, &model), effect, model));
+            let starts: Vec<Extended> = starts.collect();
+            let costs = plain_costs(data, &starts).into_iter().zip(starts);
+            let costs = costs.map(|(cost, model)| (cost, effect, model));
             costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
         })
         .collect();

@@ -1,7 +1,6 @@
 //! The base model, fitted to each channel before anything is named.
 
-use rayon::prelude::*;
-
+use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::fit::refit;
@@ -60,11 +59,8 @@ pub fn fit_base(data: &ChannelData) -> Extended {
             GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
         }
     };
-    let mut ranked: Vec<(f64, Extended)> = starts
-        .into_par_iter()
-        .map(|model| (plain_cost(data, &model), model))
-        .filter(|(cost, _)| cost.is_finite())
-        .collect();
+    let costs = plain_costs(data, &starts).into_iter();
+    let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let free = free_base(data);
     // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
@@ -90,11 +86,21 @@ pub fn fit_base(data: &ChannelData) -> Extended {
 /// Mean squared residual on the fit blocks, kPa^2.
 #[must_use]
 pub fn plain_cost(data: &ChannelData, model: &Extended) -> f64 {
-    let r = data.residuals(model);
+    plain_cost_of(data, &data.readings(model))
+}
+
+/// The same of several models.
+#[must_use]
+pub fn plain_costs(data: &ChannelData, models: &[Extended]) -> Vec<f64> {
+    readings_of(data, models).iter().map(|readings| plain_cost_of(data, readings)).collect()
+}
+
+fn plain_cost_of(data: &ChannelData, readings: &[f64]) -> f64 {
     let fit = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Fit);
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for (_, span) in fit {
-        sum += r[span.clone()].iter().map(|v| v * v).sum::<f64>();
+        let pairs = readings[span.clone()].iter().zip(&data.measured_kpa[span.clone()]);
+        sum += pairs.map(|(y, m)| (y - m) * (y - m)).sum::<f64>();
         count += span.len() as f64;
     }
     sum / count.max(1.0)

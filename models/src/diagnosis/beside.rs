@@ -10,9 +10,9 @@ use crate::effects::Undisturbed;
 use crate::numeric::Lanes;
 
 /// Models in one simulation.
-const LANES: usize = 8;
+const LANES: usize = 4;
 /// A vector takes as long as this many models one by one.
-const WORTH: usize = 3;
+const WORTH: usize = 2;
 
 /// Readings of models, as [`ChannelData::readings`] has them, in their order.
 #[must_use]

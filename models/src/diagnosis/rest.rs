@@ -8,9 +8,10 @@ use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
 use super::dependence::{Dependence, Variable, dependences};
 use super::gain::BlockErrors;
+use super::hunting::is_hunting;
 use super::json::{Corrected, Symptom};
 use super::losses::{row_count, total};
-use super::search::Outcome;
+use super::search::{Found, Outcome, select_total};
 use super::stage::ChannelStage;
 
 /// A dependence that accounts for less than this part of the squared residual is not worth mention.
@@ -64,14 +65,16 @@ impl Rest {
     }
 
     /// Does a smooth function of one variable explain more of the base models' error than the names together? Then they only
-    /// imitate something else.
+    /// imitate something else. What makes a loop hunt counts only where nothing else is named: it takes up what the others leave.
     #[must_use]
-    pub fn imitated(&self, channels: &[ChannelData], last: &[ChannelStage]) -> bool {
-        let loss = |stages: &[ChannelStage]| -> f64 {
-            let sum = |(d, s): (&ChannelData, &ChannelStage)| total(d, &s.losses.deviance, &[Role::Select]);
-            channels.iter().zip(stages).map(sum).sum()
-        };
-        let gained = loss(&self.base_stages) - loss(last);
+    pub fn imitated(&self, channels: &[ChannelData], outcome: &Outcome) -> bool {
+        let loss = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
+        let (hunting, others): (Vec<&Found>, Vec<&Found>) = outcome.causes.iter().partition(|cause| {
+            let looped = channels.iter().zip(&cause.acts).any(|(data, acts)| *acts && data.inputs.in_loop());
+            looped && is_hunting(cause.effect)
+        });
+        let taken_up = if others.is_empty() { 0.0 } else { hunting.iter().map(|cause| cause.gained).sum() };
+        let gained = loss(&self.base_stages) - loss(&outcome.stages) - taken_up;
         Variable::ALL.iter().any(|&variable| {
             let clear =
                 self.symptoms.iter().filter(|d| d.variable == variable && d.p_value <= DEPENDENCE_LEVEL);

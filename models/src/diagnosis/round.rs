@@ -42,6 +42,8 @@ pub const PRACTICAL: f64 = 0.01;
 /// The same beside [what happens at times that the rows tell only roughly](roughly_timed) where a board's loop carries on what it does: its
 /// simulation goes astray by itself, and a little more or less of anything turns it elsewhere.
 const PRACTICAL_ASTRAY: f64 = 0.1;
+/// The same beside what makes a loop hunt: by so much the likelihood of a loop that hunts may differ by luck.
+const PRACTICAL_HUNTING: f64 = 0.03;
 /// Mean squared whitened error, in variances of the noise, that is plainly not explained.
 pub const LARGE_ERROR: f64 = 2.0;
 
@@ -76,7 +78,7 @@ pub fn round(
     passed.sort_by(|a, b| a.0.total_cmp(&b.0));
     let whole: f64 = kept_total(channels, stages);
     let promised = passed.first().map_or(0.0, |p| whole - p.0);
-    let needed = whole * (1.0 - (1.0 - PRACTICAL).powi(2));
+    let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
     let least = (PROMISE * promised).max(HOPEFUL * needed);
     passed.retain(|p| whole - p.0 >= least);
     passed.truncate(MOST_LOOKS);
@@ -176,13 +178,24 @@ pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate
     let (before, after) = sums(|losses| &losses.deviance);
     let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
-    let astray = channels.iter().zip(stages).any(|(data, stage)| {
-        data.inputs.in_loop() && stage.model.effects.iter().any(|&effect| roughly_timed(effect))
-    });
     low > 0.0
-        && gain >= if astray { PRACTICAL_ASTRAY } else { PRACTICAL }
+        && gain >= least_share(channels, stages)
         && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
         && large_enough(channels, candidate)
+}
+
+/// Smallest part of the error of these stages that is worth a name.
+fn least_share(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
+    let any =
+        |of: &dyn Fn(&ChannelData, &ChannelStage) -> bool| channels.iter().zip(stages).any(|(d, s)| of(d, s));
+    let roughly = |stage: &ChannelStage| stage.model.effects.iter().any(|&effect| roughly_timed(effect));
+    if any(&|data, stage| data.inputs.in_loop() && roughly(stage)) {
+        PRACTICAL_ASTRAY
+    } else if any(&|data, stage| hunts(data, &stage.model)) {
+        PRACTICAL_HUNTING
+    } else {
+        PRACTICAL
+    }
 }
 
 /// Does this effect happen at times that rows tell only roughly?

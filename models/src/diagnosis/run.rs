@@ -106,7 +106,7 @@ pub fn diagnose_with(
     progress("measuring the gain", 0);
     let mut rest = Rest::new(&channels, &outcome, change);
     let named = !outcome.causes.is_empty();
-    if named && (rest.imitated(&channels, &outcome.stages) || Rest::harmful(&channels, &outcome)) {
+    if named && (rest.imitated(&channels, &outcome) || Rest::harmful(&channels, &outcome)) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }

@@ -4,13 +4,14 @@ use rayon::prelude::*;
 
 use super::afresh::explained_afresh;
 use super::base::{fit_base, free_base};
+use super::blocks::Role;
 use super::candidate::{Candidate, bootstrap};
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
 use super::fit::refit;
 use super::gate::{Gate, judge, trials};
 use super::hunting::{hunts, likelier};
-use super::losses::together;
+use super::losses::{Losses, together};
 use super::prepare::{halved, simulate_finer};
 use super::round::{
     Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, roughly_timed, round,
@@ -29,6 +30,8 @@ const STEP_ERROR: f64 = 0.01;
 const FORCED: f64 = 0.3;
 /// ... or this part, when what has been named happens at times that the rows tell only roughly.
 const FORCED_ROUGHLY: f64 = 0.6;
+/// What counts as a large error beside a loop that hunts, in variances of the noise: hunting takes up much of whatever is not explained.
+const LARGE_HUNTING: f64 = 1.5;
 
 /// Names give way to one that was found afresh when that leaves less than this part of their squared error.
 const AFRESH: f64 = 0.5;
@@ -46,6 +49,8 @@ pub struct Found {
     pub equivalent: Vec<usize>,
     /// Models before it was added.
     pub before: Vec<Extended>,
+    /// By how much it lowered the deviance on the choosing blocks.
+    pub gained: f64,
     /// Models of the rivals, for the next experiment.
     pub rivals: Vec<Candidate>,
 }
@@ -53,6 +58,7 @@ pub struct Found {
 impl Found {
     /// Number `winner` of the ranked candidates, which the `equivalent` ones explain as well.
     pub fn new(
+        channels: &[ChannelData],
         stages: &[ChannelStage],
         ranked: &[Candidate],
         winner: usize,
@@ -64,7 +70,9 @@ impl Found {
             acts: ranked[winner].acts.clone(),
             p_value,
             equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
-            before: stages.iter().map(|s| s.model.clone()).collect(),
+            before: models_of(stages),
+            gained: select_total(channels, stages.iter().map(|s| &s.losses))
+                - select_total(channels, &ranked[winner].losses),
             rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
         }
     }
@@ -146,6 +154,11 @@ pub fn search(
     Outcome { base, causes, stages, gates, first_gates, rounds, withheld }
 }
 
+/// [Deviance](Losses::deviance) of all channels on the choosing blocks.
+pub fn select_total<'a>(channels: &[ChannelData], losses: impl IntoIterator<Item = &'a Losses>) -> f64 {
+    together(channels, losses, &[Role::Select]).iter().sum()
+}
+
 fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
     stages.iter().map(|s| s.model.clone()).collect()
 }
@@ -196,7 +209,14 @@ fn name(
             break;
         }
         let gate = gates.iter().find(|g| g.effect == ranked[winner].effect);
-        causes.push(Found::new(stages, &ranked, winner, &equivalent, gate.map_or(1.0, |g| g.p_value)));
+        causes.push(Found::new(
+            channels,
+            stages,
+            &ranked,
+            winner,
+            &equivalent,
+            gate.map_or(1.0, |g| g.p_value),
+        ));
         *stages = settle_finely(channels, &ranked[winner].models, fixed);
     }
     eliminate(channels, stages, causes, fixed);
@@ -239,9 +259,11 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
 fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage], named: &[usize]) -> bool {
     let roughly = named.iter().any(|&effect| roughly_timed(effect));
     let most = if roughly { FORCED_ROUGHLY } else { FORCED };
+    let hunting = channels.iter().zip(last).any(|(data, stage)| hunts(data, &stage.model));
+    let large = if hunting { LARGE_HUNTING } else { LARGE_ERROR };
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
-    after > LARGE_ERROR && after - 1.0 > most * (before - 1.0)
+    after > large && after - 1.0 > most * (before - 1.0)
 }
 
 /// Positions of a model's free parameters.
