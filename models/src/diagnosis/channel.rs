@@ -1,5 +1,6 @@
 //! One channel under diagnosis: its inputs, its blocks, and simulations compared with its measurements.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::data::ChannelId;
@@ -12,6 +13,7 @@ use super::blocks::Block;
 use super::correction::{Corrected, Correction};
 use super::dependence::HATS;
 use super::hunting::{at_rest, hunts};
+use super::prepare::rougher;
 use super::secant::secants;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
@@ -254,13 +256,13 @@ impl ChannelData {
 
     /// Readings' derivatives by three disturbances that are free in every block: its start pressure (per kPa), the supply's
     /// level and the supply's slope (per part of its gauge pressure). Of a loop that hunts, those of the loop at rest: the others grow
-    /// without bound.
+    /// without bound. In coarser steps of a board's loop, as all that only weighs or hints at something.
     #[must_use]
     pub fn disturbances(&self, model: &Extended) -> Vec<[f64; 3]> {
         let model = &at_rest(self, model);
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
         let shape = BlockDisturbance::new(&self.inputs, &self.blocks);
-        let run = self.run(model, &values, &shape);
+        let run = self.rough().run(model, &values, &shape);
         run.iter().map(|reading| [reading.gradient[0], reading.gradient[1], reading.gradient[2]]).collect()
     }
 
@@ -269,7 +271,7 @@ impl ChannelData {
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
         let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let run = self.run(model, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
+        let run = self.rough().run(model, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
         run.iter().map(|reading| reading.gradient).collect()
     }
 
@@ -281,6 +283,12 @@ impl ChannelData {
         let shape = RateDisturbance { interval_s: &self.inputs.interval_s, functions };
         let run = self.run(model, &values, &shape);
         run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
+    }
+
+    /// The channel in coarser steps of the board's loop, where there are any.
+    #[must_use]
+    pub fn rough(&self) -> Cow<'_, Self> {
+        rougher(self).map_or(Cow::Borrowed(self), Cow::Owned)
     }
 
     /// Readings over any kind of number; `values` are the model's, in its kind.

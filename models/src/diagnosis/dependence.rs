@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use super::blocks::Role;
 use super::channel::ChannelData;
-use super::prepare::rougher;
 use super::random::{generator, quantile, signs};
 use super::stage::ChannelStage;
 use crate::effects::Series;
@@ -164,7 +163,7 @@ pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dep
         .flat_map(|(channel, (data, stage))| {
             let trace = data.trace(&stage.model);
             // The shape of what a rate does is enough.
-            let rough = rougher(data).unwrap_or_else(|| data.clone());
+            let rough = data.rough();
             let tested: Vec<Dependence> = Variable::ALL
                 .par_iter()
                 .filter_map(|&variable| {

@@ -6,7 +6,6 @@ use super::beside::readings_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::hunting::{at_rest, hunts, is_hunting};
-use super::prepare::rougher;
 use super::ripple::Cycle;
 use super::stage::{ChannelStage, OPEN};
 use crate::effects::catalogue::CATALOGUE;
@@ -53,7 +52,7 @@ pub struct Probing<'a> {
 impl<'a> Probing<'a> {
     /// Prepares a channel.
     pub fn new(data: &'a ChannelData, stage: &'a ChannelStage) -> Self {
-        let rough = rougher(data).map_or(Cow::Borrowed(data), Cow::Owned);
+        let rough = data.rough();
         let same = matches!(rough, Cow::Borrowed(_));
         let readings =
             if same { Cow::Borrowed(&stage.readings[..]) } else { Cow::Owned(rough.readings(&stage.model)) };
