@@ -25,6 +25,8 @@ const LOOK: usize = 4;
 /// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
 /// evaluations.
 const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
+/// A candidate that leaves so many times as much as the best so far drops out too.
+const OUTDONE: f64 = 5.0;
 /// A candidate that a round brings forward by less than this part of its gain has arrived.
 const ARRIVED: f64 = 0.002;
 /// Times that the best candidate is fitted further where much is left ...
@@ -94,7 +96,7 @@ pub fn round(
     for (near, evaluations) in EARNEST {
         let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
         ranked.par_iter_mut().zip(&mut moving).for_each(|((loss, candidate), moving)| {
-            if !*moving || *loss - least > near * (whole - least) {
+            if !*moving || *loss - least > near * (whole - least) || *loss > OUTDONE * least {
                 return;
             }
             let (_, further) = look(candidate.effect, Some(candidate), evaluations);
