@@ -10,13 +10,14 @@ use super::blocks::Role;
 use super::candidate::{Candidate, refit_effect};
 use super::channel::{ChannelData, Extended};
 use super::fit::refit;
+use super::found::Found;
 use super::gate::{applicable, judge};
 use super::losses::together;
 use super::probe::{Trial, scores};
-use super::round::{LEVEL, rivals, worth_naming};
-use super::search::Found;
+use super::round::{LEVEL, rivals};
 use super::stage::{ChannelStage, OPEN, whitened_residuals};
 use super::whiten::Whitening;
+use super::worth::worth_naming;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::channel::ChannelData;
+use super::found::Found;
 use super::interval::{Coordinate, coordinates, interval, pool};
 use super::json::{Cause, Estimate, Gain};
-use super::search::{Found, Outcome};
+use super::search::Outcome;
 use crate::effects::EffectParameter;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Scale;

@@ -5,9 +5,9 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::hunting::{hunts, otherwise};
 use super::octaves::{Octave, beside_error, deviances, octaves};
-use super::round::PRACTICAL;
 use super::stage::{OPEN, block_losses, whitened_residuals};
 use super::whiten::Whitening;
+use super::worth::PRACTICAL;
 
 /// What a model leaves in every block.
 #[derive(Debug, Clone)]
@@ -93,6 +93,11 @@ pub fn together<'a>(
     roles: &[Role],
 ) -> Vec<f64> {
     together_by(channels, losses, |losses| &losses.deviance, roles)
+}
+
+/// Deviance of all channels on the choosing blocks.
+pub fn select_total<'a>(channels: &[ChannelData], losses: impl IntoIterator<Item = &'a Losses>) -> f64 {
+    together(channels, losses, &[Role::Select]).iter().sum()
 }
 
 /// One kind of loss of all channels together, block by block, for the blocks of some roles.

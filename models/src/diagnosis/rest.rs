@@ -7,11 +7,12 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
 use super::dependence::{Dependence, Variable, dependences};
+use super::found::Found;
 use super::gain::BlockErrors;
 use super::hunting::is_hunting;
 use super::json::{Corrected, Symptom};
-use super::losses::{row_count, total};
-use super::search::{Found, Outcome, select_total};
+use super::losses::{row_count, select_total, total};
+use super::search::Outcome;
 use super::stage::ChannelStage;
 
 /// A dependence that accounts for less than this part of the squared residual is not worth mention.

@@ -2,15 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap, borrow, refit_effect, size};
+use super::candidate::{Candidate, bootstrap, borrow, refit_effect};
 use super::channel::ChannelData;
 use super::gate::Gate;
-use super::hunting::hunts;
-use super::losses::{Losses, least_gain, row_count, together, together_by, total};
+use super::losses::{row_count, together, total};
 use super::probe::Trial;
 use super::search::SETTLE;
 use super::stage::{ChannelStage, OPEN, block_losses};
+use super::worth::{LARGE_ERROR, least_share, worth_naming};
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 
@@ -39,16 +38,6 @@ pub const TIE_SHARE: f64 = 0.01;
 const TIE_GAIN: f64 = 0.25;
 /// Level of the gate.
 pub const LEVEL: f64 = 0.05;
-/// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
-pub const PRACTICAL: f64 = 0.01;
-/// The same beside [what happens at times that the rows tell only roughly](roughly_timed) where a board's loop carries on what it does: its
-/// simulation goes astray by itself, and a little more or less of anything turns it elsewhere.
-const PRACTICAL_ASTRAY: f64 = 0.1;
-/// The same beside what makes a loop hunt: by so much the likelihood of a loop that hunts may differ by luck.
-const PRACTICAL_HUNTING: f64 = 0.03;
-/// Mean squared whitened error, in variances of the noise, that is plainly not explained.
-pub const LARGE_ERROR: f64 = 2.0;
-
 /// An effect in one round of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Considered {
@@ -164,70 +153,6 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
         sum += kept + (least - own).min(0.0);
     }
     sum
-}
-
-/// Is what it gains on the choosing blocks sure, and enough for a name?
-#[must_use]
-pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
-    if !candidate.acts.iter().any(|a| *a) {
-        return false;
-    }
-    let sums = |kind: fn(&Losses) -> &[f64]| {
-        let before = together_by(channels, stages.iter().map(|s| &s.losses), kind, &[Role::Select]);
-        (before, together_by(channels, &candidate.losses, kind, &[Role::Select]))
-    };
-    let sum = |losses: &[f64]| losses.iter().sum::<f64>();
-    let (before, after) = sums(|losses| &losses.deviance);
-    let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
-    let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
-    low > 0.0
-        && gain >= least_share(channels, stages)
-        && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
-        && large_enough(channels, candidate)
-}
-
-/// Smallest part of the error of these stages that is worth a name.
-fn least_share(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
-    let any =
-        |of: &dyn Fn(&ChannelData, &ChannelStage) -> bool| channels.iter().zip(stages).any(|(d, s)| of(d, s));
-    let roughly = |stage: &ChannelStage| stage.model.effects.iter().any(|&effect| roughly_timed(effect));
-    if any(&|data, stage| data.inputs.in_loop() && roughly(stage)) {
-        PRACTICAL_ASTRAY
-    } else if any(&|data, stage| hunts(data, &stage.model)) {
-        PRACTICAL_HUNTING
-    } else {
-        PRACTICAL
-    }
-}
-
-/// Does this effect happen at times that rows tell only roughly?
-#[must_use]
-pub fn roughly_timed(effect: usize) -> bool {
-    CATALOGUE[effect].id == "stale_samples"
-}
-
-/// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.
-fn hunting_is_the_error(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    candidate: &Candidate,
-    (before, after): (Vec<f64>, Vec<f64>),
-) -> bool {
-    let models = stages.iter().map(|s| &s.model).chain(&candidate.models);
-    if !channels.iter().cycle().zip(models).any(|(data, model)| hunts(data, model)) {
-        return true;
-    }
-    let least = least_gain(channels.iter().map(|data| row_count(data, &[Role::Select])).sum());
-    let [low, ..] = bootstrap(&before, &after, 1, |a, b| a - b);
-    let gain = before.iter().sum::<f64>() - after.iter().sum::<f64>();
-    low > 0.0 && gain >= least
-}
-
-/// Is the effect's size beyond what timing and rounding can look like?
-fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
-    let models = candidate.models.iter().zip(channels).zip(&candidate.acts).filter(|(_, acts)| **acts);
-    let mut sizes = models.map(|((model, data), _)| size(data, model, candidate.effect));
-    sizes.any(|size| size >= CATALOGUE[candidate.effect].smallest)
 }
 
 /// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks cannot tell them apart, or what

@@ -4,20 +4,19 @@ use rayon::prelude::*;
 
 use super::afresh::explained_afresh;
 use super::base::{fit_base, free_base};
-use super::blocks::Role;
-use super::candidate::{Candidate, bootstrap};
+use super::candidate::bootstrap;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
 use super::fit::refit;
+use super::found::{Found, Withheld};
 use super::gate::{Gate, judge, trials};
 use super::hunting::{hunts, likelier};
-use super::losses::{Losses, together};
+use super::losses::together;
 use super::prepare::{halved, simulate_finer};
-use super::round::{
-    Considered, LARGE_ERROR, PRACTICAL, is_foil, kept_total, open_rows, rivals, roughly_timed, round,
-};
+use super::round::{Considered, is_foil, kept_total, open_rows, rivals, round};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::whiten::Whitening;
+use super::worth::{PRACTICAL, forced, large_in_loop};
 use crate::effects::Question;
 
 /// Causes that are looked for at most.
@@ -26,57 +25,8 @@ const MOST_CAUSES: usize = 4;
 pub const SETTLE: usize = 20;
 /// Mean squared whitened change by half the integration step, in variances of the noise, that calls for finer steps.
 const STEP_ERROR: f64 = 0.01;
-/// Names that leave more than this part of it are withdrawn ...
-const FORCED: f64 = 0.3;
-/// ... or this part, when what has been named happens at times that the rows tell only roughly.
-const FORCED_ROUGHLY: f64 = 0.6;
-/// What counts as a large error beside a loop that hunts, in variances of the noise: hunting takes up much of whatever is not explained.
-const LARGE_HUNTING: f64 = 1.5;
-
 /// Names give way to one that was found afresh when that leaves less than this part of their squared error.
 const AFRESH: f64 = 0.5;
-
-/// A cause as the search found it.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// Number of the effect in the catalogue.
-    pub effect: usize,
-    /// Where it acts, channel by channel.
-    pub acts: Vec<bool>,
-    /// p-value of its gate.
-    pub p_value: f64,
-    /// Numbers of the effects that explain as well.
-    pub equivalent: Vec<usize>,
-    /// Models before it was added.
-    pub before: Vec<Extended>,
-    /// By how much it lowered the deviance on the choosing blocks.
-    pub gained: f64,
-    /// Models of the rivals, for the next experiment.
-    pub rivals: Vec<Candidate>,
-}
-
-impl Found {
-    /// Number `winner` of the ranked candidates, which the `equivalent` ones explain as well.
-    pub fn new(
-        channels: &[ChannelData],
-        stages: &[ChannelStage],
-        ranked: &[Candidate],
-        winner: usize,
-        equivalent: &[usize],
-        p_value: f64,
-    ) -> Self {
-        Self {
-            effect: ranked[winner].effect,
-            acts: ranked[winner].acts.clone(),
-            p_value,
-            equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
-            before: models_of(stages),
-            gained: select_total(channels, stages.iter().map(|s| &s.losses))
-                - select_total(channels, &ranked[winner].losses),
-            rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
-        }
-    }
-}
 
 /// Where the search ended.
 #[derive(Debug, Clone)]
@@ -95,15 +45,6 @@ pub struct Outcome {
     pub rounds: Vec<Vec<Considered>>,
     /// A name that was found and not given.
     pub withheld: Option<Withheld>,
-}
-
-/// A name that was not given because something outside the catalogue explains as well.
-#[derive(Debug, Clone)]
-pub struct Withheld {
-    /// Number of the effect in the catalogue.
-    pub effect: usize,
-    /// What explains as well, refitted.
-    pub foil: Candidate,
 }
 
 /// What the search tells while it runs.
@@ -154,19 +95,8 @@ pub fn search(
     Outcome { base, causes, stages, gates, first_gates, rounds, withheld }
 }
 
-/// [Deviance](Losses::deviance) of all channels on the choosing blocks.
-pub fn select_total<'a>(channels: &[ChannelData], losses: impl IntoIterator<Item = &'a Losses>) -> f64 {
-    together(channels, losses, &[Role::Select]).iter().sum()
-}
-
 fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
     stages.iter().map(|s| s.model.clone()).collect()
-}
-
-/// Is much unexplained where a board's loop is part of the simulation?
-fn large_in_loop(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
-    let looped = channels.iter().any(|data| data.inputs.in_loop());
-    looped && kept_total(channels, stages) > LARGE_ERROR * open_rows(channels)
 }
 
 /// What the rounds of a search find.
@@ -253,17 +183,6 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
         open.flat_map(|(_, span)| &difference[span.clone()]).map(|d| d * d).sum()
     };
     channels.par_iter().zip(stages).map(change).sum::<f64>() / open_rows(channels).max(1.0)
-}
-
-/// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
-fn forced(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage], named: &[usize]) -> bool {
-    let roughly = named.iter().any(|&effect| roughly_timed(effect));
-    let most = if roughly { FORCED_ROUGHLY } else { FORCED };
-    let hunting = channels.iter().zip(last).any(|(data, stage)| hunts(data, &stage.model));
-    let large = if hunting { LARGE_HUNTING } else { LARGE_ERROR };
-    let rows = open_rows(channels);
-    let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
-    after > large && after - 1.0 > most * (before - 1.0)
 }
 
 /// Positions of a model's free parameters.

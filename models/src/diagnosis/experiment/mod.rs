@@ -16,9 +16,10 @@ pub use menu::Excitation;
 pub use separation::{Explanation, Separation, separation};
 
 use super::channel::{ChannelData, Extended};
+use super::found::Found;
 use super::json::{Cause, ConsideredExperiment, NextExperiment};
 use super::round::TIE_SHARE;
-use super::search::{Found, Outcome};
+use super::search::Outcome;
 use super::stage::ChannelStage;
 use super::verdict;
 use super::whiten::Whitening;
