@@ -11,16 +11,12 @@ use crate::numeric::{Dual, Scalar};
 
 use super::blocks::Block;
 use super::correction::{Corrected, Correction};
-use super::dependence::HATS;
-use super::hunting::{at_rest, hunts};
+use super::hunting::hunts;
 use super::prepare::rougher;
 use super::secant::secants;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
-const NARROW: usize = 8;
-/// Sines differentiated at a time.
-pub const SINES: usize = NARROW / 2;
-
+pub const NARROW: usize = 8;
 /// Widest overlap of a valve's edges that is believed: beyond it a fit bends the valve's corner to imitate something else.
 const WIDEST_EDGE: f64 = 0.5;
 
@@ -254,37 +250,6 @@ impl ChannelData {
         }
     }
 
-    /// Readings' derivatives by three disturbances that are free in every block: its start pressure (per kPa), the supply's
-    /// level and the supply's slope (per part of its gauge pressure). Of a loop that hunts, those of the loop at rest: the others grow
-    /// without bound. In coarser steps of a board's loop, as all that only weighs or hints at something.
-    #[must_use]
-    pub fn disturbances(&self, model: &Extended) -> Vec<[f64; 3]> {
-        let model = &at_rest(self, model);
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let shape = BlockDisturbance::new(&self.inputs, &self.blocks);
-        let run = self.rough().run(model, &values, &shape);
-        run.iter().map(|reading| [reading.gradient[0], reading.gradient[1], reading.gradient[2]]).collect()
-    }
-
-    /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of its gauge pressure) at up to
-    /// `SINES` frequencies in Hz.
-    #[must_use]
-    pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let run = self.rough().run(model, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
-        run.iter().map(|reading| reading.gradient).collect()
-    }
-
-    /// Readings' derivatives by the heights of functions that are added to the pressure's rate (kPa/s), given by their values
-    /// at every row.
-    #[must_use]
-    pub fn rate_derivatives(&self, model: &Extended, functions: &[[f64; HATS]]) -> Vec<[f64; HATS]> {
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let shape = RateDisturbance { interval_s: &self.inputs.interval_s, functions };
-        let run = self.run(model, &values, &shape);
-        run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
-    }
-
     /// The channel in coarser steps of the board's loop, where there are any.
     #[must_use]
     pub fn rough(&self) -> Cow<'_, Self> {
@@ -318,84 +283,4 @@ struct Part<'a> {
     first: usize,
     of: usize,
     part: &'a [usize],
-}
-
-/// Derivatives of start pressure, supply level and supply slope, block by block.
-struct BlockDisturbance {
-    /// Rows at which a block starts.
-    starts: Vec<bool>,
-    /// Gauge supply pressure (Pa) times 1 and times -1 to 1 over the block.
-    supply: Vec<[f64; 2]>,
-}
-
-impl BlockDisturbance {
-    fn new(inputs: &ChannelInputs, blocks: &[Block]) -> Self {
-        let rows = inputs.rows();
-        let (mut starts, mut supply) = (vec![false; rows], vec![[0.0; 2]; rows]);
-        for block in blocks {
-            starts[block.start] = true;
-            let middle = 0.5 * (inputs.time_s[block.start] + inputs.time_s[block.end - 1]);
-            let half = (inputs.time_s[block.end - 1] - middle).max(1e-9);
-            for row in block.start..block.end {
-                let gauge = inputs.supply_pa[row] - inputs.ambient_pa;
-                supply[row] = [gauge, gauge * (inputs.time_s[row] - middle) / half];
-            }
-        }
-        Self { starts, supply }
-    }
-}
-
-impl Disturbance<Dual<f64, NARROW>> for BlockDisturbance {
-    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
-        let [level, slope] = self.supply[row];
-        let mut disturbed = supply;
-        (disturbed.gradient[1], disturbed.gradient[2]) = (level, slope);
-        disturbed
-    }
-
-    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
-        let mut disturbed = pressure;
-        if self.starts[row] {
-            disturbed.gradient = [0.0; NARROW];
-            disturbed.gradient[0] = 1e3;
-        }
-        disturbed
-    }
-}
-
-/// Derivatives of terms added to the pressure's rate, whose values are given at every row.
-struct RateDisturbance<'a> {
-    interval_s: &'a [f64],
-    functions: &'a [[f64; HATS]],
-}
-
-impl Disturbance<Dual<f64, NARROW>> for RateDisturbance<'_> {
-    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
-        let mut disturbed = pressure;
-        if let Some(before) = row.checked_sub(1) {
-            for (slope, value) in disturbed.gradient.iter_mut().zip(&self.functions[before]) {
-                *slope += 1e3 * value * self.interval_s[before];
-            }
-        }
-        disturbed
-    }
-}
-
-/// Derivatives of sines in the supply.
-struct SineDisturbance<'a> {
-    inputs: &'a ChannelInputs,
-    frequencies_hz: &'a [f64],
-}
-
-impl Disturbance<Dual<f64, NARROW>> for SineDisturbance<'_> {
-    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
-        let gauge = self.inputs.supply_pa[row] - self.inputs.ambient_pa;
-        let middle = self.inputs.time_s[row] + 0.5 * self.inputs.interval_s[row];
-        let mut disturbed = supply;
-        for (k, frequency) in self.frequencies_hz.iter().enumerate() {
-            let (sine, cosine) = (std::f64::consts::TAU * frequency * middle).sin_cos();
-            (disturbed.gradient[2 * k], disturbed.gradient[2 * k + 1]) = (gauge * cosine, gauge * sine);
-        }
-        disturbed
-    }
 }

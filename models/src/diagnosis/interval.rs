@@ -122,11 +122,14 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             if slope && c.robust[(k, k)] > 0.0 && c.robust[(k, k)].is_finite() {
                 let error = c.robust[(k, k)].sqrt();
                 let rise = t * t * c.robust[(k, k)] / c.naive[(k, k)];
-                // The squared error of a loop that hunts falls towards less hunting: its profile says nothing about the size.
-                let reach = match as_likely(data, stage, effect, position, rise) {
-                    Some(likely) => likely.map(|end| (end / (t * error)).max(1.0)),
-                    None => profile.ends(k, t * error, rise).map(|end| end / (t * error)),
-                };
+                let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
+                if let Some(likely) = as_likely(data, stage, effect, position, rise) {
+                    for (reach, likely) in reach.iter_mut().zip(likely) {
+                        // The squared error of a loop that hunts may fall all the way to less hunting: no end is no end of the size.
+                        let profile = if reach.is_finite() { *reach } else { 1.0 };
+                        *reach = profile.max(likely / (t * error));
+                    }
+                }
                 return Coordinate { error, reach, ..unknown };
             }
             // A threshold has no derivative; the rise is what the other parameters' errors need on average.

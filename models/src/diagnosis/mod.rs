@@ -20,6 +20,8 @@ mod chord;
 mod common;
 mod correction;
 mod dependence;
+mod disturbance;
+mod effect_fit;
 mod error;
 mod experiment;
 mod extended;

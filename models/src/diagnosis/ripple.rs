@@ -5,8 +5,9 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{DMatrix, DVector};
 
 use super::blocks::Role;
-use super::channel::{ChannelData, SINES};
+use super::channel::ChannelData;
 use super::dependence::rows_of;
+use super::disturbance::SINES;
 use super::stage::ChannelStage;
 use crate::effects::Kind;
 
