@@ -63,12 +63,6 @@ impl BlockObjective<'_> {
         (matrix, self.cost(&r))
     }
 
-    /// Is little left where the model stands?
-    fn is_near(&self) -> bool {
-        let mean = self.cost(&self.whitened(&self.model)) / self.residuals().max(1) as f64;
-        mean < NEAR * self.data.noise_kpa * self.data.noise_kpa
-    }
-
     /// Sum of squares over the blocks that count.
     fn cost(&self, residuals: &[f64]) -> f64 {
         let counted =
@@ -170,12 +164,8 @@ pub fn normal_equations(data: &ChannelData, roles: &[Role], r: &[f64], matrix: &
     normal
 }
 
-/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance ...
+/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance.
 const BETWEEN_SECANTS: usize = 4;
-/// ... and between two sets of derivatives near the optimum where a board's loop is simulated: loop by loop they cost the most.
-const BETWEEN_DERIVATIVES: usize = 2;
-/// Mean squared whitened residual, in variances of the noise, that is near.
-const NEAR: f64 = 4.0;
 
 /// Fits the free parameters from where the model stands. Returns the model and the evaluations spent.
 #[must_use]
@@ -186,18 +176,12 @@ pub fn refit(
     free: &[usize],
     evaluations: usize,
 ) -> (Extended, usize) {
+    if hunts(data, model) {
+        let sets = evaluations.div_ceil(BETWEEN_SECANTS);
+        return (refit_renewing(data, whitening, model, free, (BETWEEN_SECANTS, sets)), evaluations);
+    }
     let objective =
         BlockObjective { data, whitening, model: model.clone(), free: free.to_vec(), roles: &[Role::Fit] };
-    let in_loop = data.inputs.in_loop();
-    let between = if hunts(data, model) {
-        Some(BETWEEN_SECANTS)
-    } else {
-        (in_loop && objective.is_near()).then_some(BETWEEN_DERIVATIVES)
-    };
-    if let Some(between) = between {
-        let sets = evaluations.div_ceil(between);
-        return (refit_renewing(data, whitening, model, free, (between, sets)), evaluations);
-    }
     let stopping = Stopping { evaluations, cost_tolerance: 1e-4, gradient_tolerance: 1e-6 };
     let start = objective.nominal();
     let minimum = minimise(&objective, &objective.bounds(), &start, &stopping, &AtomicBool::new(false));
