@@ -124,11 +124,10 @@ fn prepare_channel(
     let counts =
         |f: &Flags, p: &f32| f.pressure_usable() && !f.contains(Flags::INPUT_MISSING) && p.is_finite();
     let mut usable: Vec<bool> = channel.flags.iter().zip(pressure).map(|(f, p)| counts(f, p)).collect();
-    let mut last =
-        pressure.iter().zip(usable.iter()).find(|(_, u)| **u).map_or(start_kpa, |(p, _)| f64::from(*p));
+    let mut last = pressure.iter().zip(&usable).find(|(_, u)| **u).map_or(start_kpa, |(p, _)| f64::from(*p));
     let measured_kpa: Vec<f64> = pressure
         .iter()
-        .zip(usable.iter())
+        .zip(&usable)
         .map(|(p, u)| {
             if *u {
                 last = f64::from(*p);

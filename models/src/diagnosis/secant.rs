@@ -23,22 +23,27 @@ const FACTOR: f64 = 10.0;
 #[must_use]
 pub fn secants(data: &ChannelData, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
     let parameters = model.parameters(&data.plant);
-    let chords: Vec<Chord> = free.iter().map(|&k| Chord::new(model, &parameters[k], k)).collect();
-    let first = chords.iter().map(|chord| chord.moved(model, chord.first));
+    let secants: Vec<Secant> = free.iter().map(|&k| Secant::new(model, &parameters[k], k)).collect();
+    let first = secants.iter().map(|secant| secant.moved(model, secant.first));
     let mut all = readings_of(data, &first.chain([model.clone()]).collect::<Vec<_>>());
     let readings = all.pop().unwrap_or_default();
-    let mut columns: Vec<Vec<f64>> =
-        chords.iter().zip(&all).map(|(chord, moved)| chord.slope(chord.first, moved, &readings)).collect();
+    let mut columns: Vec<Vec<f64>> = secants
+        .iter()
+        .zip(&all)
+        .map(|(secant, moved)| secant.slope(secant.first, moved, &readings))
+        .collect();
     // Once more where the first stride was much too short or too long.
-    let again: Vec<(usize, f64)> = chords
+    let again: Vec<(usize, f64)> = secants
         .iter()
         .zip(&all)
         .enumerate()
-        .filter_map(|(k, (chord, moved))| Some((k, chord.next(distance(moved, &readings), data.noise_kpa)?)))
+        .filter_map(|(k, (secant, moved))| {
+            Some((k, secant.next(distance(moved, &readings), data.noise_kpa)?))
+        })
         .collect();
-    let models: Vec<Extended> = again.iter().map(|&(k, stride)| chords[k].moved(model, stride)).collect();
+    let models: Vec<Extended> = again.iter().map(|&(k, stride)| secants[k].moved(model, stride)).collect();
     for (&(k, stride), moved) in again.iter().zip(readings_of(data, &models)) {
-        columns[k] = chords[k].slope(stride, &moved, &readings);
+        columns[k] = secants[k].slope(stride, &moved, &readings);
     }
     let mut matrix = Vec::with_capacity(readings.len() * free.len());
     for row in 0..readings.len() {
@@ -54,7 +59,7 @@ fn distance(moved: &[f64], readings: &[f64]) -> f64 {
 }
 
 /// The change of one parameter.
-struct Chord {
+struct Secant {
     /// Position of the parameter.
     position: usize,
     value: f64,
@@ -65,7 +70,7 @@ struct Chord {
     longest: f64,
 }
 
-impl Chord {
+impl Secant {
     fn new(model: &Extended, p: &Parameter, position: usize) -> Self {
         let value = model.values[position];
         let (first, longest) = match p.scale {
