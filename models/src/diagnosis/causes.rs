@@ -30,7 +30,7 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
     };
     let pooled: Vec<Coordinate> = (0..info.parameters.len())
         .filter_map(|k| {
-            let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).copied()).collect();
+            let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).cloned()).collect();
             pool(&all)
         })
         .collect();

@@ -1,0 +1,163 @@
+//! How well the recording determines an effect's parameters.
+//!
+//! Standard errors come from how blocks would move the estimate ([`sandwich`]). The interval's ends are those of the profile likelihood
+//! ([`profile`]): each parameter is moved, the others refitted, until the cost has risen by what belongs to the standard error on a
+//! parabola. Where the cost is a parabola nothing changes; where it is lopsided, has a threshold without derivative, or ends at a bound,
+//! the interval shows it. Channels are put together by [`pool`].
+//!
+//! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the squared error makes of hunting is alike on
+//! all channels, so this does not average out between them.
+//!
+//! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
+//! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
+
+mod pool;
+mod profile;
+mod sandwich;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+pub use self::pool::pool;
+use self::profile::Profile;
+use self::sandwich::Sandwich;
+use super::channel::ChannelData;
+use super::hunting::as_likely;
+use super::prepare::halved;
+use super::stage::ChannelStage;
+use crate::model::Scale;
+
+/// An estimate on the scale on which the parameter is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// Value, or its logarithm.
+    pub value: f64,
+    /// Standard error; infinite where the data say nothing.
+    pub error: f64,
+    /// What each block for fitting adds to that: its squares are the sum of theirs. Empty for a threshold, which has no derivative.
+    pub by_block: Vec<f64>,
+    /// Degrees of freedom of the error.
+    pub freedom: f64,
+    /// Distance of the interval's ends below and above, over that of a parabola; infinite where a bound comes first.
+    pub reach: [f64; 2],
+    /// Distances below and above up to which a loop that hunts is as likely; zero where none hunts.
+    pub as_likely: [f64; 2],
+    /// Change of the value when the integration step is halved.
+    pub halving: f64,
+}
+
+fn quantile(freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(2.0, |d| d.inverse_cdf(0.975))
+}
+
+/// The parameters of one effect on one channel.
+#[must_use]
+pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Coordinate> {
+    let Some(range) = stage.model.range(&data.plant, effect) else {
+        return Vec::new();
+    };
+    let parameters = stage.model.parameters(&data.plant);
+    let sandwich = Sandwich::new(data, stage);
+    let profile = Profile::new(data, stage);
+    let halving = by_halving(data, stage);
+    range
+        .map(|position| {
+            let raw = stage.model.values[position];
+            let value = match parameters[position].scale {
+                Scale::Linear => raw,
+                Scale::Logarithmic => raw.ln(),
+            };
+            let free = stage.free.iter().position(|&k| k == position);
+            let unknown = Coordinate {
+                value,
+                error: f64::INFINITY,
+                by_block: Vec::new(),
+                freedom: 1.0,
+                reach: [1.0; 2],
+                as_likely: [0.0; 2],
+                halving: free.map_or(0.0, |k| halving[k]),
+            };
+            let (Some(sandwich), Some(k)) = (&sandwich, free) else {
+                return unknown;
+            };
+            let slope = stage.sensitivities.iter().skip(k).step_by(stage.free.len()).any(|s| s.abs() > 0.0);
+            let variance = sandwich.variance(k);
+            if slope && variance > 0.0 && variance.is_finite() {
+                let (error, freedom) = (variance.sqrt(), sandwich.freedom(k));
+                let t = quantile(freedom);
+                let rise = t * t * sandwich.ratio(k);
+                let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
+                let as_likely = as_likely(data, stage, effect, position, rise);
+                if as_likely.is_some() {
+                    // The squared error of a loop that hunts may fall all the way to less hunting: no end is no end of the size.
+                    reach = reach.map(|end| if end.is_finite() { end } else { 1.0 });
+                }
+                let as_likely = as_likely.unwrap_or_default();
+                let by_block = sandwich.by_block(k);
+                return Coordinate { error, by_block, freedom, reach, as_likely, ..unknown };
+            }
+            // A threshold has no derivative; the rise is what the other parameters' errors need on average.
+            let freedom = (sandwich.blocks() as f64 - 1.0).max(1.0);
+            let t = quantile(freedom);
+            let ratios: Vec<f64> = (0..stage.free.len())
+                .map(|j| sandwich.ratio(j))
+                .filter(|r| r.is_finite() && *r > 1e-3)
+                .collect();
+            let rise = t * t * ratios.iter().sum::<f64>() / (ratios.len() as f64).max(1.0);
+            let ends = profile.ends(k, 0.0, rise);
+            let error = 0.5 * (ends[0] + ends[1]) / t;
+            if error.is_finite() && error > 0.0 {
+                Coordinate { error, freedom, reach: ends.map(|end| end / (t * error)), ..unknown }
+            } else {
+                unknown
+            }
+        })
+        .collect()
+}
+
+/// What half the integration step changes in the free parameters, to first order.
+fn by_halving(data: &ChannelData, stage: &ChannelStage) -> Vec<f64> {
+    let mut change = halved(data).readings(&stage.model);
+    change.iter_mut().zip(&stage.readings).for_each(|(fine, now)| *fine = (now - *fine) / data.noise_kpa);
+    stage.whitening.apply(&mut change);
+    stage.project(data, &change)
+}
+
+/// The 95 % interval in the parameter's own unit.
+#[must_use]
+pub fn interval(coordinate: &Coordinate, scale: Scale) -> Option<[f64; 2]> {
+    if !coordinate.error.is_finite() {
+        return None;
+    }
+    let half = quantile(coordinate.freedom) * coordinate.error;
+    let step = 2.0 * coordinate.halving.abs();
+    let [below, above] =
+        [0, 1].map(|side| (half * coordinate.reach[side]).max(coordinate.as_likely[side]) + step);
+    let ends = [coordinate.value - below, coordinate.value + above];
+    Some(match scale {
+        Scale::Linear => ends,
+        Scale::Logarithmic => ends.map(f64::exp),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lopsided_profile_makes_a_lopsided_interval() {
+        let coordinate = |reach| Coordinate {
+            value: 1.0,
+            error: 0.1,
+            by_block: Vec::new(),
+            freedom: 1e6,
+            reach,
+            as_likely: [0.0; 2],
+            halving: 0.0,
+        };
+        let ends = interval(&coordinate([1.0, 2.0]), Scale::Linear);
+        let [low, high] = ends.unwrap_or_default();
+        assert!((low - (1.0 - 0.196)).abs() < 1e-3 && (high - (1.0 + 0.392)).abs() < 1e-3, "{low} {high}");
+        let open = interval(&coordinate([f64::INFINITY, 1.0]), Scale::Logarithmic);
+        assert_eq!(open.map(|ends| ends[0]), Some(0.0));
+    }
+}
