@@ -11,6 +11,11 @@ use crate::effects::Kind;
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
 const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
+/// Leaks and width of the corner where a search begins, over the gain.
+const LEAK: f64 = 0.003;
+const CORNER: f64 = 0.03;
+/// A corner of this width, mm^2, is sharp: the smallest drives open as much.
+const SHARP_MM2: f64 = 1e-3;
 
 /// A fit that multiplies the plain error of the first look by this has gone astray.
 const ASTRAY: f64 = 1.5;
@@ -36,18 +41,33 @@ pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
     let volume = data.inputs.volume_m3.first().copied().unwrap_or(1e-4);
     let gain = gain * volume / 1e-4 / data.plant.discharge_coefficient;
     let mut values: Vec<f64> = parameters.iter().map(|p| p.nominal).collect();
-    (values[0], values[1]) = (0.003 * gain, 0.003 * gain);
+    (values[0], values[1]) = (LEAK * gain, LEAK * gain);
     if data.plant.separate() {
         (values[2], values[3]) = (gain, gain);
-        (values[4], values[5], values[6]) = (edge, edge, 0.03 * gain);
+        (values[4], values[5], values[6]) = (edge, edge, CORNER * gain);
     } else {
         values[2] = gain;
-        (values[3], values[4], values[5]) = (edge, -edge, 0.03 * gain);
+        (values[3], values[4], values[5]) = (edge, -edge, CORNER * gain);
     }
     for (value, p) in values.iter_mut().zip(&parameters) {
         *value = value.clamp(p.lower, p.upper);
     }
     Extended::base(values)
+}
+
+/// The model with leaks and corner of a [`start`], where its corner has become so sharp that nothing depends on its width any more: where a
+/// base model was fitted alone it has imitated what it lacks, and would stay there.
+#[must_use]
+pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
+    let corner = data.plant.corner()?;
+    if model.values[corner] > SHARP_MM2 {
+        return None;
+    }
+    let gain = model.values[2];
+    let mut rounded = model.clone();
+    (rounded.values[0], rounded.values[1], rounded.values[corner]) =
+        (LEAK * gain, LEAK * gain, CORNER * gain);
+    Some(rounded)
 }
 
 /// Fits the base model to a channel from a grid of starts.

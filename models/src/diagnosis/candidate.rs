@@ -15,8 +15,6 @@ use crate::effects::catalogue::CATALOGUE;
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
 const SECOND: f64 = 1.5;
-/// A channel whose mean squared residual is larger by this factor than the best one's is tried from that one's model.
-const WORSE: f64 = 1.5;
 /// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
 /// sure the difference is: something else is not described to the last digit.
 const TRACES: f64 = 0.2;
@@ -89,51 +87,8 @@ pub fn refit_effect(
     assemble(channels, stages, effect, fitted)
 }
 
-/// Channels of one rig resemble each other: where one is fitted much worse than the best one, starts it from that one's model and
-/// keeps what is better.
-#[must_use]
-pub fn borrow(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    candidate: &Candidate,
-    evaluations: usize,
-) -> Candidate {
-    let effect = candidate.effect;
-    let mean = |k: usize, losses: &[f64]| {
-        let data = &channels[k];
-        total(data, losses, &OPEN) / row_count(data, &OPEN).max(1.0)
-    };
-    let means: Vec<f64> = (0..channels.len()).map(|k| mean(k, &candidate.losses[k].deviance)).collect();
-    let acting = (0..channels.len()).filter(|&k| candidate.acts[k]);
-    let Some(best) = acting.min_by(|&a, &b| means[a].total_cmp(&means[b])) else {
-        return candidate.clone();
-    };
-    let lender = &candidate.models[best];
-    let fitted = channels
-        .par_iter()
-        .zip(stages)
-        .enumerate()
-        .map(|(k, (data, stage))| {
-            let own = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
-            let same = lender.without(&channels[best].plant, effect).effects == stage.model.effects;
-            if !same || means[k] < WORSE * means[best] {
-                return own;
-            }
-            let model = fit_from(data, stage, lender, effect, evaluations);
-            let losses = losses_of(data, stage, &model);
-            if total(data, &losses.deviance, &[Role::Fit]) < total(data, &own.1.deviance, &[Role::Fit]) {
-                let acts = acts(data, stage, &model, &losses);
-                (model, losses, acts)
-            } else {
-                own
-            }
-        })
-        .collect();
-    assemble(channels, stages, effect, fitted)
-}
-
 /// Decides on which channels an effect acts.
-fn assemble(
+pub fn assemble(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     effect: usize,
@@ -173,14 +128,14 @@ pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
     model.range(&data.plant, effect).map_or(0.0, |range| (model.values[range.start] - null).abs())
 }
 
-fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {
+pub fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {
     let residuals = whitened_residuals(data, &stage.whitening, &data.readings(model));
     Losses::of_one(data, &stage.whitening, model, &residuals)
 }
 
 /// Does the effect improve this channel beyond what differences between blocks explain? Hunting must explain more than a trace of the error:
 /// next to a channel that hunts, others do too in the tiniest way.
-fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
+pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
     let gains = |before: &[f64], after: &[f64]| -> Vec<f64> {
         let pairs = data.blocks.iter().zip(before.iter().zip(after));
         pairs.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, (before, after))| before - after).collect()

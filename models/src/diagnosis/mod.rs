@@ -12,6 +12,7 @@ mod afresh;
 mod base;
 mod beside;
 mod blocks;
+mod borrow;
 mod candidate;
 mod causes;
 mod channel;

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, bootstrap, borrow, refit_effect};
+use super::borrow::borrow;
+use super::candidate::{Candidate, bootstrap, refit_effect};
 use super::channel::ChannelData;
 use super::gate::Gate;
 use super::losses::{row_count, together, total};

@@ -108,6 +108,12 @@ impl Plant {
         if self.separate() { 7 } else { 6 }
     }
 
+    /// Position of the width of the valve's corner among them.
+    #[must_use]
+    pub fn corner(&self) -> Option<usize> {
+        (self.kind != Kind::Linear).then(|| self.volume_weight() - 1)
+    }
+
     /// Factor from an area in mm^2 by a volume in m^3 to a rate in 1/s.
     #[must_use]
     pub fn conductance(&self) -> f64 {

@@ -19,7 +19,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 pub use self::pool::pool;
 use self::profile::Profile;
-use self::sandwich::Sandwich;
+use self::sandwich::{BlockError, Sandwich};
 use super::channel::ChannelData;
 use super::hunting::as_likely;
 use super::prepare::halved;
@@ -33,7 +33,7 @@ pub struct Coordinate {
     pub value: f64,
     /// Standard error; infinite where the data say nothing.
     pub error: f64,
-    /// What each block for fitting adds to that: its squares are the sum of theirs. Empty for a threshold, which has no derivative.
+    /// What each block for fitting adds to that. Empty for a threshold, which has no derivative.
     pub by_block: Vec<f64>,
     /// Degrees of freedom of the error.
     pub freedom: f64,
@@ -80,11 +80,10 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 return unknown;
             };
             let slope = stage.sensitivities.iter().skip(k).step_by(stage.free.len()).any(|s| s.abs() > 0.0);
-            let variance = sandwich.variance(k);
-            if slope && variance > 0.0 && variance.is_finite() {
-                let (error, freedom) = (variance.sqrt(), sandwich.freedom(k));
-                let t = quantile(freedom);
-                let rise = t * t * sandwich.ratio(k);
+            let block = sandwich.error(k);
+            if slope && block.variance > 0.0 && block.variance.is_finite() {
+                let (error, t) = (block.variance.sqrt(), quantile(block.freedom));
+                let rise = t * t * sandwich.ratio(k, &block);
                 let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
                 let as_likely = as_likely(data, stage, effect, position, rise);
                 if as_likely.is_some() {
@@ -92,18 +91,13 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                     reach = reach.map(|end| if end.is_finite() { end } else { 1.0 });
                 }
                 let as_likely = as_likely.unwrap_or_default();
-                let by_block = sandwich.by_block(k);
+                let BlockError { by_block, freedom, .. } = block;
                 return Coordinate { error, by_block, freedom, reach, as_likely, ..unknown };
             }
             // A threshold has no derivative; the rise is what the other parameters' errors need on average.
-            let freedom = (sandwich.blocks() as f64 - 1.0).max(1.0);
+            let (ratio, freedom) = sandwich.on_average();
             let t = quantile(freedom);
-            let ratios: Vec<f64> = (0..stage.free.len())
-                .map(|j| sandwich.ratio(j))
-                .filter(|r| r.is_finite() && *r > 1e-3)
-                .collect();
-            let rise = t * t * ratios.iter().sum::<f64>() / (ratios.len() as f64).max(1.0);
-            let ends = profile.ends(k, 0.0, rise);
+            let ends = profile.ends(k, 0.0, t * t * ratio);
             let error = 0.5 * (ends[0] + ends[1]) / t;
             if error.is_finite() && error > 0.0 {
                 Coordinate { error, freedom, reach: ends.map(|end| end / (t * error)), ..unknown }

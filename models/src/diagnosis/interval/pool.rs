@@ -1,6 +1,7 @@
 //! One estimate from those of several channels.
 
 use super::Coordinate;
+use super::sandwich::BlockError;
 
 /// Reach of an open side among channels of which others close it.
 const OPEN_REACH: f64 = 3.0;
@@ -31,7 +32,7 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     let within = within(&known, &weights);
     let between = spread * weights.iter().map(|w| w * w).sum::<f64>();
     // Degrees of freedom of the sum of both variances (Satterthwaite, Biometrics Bulletin 2, 1946): few where the channels' scatter rules.
-    let own = within.variance / (within.variance + between);
+    let own = within.variance / (within.variance + between).max(f64::MIN_POSITIVE);
     let freedom = 1.0 / (own * own / within.freedom + (1.0 - own).powi(2) / (count - 1.0).max(1.0));
     // A side that is open on one channel is closed by the others.
     let reach = [0, 1].map(|side| {
@@ -48,25 +49,17 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     Some(Coordinate { value, error, by_block: within.by_block, freedom, reach, as_likely, halving })
 }
 
-/// What the channels' own errors leave of a mean.
-struct Within {
-    variance: f64,
-    freedom: f64,
-    by_block: Vec<f64>,
-}
-
-/// Of channels with the same blocks, by what each block does to all of them; of others, as if nothing were common.
-fn within(known: &[&Coordinate], weights: &[f64]) -> Within {
+/// What the channels' own errors leave of a mean. Of channels with the same blocks, by what each block does to all of them; of others, as
+/// if nothing were common.
+fn within(known: &[&Coordinate], weights: &[f64]) -> BlockError {
     let blocks = known[0].by_block.len();
     if blocks > 0 && known.iter().all(|c| c.by_block.len() == blocks) {
         let of_all = |b: usize| known.iter().zip(weights).map(|(c, w)| w * c.by_block[b]).sum::<f64>();
-        let by_block: Vec<f64> = (0..blocks).map(of_all).collect();
-        let variance = by_block.iter().map(|part| part * part).sum();
         let freedom = known.iter().map(|c| c.freedom).fold(f64::INFINITY, f64::min);
-        return Within { variance, freedom, by_block };
+        return BlockError::new((0..blocks).map(of_all).collect(), freedom);
     }
     let variance = known.iter().zip(weights).map(|(c, w)| (w * c.error).powi(2)).sum();
-    Within { variance, freedom: known.iter().map(|c| c.freedom).sum(), by_block: Vec::new() }
+    BlockError { variance, freedom: known.iter().map(|c| c.freedom).sum(), by_block: Vec::new() }
 }
 
 #[cfg(test)]
@@ -142,14 +135,21 @@ mod tests {
 
     #[test]
     fn what_a_block_does_to_all_channels_does_not_average_out() {
-        let moved_by = |by_block: &[f64]| {
-            let error = by_block.iter().map(|part| part * part).sum::<f64>().sqrt();
-            Coordinate { by_block: by_block.to_vec(), freedom: 10.0, ..coordinate(1.0, error, [1.0; 2]) }
+        let wave = |shift: usize| -> Vec<f64> {
+            (0..20).map(|k| [0.03, -0.04, 0.01, 0.0][(k + shift) % 4]).collect()
         };
-        let error = |channels: &[Coordinate]| pool(channels).map_or((0.0, 0.0), |p| (p.error, p.freedom));
-        let (alike, freedom) = error(&[moved_by(&[0.03, -0.04]), moved_by(&[0.03, -0.04])]);
-        assert!((alike - 0.05).abs() < 1e-12 && (freedom - 10.0).abs() < 1e-9, "{alike}, {freedom}");
-        let (apart, _) = error(&[moved_by(&[0.05, 0.0]), moved_by(&[0.0, 0.05])]);
-        assert!((apart - 0.05 / 2.0_f64.sqrt()).abs() < 1e-12, "{apart}");
+        let moved_by = |by_block: Vec<f64>| {
+            let error = BlockError::new(by_block.clone(), 9.0).variance.sqrt();
+            Coordinate { by_block, freedom: 5.0, ..coordinate(1.0, error, [1.0; 2]) }
+        };
+        let one = moved_by(wave(0));
+        let Some(alike) = pool(&[one.clone(), one.clone()]) else {
+            panic!("channels with errors have a mean")
+        };
+        assert!((alike.error - one.error).abs() < 1e-12 && (alike.freedom - 5.0).abs() < 1e-9, "{alike:?}");
+        // What a block does to one channel and takes back on another is nothing to their mean.
+        let opposite = moved_by(one.by_block.iter().map(|part| -part).collect());
+        let Some(apart) = pool(&[one, opposite]) else { panic!("channels with errors have a mean") };
+        assert!(apart.error < 1e-12, "{apart:?}");
     }
 }

@@ -1,18 +1,20 @@
-//! Standard errors that hold however the residual is correlated within a block.
+//! Standard errors that hold however the residual is correlated within a block, and from one block to the next.
 //!
 //! The block sandwich `H^-1 (sum s_b s_b^T) H^-1` of the scores `s_b` of whole blocks is too small where a block has much of what there is
 //! to be known of a parameter: the fit has followed its errors. Each block's part is therefore what the estimate changes by, to first
 //! order, when the block is left out (cluster jackknife, CV3: MacKinnon, Nielsen and Webb, Journal of Applied Econometrics 38, 2023).
+//! A supply that wanders over 20 s reaches beyond a block of 5 s: the variance of the parts' sum is their [`LongRun`] variance.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::blocks::Role;
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::stage::ChannelStage;
+use crate::fit::LongRun;
 
 /// How well a channel's free parameters are determined.
 pub struct Sandwich {
-    /// What each block for fitting adds to the parameters' errors; their squares add up to the variances.
+    /// What each block for fitting adds to the parameters' errors.
     parts: Vec<DVector<f64>>,
     /// Covariance of independent residuals of the noise's variance.
     naive: DMatrix<f64>,
@@ -65,28 +67,16 @@ impl Sandwich {
         Some(Self { parts, naive, shares })
     }
 
-    /// Number of blocks.
+    /// The error of one parameter.
     #[must_use]
-    pub fn blocks(&self) -> usize {
-        self.parts.len()
+    pub fn error(&self, k: usize) -> BlockError {
+        let by_block = self.parts.iter().map(|part| part[k]).collect();
+        BlockError::new(by_block, self.freedom(k))
     }
 
-    /// What each block adds to the error of one parameter.
-    #[must_use]
-    pub fn by_block(&self, k: usize) -> Vec<f64> {
-        self.parts.iter().map(|part| part[k]).collect()
-    }
-
-    /// Variance of one parameter.
-    #[must_use]
-    pub fn variance(&self, k: usize) -> f64 {
-        self.parts.iter().map(|part| part[k] * part[k]).sum()
-    }
-
-    /// Degrees of freedom of that variance: one less than the number of blocks, counted by what they say about the parameter (Carter,
+    /// Degrees of freedom of blocks: one less than the number of blocks, counted by what they say about the parameter (Carter,
     /// Schnepel and Steigerwald, Review of Economics and Statistics 99, 2017).
-    #[must_use]
-    pub fn freedom(&self, k: usize) -> f64 {
+    fn freedom(&self, k: usize) -> f64 {
         let (sum, squares) =
             self.shares.iter().fold((0.0, 0.0), |(sum, squares), v| (sum + v[k], squares + v[k] * v[k]));
         let effective = if squares > 0.0 { sum * sum / squares } else { self.shares.len() as f64 };
@@ -95,8 +85,43 @@ impl Sandwich {
 
     /// Variance over that of independent residuals of the noise's variance.
     #[must_use]
-    pub fn ratio(&self, k: usize) -> f64 {
-        self.variance(k) / self.naive[(k, k)]
+    pub fn ratio(&self, k: usize, error: &BlockError) -> f64 {
+        error.variance / self.naive[(k, k)]
+    }
+
+    /// The mean of the [ratios](Self::ratio) of all parameters with influence, and the fewest degrees of freedom.
+    #[must_use]
+    pub fn on_average(&self) -> (f64, f64) {
+        let errors = (0..self.naive.nrows()).map(|k| (k, self.error(k)));
+        let known: Vec<(f64, f64)> = errors
+            .map(|(k, error)| (self.ratio(k, &error), error.freedom))
+            .filter(|(ratio, _)| ratio.is_finite() && *ratio > 1e-3)
+            .collect();
+        let ratio = known.iter().map(|known| known.0).sum::<f64>() / (known.len() as f64).max(1.0);
+        let most = (self.parts.len() as f64 - 1.0).max(1.0);
+        (ratio, known.iter().map(|known| known.1).fold(most, f64::min))
+    }
+}
+
+/// The error of an estimate to which every block adds a part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BlockError {
+    /// The parts, in the order of time.
+    pub by_block: Vec<f64>,
+    /// Variance of their sum.
+    pub variance: f64,
+    /// Degrees of freedom of that.
+    pub freedom: f64,
+}
+
+impl BlockError {
+    /// From the parts, of which so many are free.
+    #[must_use]
+    pub fn new(by_block: Vec<f64>, free: f64) -> Self {
+        let (variance, terms) = LongRun::of_each(std::slice::from_ref(&by_block))
+            .first()
+            .map_or((0.0, 1.0), |run| (run.variance, run.terms));
+        Self { by_block, variance, freedom: terms.min(free) }
     }
 }
 
@@ -136,12 +161,12 @@ mod tests {
     fn a_blocks_part_is_what_the_estimate_changes_by_without_it() {
         let (data, stage) = fitted();
         let sandwich = Sandwich::new(&data, &stage).expect("three parameters with influence");
-        let blocks = sandwich.blocks();
+        let blocks = sandwich.parts.len();
         let jackknife = ((blocks as f64 - 1.0) / blocks as f64).sqrt();
         for left_out in 0..blocks {
             let moved = least_squares(&stage, &fit_rows(&data, left_out)) * -jackknife;
             for k in 0..3 {
-                let part = sandwich.by_block(k)[left_out];
+                let part = sandwich.parts[left_out][k];
                 assert!(
                     (part / moved[k] - 1.0).abs() < 1e-5,
                     "block {left_out}, {k}: {part} and {}",
@@ -156,7 +181,7 @@ mod tests {
         let (data, mut stage) = fitted();
         let even = Sandwich::new(&data, &stage).expect("three parameters with influence");
         assert!(
-            even.freedom(1) > 1.0 && even.freedom(1) <= even.blocks() as f64 - 1.0,
+            even.freedom(1) > 1.0 && even.freedom(1) <= even.parts.len() as f64 - 1.0,
             "{}",
             even.freedom(1)
         );
