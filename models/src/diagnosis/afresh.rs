@@ -120,3 +120,46 @@ fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candid
     let trials: Vec<Vec<Trial>> = channels.iter().zip(stages).zip(&candidate.models).map(trial).collect();
     judge(&trials).first().map_or(1.0, |gate| gate.p_value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::channel;
+    use super::*;
+    use crate::effects::catalogue::index_of;
+
+    /// A loop around a valve with a narrow tube behind it, and a base model as the tube leads it astray.
+    fn behind_a_tube() -> (ChannelData, ChannelStage, Extended) {
+        let (mut data, base) = channel(true);
+        let tube = index_of("line_restriction").expect("it is in the catalogue");
+        let truth = base.with(&data.plant, tube, &[0.6, 0.05]);
+        data.measured_kpa = data.readings(&truth).into();
+        let mut astray = base;
+        astray.values[2] *= 10.0;
+        let free = free_base(&data);
+        let stage = ChannelStage::new(&data, astray, free);
+        (data, stage, truth)
+    }
+
+    #[test]
+    fn a_tube_is_found_with_a_valve_of_its_own() {
+        let (data, stage, truth) = behind_a_tube();
+        let before = plain_cost(&data, &stage.model);
+        let ranked = candidates(&[data.clone()], &[stage]);
+        let best = ranked.first().expect("the tube explains nearly everything");
+        assert_eq!(best.models[0].effects, truth.effects);
+        let left = plain_cost(&data, &best.models[0]) / before;
+        assert!(left < 0.01, "{left} of the squared error is left");
+        let gain = best.models[0].values[2] / truth.values[2];
+        assert!((0.8..1.25).contains(&gain), "a valve of {gain} times the right gain");
+    }
+
+    #[test]
+    fn what_leaves_too_much_is_not_followed() {
+        let (mut data, stage, truth) = behind_a_tube();
+        // Beside the tube something that no effect of the catalogue does.
+        let wave = |row: usize| 40.0 * (0.9 * row as f64).sin();
+        data.measured_kpa = data.readings(&truth).iter().enumerate().map(|(k, y)| y + wave(k)).collect();
+        let stage = ChannelStage::new(&data, stage.model, stage.free);
+        assert!(candidates(&[data], &[stage]).is_empty());
+    }
+}

@@ -11,7 +11,7 @@ use super::blocks::Role;
 use super::candidate::{Candidate, acts, assemble, losses_of};
 use super::channel::{ChannelData, Extended};
 use super::effect_fit::fit_from;
-use super::losses::{row_count, total};
+use super::losses::{Losses, row_count, total};
 use super::stage::{ChannelStage, OPEN};
 
 /// A channel whose mean squared residual is larger by this factor than another's is tried from that one's model.
@@ -64,7 +64,7 @@ struct Lenders<'a> {
 
 impl<'a> Lenders<'a> {
     fn new(channels: &'a [ChannelData], stages: &'a [ChannelStage], candidate: &'a Candidate) -> Self {
-        let mean = |(data, losses): (&ChannelData, &super::losses::Losses)| {
+        let mean = |(data, losses): (&ChannelData, &Losses)| {
             total(data, &losses.deviance, &OPEN) / row_count(data, &OPEN).max(1.0)
         };
         let means = channels.iter().zip(&candidate.losses).map(mean).collect();
@@ -86,5 +86,69 @@ impl<'a> Lenders<'a> {
         let lender = best(&|j| !acts[j]).filter(|_| acts[k])?;
         let own = models[k].range(&self.channels[k].plant, *effect)?;
         Some(models[lender].with(&self.channels[k].plant, *effect, &models[k].values[own]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::base::free_base;
+    use super::super::testing::channel;
+    use super::*;
+    use crate::effects::catalogue::index_of;
+
+    /// Channels behind a driver that limits the first one's drive, and a candidate that is stuck there: no leak, no corner, the limit too wide.
+    fn stuck(count: usize) -> (Vec<ChannelData>, Vec<ChannelStage>, Candidate) {
+        let effect = index_of("drive_saturation").expect("it is in the catalogue");
+        let (data, base) = channel(false);
+        let mut channels = vec![data; count];
+        let limited = base.with(&channels[0].plant, effect, &[0.2]);
+        channels[0].measured_kpa = channels[0].readings(&limited).into();
+        let stages: Vec<ChannelStage> =
+            channels.iter().map(|data| ChannelStage::new(data, base.clone(), free_base(data))).collect();
+        let mut models: Vec<Extended> = stages.iter().map(|stage| stage.model.clone()).collect();
+        let mut losses: Vec<Losses> = stages.iter().map(|stage| stage.losses.clone()).collect();
+        let mut start = base.with(&channels[0].plant, effect, &[0.24]);
+        let corner = channels[0].plant.corner().expect("a valve has one");
+        (start.values[0], start.values[1], start.values[corner]) = (0.0, 0.0, 1e-4);
+        losses[0] = losses_of(&channels[0], &stages[0], &start);
+        models[0] = start;
+        let acts = (0..count).map(|k| k == 0).collect();
+        (channels, stages, Candidate { effect, models, acts, losses })
+    }
+
+    fn left(channels: &[ChannelData], candidate: &Candidate) -> f64 {
+        total(&channels[0], &candidate.losses[0].deviance, &[Role::Fit])
+    }
+
+    #[test]
+    fn a_valve_that_lost_its_corner_is_fitted_with_it_again() {
+        let (channels, stages, candidate) = stuck(1);
+        let better = borrow(&channels, &stages, &candidate, 10);
+        let limit = better.models[0].values.last().copied();
+        assert!(
+            left(&channels, &better) < 1e-3 * left(&channels, &candidate),
+            "{} {} {:?}",
+            left(&channels, &better),
+            left(&channels, &candidate),
+            better.models
+        );
+        assert!(limit.is_some_and(|limit| (limit - 0.2).abs() < 1e-3), "{limit:?}");
+    }
+
+    #[test]
+    fn a_neighbour_lends_its_valve_and_nothing_else() {
+        let (channels, stages, candidate) = stuck(2);
+        let lent = Lenders::new(&channels, &stages, &candidate).lent_to(0);
+        let expected = stages[1].model.with(&channels[0].plant, candidate.effect, &[0.24]);
+        assert_eq!(lent, Some(expected));
+        assert_eq!(Lenders::new(&channels, &stages, &candidate).lent_to(1), None);
+    }
+
+    #[test]
+    fn a_valve_with_a_corner_that_is_described_as_well_as_the_others_is_left_alone() {
+        let (channels, stages, mut candidate) = stuck(1);
+        let corner = channels[0].plant.corner().expect("a valve has one");
+        candidate.models[0].values[corner] = 0.02;
+        assert_eq!(borrow(&channels, &stages, &candidate, 10).models, candidate.models);
     }
 }
