@@ -12,8 +12,8 @@ use crate::numeric::{Dual, Scalar};
 use super::blocks::Block;
 use super::correction::{Corrected, Correction};
 use super::hunting::hunts;
-use super::prepare::rougher;
 use super::secant::secants;
+use super::steps::rougher;
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
 pub const NARROW: usize = 8;

@@ -16,6 +16,9 @@ use crate::effects::catalogue::CATALOGUE;
 const HUNTING: [&str; 2] = ["valve_hysteresis", "valve_stiction"];
 /// Courses of the noise over which a mean is taken.
 const EXPECTED: u64 = 8;
+/// Pairs of courses from which the luck of a [deviance](Losses::deviance) is known, and its standard deviations that luck may take.
+const LUCKY: u64 = 4;
+const LUCK: f64 = 2.0;
 /// Values of a parameter that are looked at on either side for its interval: how many, and their ratio.
 const LIKELY_STEPS: i32 = 5;
 const LIKELY_STEP: f64 = 1.05;
@@ -79,6 +82,22 @@ pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]
     if deviances[1] < deviances[0] { (deviances[1], other) } else { (deviances[0], one) }
 }
 
+/// The most [deviance](Losses::deviance) on the blocks for fitting that a model with as good a size may have: it is another one with every
+/// course of the noise, by luck.
+fn most_deviance(data: &ChannelData, stage: &ChannelStage, rise: f64) -> f64 {
+    let mut other = data.clone();
+    let mut deviance = |pair: u64| {
+        if let Some(board) = &mut other.plant.board {
+            board.noise_draw = 2 * pair;
+        }
+        deviances(&other, &stage.whitening, std::slice::from_ref(&stage.model))[0]
+    };
+    let all: Vec<f64> = (0..LUCKY).map(&mut deviance).collect();
+    let mean = all.iter().sum::<f64>() / LUCKY as f64;
+    let variance = all.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (LUCKY as f64 - 1.0);
+    mean + rise + LUCK * variance.sqrt()
+}
+
 /// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. `None` where
 /// the loop does not hunt because of this effect.
 #[must_use]
@@ -94,7 +113,7 @@ pub fn as_likely(
     }
     let value = stage.model.values[position];
     let upper = stage.model.parameters(&data.plant)[position].upper;
-    let least = total(data, &stage.losses.deviance, &[Role::Fit]);
+    let most = most_deviance(data, stage, rise);
     Some([-1, 1].map(|sign| {
         let to = |k: i32| (value * LIKELY_STEP.powi(sign * k)).min(upper);
         let at = |k: i32| {
@@ -104,7 +123,7 @@ pub fn as_likely(
         };
         let models: Vec<Extended> = (1..=LIKELY_STEPS).map(at).collect();
         let deviances = deviances(data, &stage.whitening, &models);
-        let likely = (1..=LIKELY_STEPS).zip(deviances).filter(|(_, deviance)| *deviance < least + rise);
+        let likely = (1..=LIKELY_STEPS).zip(deviances).filter(|(_, deviance)| *deviance < most);
         likely.map(|(k, _)| (to(k) - value).abs()).fold(0.0, f64::max)
     }))
 }

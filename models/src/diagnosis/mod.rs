@@ -49,6 +49,7 @@ mod search;
 mod secant;
 mod simulation;
 mod stage;
+mod steps;
 #[cfg(test)]
 mod testing;
 mod validate;

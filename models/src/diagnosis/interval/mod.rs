@@ -22,8 +22,8 @@ use self::profile::Profile;
 use self::sandwich::{BlockError, Sandwich};
 use super::channel::ChannelData;
 use super::hunting::as_likely;
-use super::prepare::halved;
 use super::stage::ChannelStage;
+use super::steps::halved;
 use crate::model::Scale;
 
 /// An estimate on the scale on which the parameter is fitted.
