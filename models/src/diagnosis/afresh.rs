@@ -144,7 +144,7 @@ mod tests {
     fn a_tube_is_found_with_a_valve_of_its_own() {
         let (data, stage, truth) = behind_a_tube();
         let before = plain_cost(&data, &stage.model);
-        let ranked = candidates(&[data.clone()], &[stage]);
+        let ranked = candidates(std::slice::from_ref(&data), &[stage]);
         let best = ranked.first().expect("the tube explains nearly everything");
         assert_eq!(best.models[0].effects, truth.effects);
         let left = plain_cost(&data, &best.models[0]) / before;

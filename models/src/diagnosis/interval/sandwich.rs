@@ -185,7 +185,7 @@ mod tests {
             "{}",
             even.freedom(1)
         );
-        let last = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Fit).next_back();
+        let last = data.blocks.iter().zip(&data.spans).rfind(|(b, _)| b.role == Role::Fit);
         let span = last.expect("blocks for fitting").1.clone();
         for row in (0..stage.residuals.len()).filter(|row| !span.contains(row)) {
             stage.sensitivities[3 * row + 1] *= 1e-3;
