@@ -16,7 +16,8 @@ use crate::effects::catalogue::CATALOGUE;
 const HUNTING: [&str; 2] = ["valve_hysteresis", "valve_stiction"];
 /// Courses of the noise over which a mean is taken.
 const EXPECTED: u64 = 8;
-/// Pairs of courses from which the luck of a [deviance](Losses::deviance) is known, and its standard deviations that luck may take.
+/// Pairs of courses from which the scatter of a [deviance](Losses::deviance) is estimated, and how many standard deviations of it are put
+/// down to luck.
 const LUCKY: u64 = 4;
 const LUCK: f64 = 2.0;
 /// Values of a parameter that are looked at on either side for its interval: how many, and their ratio.
@@ -82,8 +83,8 @@ pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]
     if deviances[1] < deviances[0] { (deviances[1], other) } else { (deviances[0], one) }
 }
 
-/// The most [deviance](Losses::deviance) on the blocks for fitting that a model with as good a size may have: it is another one with every
-/// course of the noise, by luck.
+/// The most [deviance](Losses::deviance) on the blocks for fitting that a model of an equally likely size may have: `rise` above the mean
+/// over courses of the noise, and what another course adds by luck.
 fn most_deviance(data: &ChannelData, stage: &ChannelStage, rise: f64) -> f64 {
     let mut other = data.clone();
     let mut deviance = |pair: u64| {
