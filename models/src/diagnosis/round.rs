@@ -6,6 +6,7 @@ use super::borrow::borrow;
 use super::candidate::{Candidate, bootstrap, refit_effect};
 use super::channel::ChannelData;
 use super::gate::Gate;
+use super::hunting::hunts;
 use super::losses::{row_count, together, total};
 use super::probe::Trial;
 use super::search::SETTLE;
@@ -29,6 +30,8 @@ const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
 const OUTDONE: f64 = 5.0;
 /// A candidate that a round brings forward by less than this part of its gain has arrived.
 const ARRIVED: f64 = 0.002;
+/// The same of a loop that hunts, whose likelihood differs by as much from one course of the noise to the next.
+const ARRIVED_HUNTING: f64 = 0.02;
 /// Times that the best candidate is fitted further where much is left ...
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
@@ -92,7 +95,9 @@ pub fn round(
             let (_, further) = look(candidate.effect, Some(candidate), evaluations);
             let further = borrow(channels, stages, &further, evaluations);
             let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
-            *moving = *loss - next > ARRIVED * (whole - *loss);
+            let hunting = channels.iter().zip(&further.models).any(|(data, model)| hunts(data, model));
+            let arrived = if hunting { ARRIVED_HUNTING } else { ARRIVED };
+            *moving = *loss - next > arrived * (whole - *loss);
             // Not only where it is better: of several looks at a loop that hunts the best would be better by luck.
             (*loss, *candidate) = (next, further);
         });
