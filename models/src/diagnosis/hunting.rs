@@ -189,4 +189,24 @@ mod tests {
         );
         assert_eq!(as_likely(&data, &stage, index_of("valve_lag").unwrap(), position, 1.0), None);
     }
+
+    /// The same size with another course of the noise must not look less likely than where it was fitted.
+    #[test]
+    fn what_another_course_of_the_noise_adds_is_luck() {
+        let (mut data, base) = channel(true);
+        let model = sticking(&data, &base, 0.05);
+        data.measured_kpa = data.readings(&model).into();
+        let stage = ChannelStage::new(&data, model, vec![base.values.len()]);
+        let with_course = |draw: u64| {
+            let mut other = data.clone();
+            other.plant.board.as_mut().unwrap().noise_draw = draw;
+            deviances(&other, &stage.whitening, std::slice::from_ref(&stage.model))[0]
+        };
+        let all = [0, 2, 4, 6].map(with_course);
+        let worst = all.iter().copied().fold(0.0, f64::max);
+        let mean = all.iter().sum::<f64>() / 4.0;
+        assert!(worst > mean + 1.0, "the courses do not differ: {all:?}");
+        assert!(most_deviance(&data, &stage, 0.0) > worst, "{all:?}");
+        assert!((most_deviance(&data, &stage, 7.0) - most_deviance(&data, &stage, 0.0) - 7.0).abs() < 1e-6);
+    }
 }

@@ -135,14 +135,12 @@ mod tests {
 
     #[test]
     fn what_a_block_does_to_all_channels_does_not_average_out() {
-        let wave = |shift: usize| -> Vec<f64> {
-            (0..20).map(|k| [0.03, -0.04, 0.01, 0.0][(k + shift) % 4]).collect()
-        };
+        let wave: Vec<f64> = (0..20).map(|k| [0.03, -0.04, 0.01, 0.0][k % 4]).collect();
         let moved_by = |by_block: Vec<f64>| {
             let error = BlockError::new(by_block.clone(), 9.0).variance.sqrt();
             Coordinate { by_block, freedom: 5.0, ..coordinate(1.0, error, [1.0; 2]) }
         };
-        let one = moved_by(wave(0));
+        let one = moved_by(wave);
         let Some(alike) = pool(&[one.clone(), one.clone()]) else {
             panic!("channels with errors have a mean")
         };
