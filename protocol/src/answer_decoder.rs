@@ -1,3 +1,4 @@
+use crate::false_address::GUARD;
 use crate::frame::{Frame, FrameFinder};
 use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, Format, PACKET_LEN, Packet};
 
@@ -33,6 +34,9 @@ pub struct AnswerDecoder {
     sent: [u8; PACKET_LEN],
     echo_left: usize,
     echo_damaged: bool,
+    /// The echo of a guard byte may come before that of the request.
+    guard_echo: bool,
+    answered_unchecked: bool,
     finder: FrameFinder,
 }
 
@@ -53,12 +57,31 @@ impl AnswerDecoder {
             Echo::Absent => 0,
             Echo::Present => PACKET_LEN,
         };
-        Self { request, format, sent, echo_left, echo_damaged: false, finder: FrameFinder::new() }
+        Self {
+            request,
+            format,
+            sent,
+            echo_left,
+            echo_damaged: false,
+            guard_echo: false,
+            answered_unchecked: false,
+            finder: FrameFinder::new(),
+        }
+    }
+
+    /// A [`GUARD`] byte was sent before the request, and its echo has not been heard yet. It is told from
+    /// the request's echo by its value.
+    #[must_use]
+    pub fn after_guard(self) -> Self {
+        Self { guard_echo: true, ..self }
     }
 
     /// Takes one byte; gives the packet that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Heard> {
         if self.echo_left > 0 {
+            if core::mem::take(&mut self.guard_echo) && byte == GUARD {
+                return None;
+            }
             self.echo_damaged |= byte != self.sent[PACKET_LEN - self.echo_left];
             self.echo_left -= 1;
             return None;
@@ -74,6 +97,7 @@ impl AnswerDecoder {
         Some(if packet.address == self.request.address && format == self.format {
             Heard::Answer(packet.values)
         } else {
+            self.answered_unchecked |= packet.address == self.request.address && format == Format::Unchecked;
             Heard::Other(packet)
         })
     }
@@ -83,9 +107,14 @@ impl AnswerDecoder {
         self.echo_damaged
     }
 
-    /// Whether the echo, where one is expected, has come back whole.
-    pub fn echo_complete(&self) -> bool {
-        self.echo_left == 0
+    /// Bytes of the request's echo that have not come, where one is expected.
+    pub fn echo_left(&self) -> usize {
+        self.echo_left
+    }
+
+    /// Whether the board that was asked in checked packets answered in the original's format, as boards of the original kind do.
+    pub fn answered_unchecked(&self) -> bool {
+        self.answered_unchecked
     }
 
     /// Bytes heard that belong to no valid packet so far (a started packet included).

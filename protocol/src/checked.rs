@@ -18,8 +18,12 @@
 //! tries them all), every odd number of flipped bits, and of random damage all but one in 65,536. `docs/reliability.md` has
 //! the figures; `examples/undetected_errors.rs` makes them.
 //!
-//! An original board ignores a checked request, because its values exceed 1023: that is how a host tells the two
-//! kinds of boards apart when it pings them.
+//! An original board answers a checked request, unchecked and with its pressures, and then drops its commands, because words
+//! exceed 1023. By the format of the answer a host tells the two kinds of boards apart when it pings them.
+//!
+//! Four commands of 0 counts are no set point (0 kPa is 102 counts). In a checked request they say that the host leaves
+//! ([`CheckedPacket::leave`]): the board vents, answers, and forgets the host, so that the next one, of whichever kind, is
+//! obeyed at once. Firmware that does not know of it takes them for four commands of 0 counts, which vent.
 
 use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet, PacketError};
 use crc::{CRC_16_DNP, Crc};
@@ -102,6 +106,19 @@ pub struct CheckedPacket {
 }
 
 impl CheckedPacket {
+    /// The commands of a request that says that the host leaves.
+    pub const LEAVE: [Counts; CHANNELS] = [Counts::MIN; CHANNELS];
+
+    /// The request that tells the board with this address that its host leaves: it vents, answers, and forgets the host.
+    pub const fn leave(address: Address, sequence: Sequence) -> Self {
+        Self { packet: Packet { address, values: Self::LEAVE }, sequence }
+    }
+
+    /// Whether this, as a request, says that the host leaves.
+    pub fn is_leave(&self) -> bool {
+        self.packet.values == Self::LEAVE
+    }
+
     /// The ten bytes on the wire.
     pub fn encode(&self, direction: Direction) -> [u8; PACKET_LEN] {
         let mut words = self.packet.values.map(Counts::get);

@@ -16,6 +16,7 @@
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
 //! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment;
 //!   [`FrameFinder`] does it for anybody who just listens.
+//! - [`false_address`]: what a host does so that boards of the original kind do not misread it.
 //! - [`Baud`]: how long characters, packets and exchanges take.
 //! - [`pulse`]: the 555 timer that enables a board's line driver.
 //!
@@ -32,6 +33,7 @@ mod answer_decoder;
 mod baud;
 mod checked;
 mod counts;
+pub mod false_address;
 mod frame;
 mod packet;
 pub mod pulse;

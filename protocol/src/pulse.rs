@@ -61,7 +61,12 @@ pub struct Pulse {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum PulseError {
     /// A part with no capacitance, or with a tolerance of 100 % or more.
-    #[error("{parts:?}: the capacitance must be above 0 and both tolerances below 1,000,000 ppm")]
+    #[error(
+        "a capacitor of {c} nF +- {dc} % and a resistor of +- {dr} %: the capacitance must be above 0 and both tolerances below 100 %",
+        c = f64::from(parts.capacitance_pf) / 1e3,
+        dc = f64::from(parts.capacitor_tolerance_ppm) / 1e4,
+        dr = f64::from(parts.resistor_tolerance_ppm) / 1e4
+    )]
     ImpossibleParts {
         /// The parts that were refused.
         parts: Parts,
@@ -177,6 +182,9 @@ mod tests {
         let error = resistor_for(Baud::ORIGINAL, large).unwrap_err();
         assert_eq!(error, PulseError::NoResistor { baud: 1_000_000, resistance_ohm: 1 });
         let none = Parts { capacitance_pf: 0, ..Parts::ORIGINAL };
-        assert_eq!(resistor_for(Baud::ORIGINAL, none), Err(PulseError::ImpossibleParts { parts: none }));
+        let error = resistor_for(Baud::ORIGINAL, none).unwrap_err();
+        assert_eq!(error, PulseError::ImpossibleParts { parts: none });
+        let text = std::format!("{error}");
+        assert!(text.starts_with("a capacitor of 0 nF +- 5 % and a resistor of +- 1 %: "), "{text}");
     }
 }

@@ -37,7 +37,8 @@ impl Request {
 ///
 /// It never mixes formats. The first checked request shows that the host speaks the checked format, and from then on
 /// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The host is
-/// forgotten by [`forget_host`](Self::forget_host).
+/// forgotten by [`forget_host`](Self::forget_host), and when it says that it leaves ([`CheckedPacket::leave`]): that request is
+/// given like any other, as four commands of 0 counts, which vent.
 #[derive(Debug, Clone)]
 pub struct RequestDecoder {
     own: Address,
@@ -62,7 +63,7 @@ impl RequestDecoder {
             Frame::Unchecked(_) if self.host_checks => return None,
             Frame::Unchecked(_) => Format::Unchecked,
             Frame::Checked(checked, Direction::Request) => {
-                self.host_checks = true;
+                self.host_checks = !checked.is_leave();
                 Format::Checked(checked.sequence)
             }
             Frame::Checked(_, Direction::Answer) => return None,

@@ -47,6 +47,34 @@ const FROZEN_ANSWER: [u8; 10] = [
     0x9A, // value 3: 922
 ];
 
+/// The host leaves: four commands of 0 counts.
+#[rustfmt::skip]
+const FROZEN_LEAVE: [u8; 10] = [
+    0xFF, // address, high byte
+    0xFE, // address, low byte: board 1
+    0x18, // 0, sequence 0011, CRC bit 15 = 0, value 0 high bits 00
+    0x00, // value 0: 0
+    0x6C, // 0, CRC bits 14 to 10 = 11011, value 1 high bits 00
+    0x00, // value 1: 0
+    0x78, // 0, CRC bits 9 to 5 = 11110, value 2 high bits 00
+    0x00, // value 2: 0
+    0x18, // 0, CRC bits 4 to 0 = 00110, value 3 high bits 00; CRC = 0x6FC6
+    0x00, // value 3: 0
+];
+
+#[test]
+fn the_host_leaves_board_1_with_sequence_3() {
+    let leave = CheckedPacket::leave(Address::of_board(1), Sequence::new(3));
+    assert_eq!(leave, checked(1, 3, [0; 4]));
+    assert_eq!(leave.encode(Direction::Request), FROZEN_LEAVE);
+    assert!(CheckedPacket::decode(&FROZEN_LEAVE, Direction::Request).unwrap().is_leave());
+    for channel in 0..4 {
+        let mut values = [0; 4];
+        values[channel] = 1;
+        assert!(!checked(1, 3, values).is_leave());
+    }
+}
+
 #[test]
 fn request_to_board_0_with_sequence_5() {
     let packet = checked(0, 5, [102, 255, 512, 1023]);

@@ -155,7 +155,7 @@ fn an_echo_is_skipped_by_count_because_content_cannot_tell() {
     let request = Packet { address: Address::of_board(2), values: [Counts::ATMOSPHERE; CHANNELS] };
     let mut decoder = AnswerDecoder::new(request, Echo::Present);
     assert!(request.encode().into_iter().all(|byte| decoder.push(byte).is_none()));
-    assert!(decoder.echo_complete() && !decoder.echo_damaged());
+    assert!(decoder.echo_left() == 0 && !decoder.echo_damaged());
     let answer: Vec<_> = request.encode().into_iter().filter_map(|byte| decoder.push(byte)).collect();
     assert_eq!(answer, [Heard::Answer(request.values)]);
 }
