@@ -1,7 +1,7 @@
 /// Whether everything that has to run does: what the watchdog hangs on.
 ///
-/// Each part reports in as it works; [`all_since_last_asked`](Self::all_since_last_asked) is true only if every one of
-/// them has done so since the question was last asked. One part that hangs, and the watchdog goes hungry.
+/// Each part reports in as it works; [`take`](Self::take) gives the reports since it was last called, and the watchdog is fed only
+/// if [`all`](Self::all) parts are among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Liveness {
     control: bool,
@@ -24,11 +24,24 @@ impl Liveness {
         self.bus = true;
     }
 
-    /// Whether every part has reported since this was last asked.
-    pub fn all_since_last_asked(&mut self) -> bool {
-        let all = self.control && self.bus;
-        *self = Self::new();
-        all
+    /// What has reported since this was last asked.
+    pub fn take(&mut self) -> Self {
+        core::mem::take(self)
+    }
+
+    /// Whether the control loop has made a step.
+    pub const fn control_has_run(self) -> bool {
+        self.control
+    }
+
+    /// Whether the bus responder has run.
+    pub const fn bus_has_run(self) -> bool {
+        self.bus
+    }
+
+    /// Whether every part has reported.
+    pub const fn all(self) -> bool {
+        self.control && self.bus
     }
 }
 
@@ -39,15 +52,15 @@ mod tests {
     #[test]
     fn one_part_that_hangs_is_enough() {
         let mut liveness = Liveness::new();
-        assert!(!liveness.all_since_last_asked());
+        assert!(!liveness.take().all());
         liveness.control_ran();
-        assert!(!liveness.all_since_last_asked());
+        assert!(!liveness.take().all());
         // What was reported before the question does not count for the next one.
         liveness.bus_ran();
-        assert!(!liveness.all_since_last_asked());
+        assert!(!liveness.take().all());
         liveness.bus_ran();
         liveness.control_ran();
-        assert!(liveness.all_since_last_asked());
-        assert!(!liveness.all_since_last_asked());
+        assert!(liveness.take().all());
+        assert!(!liveness.take().all());
     }
 }

@@ -170,3 +170,29 @@ fn a_board_that_cannot_hear_itself_takes_the_next_request_at_once() {
     };
     assert_eq!((answers(true), answers(false)), (1, 2));
 }
+
+/// The original's client is obeyed as soon as a host that checks has left, and not before.
+#[test]
+fn a_host_that_leaves_is_forgotten_at_once() {
+    let mut bench = Bench::running();
+    bench.read(300);
+    bench.steps(100);
+    let send = |bench: &mut Bench, packet: Packet, number: u8| {
+        let request = CheckedPacket { packet, sequence: Sequence::new(number) };
+        let answers = bench.raw_bytes(&request.encode(Direction::Request));
+        bench.wait_us(150);
+        answers.iter().filter_map(|answer| CheckedPacket::decode(answer, Direction::Answer).ok()).next()
+    };
+    send(&mut bench, packet(0, [500; 4]), 1).unwrap();
+    assert_eq!(bench.steps(3), [400; 4]);
+    assert_eq!(bench.request([700; 4]), None, "an unchecked client beside a host that checks");
+    let answer = send(&mut bench, packet(0, [0; 4]), 2).unwrap();
+    assert_eq!((answer.sequence.get(), answer.packet), (2, packet(0, [300; 4])), "answered, checked");
+    assert_eq!(bench.step(), [-400; 4], "it vents");
+    assert_eq!(bench.request([500; 4]), Some([300; 4]));
+    assert_eq!(bench.step(), [400; 4], "the unchecked client is obeyed");
+    // Four commands of 0 counts without a CRC say nothing about the host.
+    assert_eq!(bench.request([0; 4]), Some([300; 4]));
+    send(&mut bench, packet(0, [500; 4]), 3).unwrap();
+    assert_eq!(bench.request([700; 4]), None);
+}
