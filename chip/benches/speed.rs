@@ -58,9 +58,33 @@ const POLLING: &[u16] = &[
     0x4003, //
 ];
 
+/// The same code, copied to RAM first: words from 0x1000_0300 on to 0x2000_1000.
+const COPY_AND_JUMP: &[u16] = &[
+    0x4804, // ldr  r0, [pc, #16]
+    0x4905, // ldr  r1, [pc, #20]
+    0x2440, // movs r4, #64
+    0xc804, // ldm  r0!, {r2}     next:
+    0xc104, // stm  r1!, {r2}
+    0x3c04, // subs r4, #4
+    0xd1fb, // bne  next
+    0x4803, // ldr  r0, [pc, #12]
+    0x4700, // bx   r0
+    0xbf00, // nop
+    0x0300, // .word 0x1000_0300
+    0x1000, //
+    0x1000, // .word 0x2000_1000
+    0x2000, //
+    0x1001, // .word 0x2000_1001
+    0x2000, //
+];
+
 /// Runs 10 ms of virtual time at the ring oscillator's 6.5 MHz.
 fn run(bencher: Bencher<'_, '_>, program: &[u16]) {
-    let mut chip = Chip::from_flash(&flash(program)).expect("a program");
+    run_flash(bencher, &flash(program));
+}
+
+fn run_flash(bencher: Bencher<'_, '_>, flash: &[u8]) {
+    let mut chip = Chip::from_flash(flash).expect("a program");
     let mut end = Ticks::from_millis(10);
     chip.run_until(end);
     let instructions = chip.instructions();
@@ -82,6 +106,15 @@ fn assert_healthy(chip: &Chip) {
 #[divan::bench]
 fn checksum(bencher: Bencher<'_, '_>) {
     run(bencher, CHECKSUM);
+}
+
+/// Items are instructions.
+#[divan::bench]
+fn checksum_in_ram(bencher: Bencher<'_, '_>) {
+    let mut flash = flash(COPY_AND_JUMP);
+    flash.resize(0x300, 0xff);
+    flash.extend(CHECKSUM.iter().flat_map(|opcode| opcode.to_le_bytes()));
+    run_flash(bencher, &flash);
 }
 
 /// Items are instructions.

@@ -2,8 +2,8 @@
 
 use crate::bus::Bus;
 use crate::cortex_m0::{Activity, Core};
-use crate::image::{ElfError, Image, VECTOR_TABLE};
-use crate::report::{HardFault, Reset, ResetReason, UnmodelledAccess};
+use crate::image::{BOOT_LOADER, ElfError, Image, VECTOR_TABLE};
+use crate::report::{FlashAccesses, HardFault, Reset, ResetReason, UnmodelledAccess};
 use crate::rtt;
 use crate::ticks::Ticks;
 
@@ -37,8 +37,8 @@ pub struct Chip {
 impl Chip {
     /// Loads the segments of an ELF file by physical address and powers the chip.
     ///
-    /// The boot ROM and the second-stage boot loader (the first 256 bytes of flash) do not run: the core starts from
-    /// the vector table at 0x1000_0100, with the clocks as the reset leaves them.
+    /// The boot ROM does not run: the core starts where it would hand over, in the second-stage boot loader (the first 256 bytes of
+    /// flash), or, if these are blank, from the vector table at 0x1000_0100. The clocks are as the reset leaves them.
     ///
     /// # Errors
     ///
@@ -82,7 +82,16 @@ impl Chip {
     fn start(&mut self, reason: ResetReason) {
         self.resets.push(Reset { at: self.bus.now, reason });
         self.stalled_until = Ticks::ZERO;
-        self.core.reset(&mut self.bus, VECTOR_TABLE);
+        self.bus.restart_flash(self.image.boot_loader.is_some());
+        match &self.image.boot_loader {
+            Some(code) => {
+                // In range: the end of the last bank.
+                let loaded = self.bus.load_sram(BOOT_LOADER, code);
+                debug_assert!(loaded.is_ok());
+                self.core.start_at(&mut self.bus, BOOT_LOADER, BOOT_LOADER);
+            }
+            None => self.core.reset(&mut self.bus, VECTOR_TABLE),
+        }
     }
 
     /// Virtual time: 0 at the creation of the chip, never going back.
@@ -91,7 +100,7 @@ impl Chip {
     }
 
     /// Runs until [`Chip::now`] is at least `until`. An instruction is never cut: `now` may be later by the cycles of
-    /// one instruction or exception entry. Whatever the peripherals do at or before `until` has been done.
+    /// one instruction, exception entry or read from flash. Whatever the peripherals do at or before `until` has been done.
     pub fn run_until(&mut self, until: Ticks) {
         loop {
             if std::mem::take(&mut self.bus.pause_core) {
@@ -227,6 +236,18 @@ impl Chip {
     /// Address of the next instruction.
     pub fn program_counter(&self) -> u32 {
         self.core.pc()
+    }
+
+    /// Words that processor and DMA have read from flash, and of these the ones that the XIP cache had: CTR_ACC and CTR_HIT (datasheet
+    /// 2.6.3), which the program can clear.
+    pub fn flash_accesses(&self) -> FlashAccesses {
+        let (total, hits) = self.bus.flash_accesses();
+        FlashAccesses { total, hits }
+    }
+
+    /// Empties the XIP cache, as other code does that has run meanwhile. What is in flash is slow again the first time.
+    pub fn flush_xip_cache(&mut self) {
+        self.bus.flush_cache();
     }
 
     /// Register accesses that could not be honoured, with their number, in order of address.

@@ -13,6 +13,11 @@ const SRAM_START: u32 = 0x2000_0000;
 const SRAM_END: u32 = SRAM_START + 264 * 1024;
 /// The vector table after the boot loader, where boot2 jumps to.
 pub(crate) const VECTOR_TABLE: u32 = 0x1000_0100;
+/// Where the boot ROM copies the boot loader and starts it, with the stack below: the end of the last SRAM bank (2.8.1.3.1).
+pub(crate) const BOOT_LOADER: u32 = 0x2004_1f00;
+/// The boot ROM reads that many bytes from the start of flash; the last four are a checksum of the others.
+const BOOT_BLOCK: usize = 256;
+const BOOT_CODE: usize = BOOT_BLOCK - 4;
 /// RTT's control block, by the name every implementation gives it.
 const RTT_SYMBOL: &str = "_SEGGER_RTT";
 
@@ -46,6 +51,14 @@ pub enum ElfError {
     /// Nothing is linked to the place the boot loader jumps to.
     #[error("no vector table at {VECTOR_TABLE:#010x}; link with link.x and link-rp.x, boot block first")]
     NoVectorTable,
+    /// The boot block's checksum is wrong: the boot ROM would not start it.
+    #[error("the boot block has checksum {found:#010x}, expected {expected:#010x}")]
+    BadBootBlock {
+        /// Its last word.
+        found: u32,
+        /// CRC-32 of the rest, as the boot ROM computes it.
+        expected: u32,
+    },
     /// The initial stack pointer or the reset vector cannot be right.
     #[error(
         "vector table has stack pointer {stack_pointer:#010x} and entry {entry:#010x}, expected SRAM and odd"
@@ -65,6 +78,8 @@ pub(crate) struct Image {
     pub flash: Arc<[u8]>,
     /// Segments loaded straight into SRAM, which a debugger can do and a boot cannot: programs for tests.
     pub sram: Vec<(u32, Vec<u8>)>,
+    /// The second-stage boot loader; none if its block is blank.
+    pub boot_loader: Option<[u8; BOOT_CODE]>,
     /// Address of `_SEGGER_RTT`.
     pub rtt: Option<u32>,
 }
@@ -103,15 +118,45 @@ impl Image {
                 return Err(outside());
             }
         }
-        check_vector_table(&flash)?;
-        Ok(Image { flash: flash.into(), sram, rtt: find_rtt(&file)? })
+        let rtt = find_rtt(&file)?;
+        Ok(Image { sram, rtt, ..Image::from_flash(&flash)? })
     }
 
     /// Flash contents without an ELF file around them.
     pub fn from_flash(flash: &[u8]) -> Result<Image, ElfError> {
+        let boot_loader = find_boot_loader(flash)?;
         check_vector_table(flash)?;
-        Ok(Image { flash: flash.into(), sram: Vec::new(), rtt: None })
+        // Erased up to a whole word, or its last bytes would be read as erased, too.
+        let mut words = flash.to_vec();
+        words.resize(flash.len().next_multiple_of(4), 0xff);
+        Ok(Image { flash: words.into(), sram: Vec::new(), boot_loader, rtt: None })
     }
+}
+
+/// The code of the boot block, which the boot ROM copies to SRAM and runs there if its checksum is right (2.8.1.3.1).
+fn find_boot_loader(flash: &[u8]) -> Result<Option<[u8; BOOT_CODE]>, ElfError> {
+    let Some(block) = flash.first_chunk::<BOOT_BLOCK>() else { return Ok(None) };
+    let blank = [[0x00; BOOT_BLOCK], [0xff; BOOT_BLOCK]];
+    if blank.contains(block) {
+        return Ok(None);
+    }
+    let Some((code, &checksum)) = block
+        .split_first_chunk::<BOOT_CODE>()
+        .and_then(|(code, rest)| rest.first_chunk::<4>().map(|checksum| (code, checksum)))
+    else {
+        return Ok(None);
+    };
+    let (found, expected) = (u32::from_le_bytes(checksum), boot_checksum(code));
+    if found == expected { Ok(Some(*code)) } else { Err(ElfError::BadBootBlock { found, expected }) }
+}
+
+/// CRC-32 with polynomial 0x04c1_1db7 from all ones, most significant bit first, nothing inverted at the end.
+fn boot_checksum(code: &[u8]) -> u32 {
+    code.iter().fold(u32::MAX, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte) << 24, |crc, _| {
+            crc << 1 ^ if crc >> 31 != 0 { 0x04c1_1db7 } else { 0 }
+        })
+    })
 }
 
 fn check_vector_table(flash: &[u8]) -> Result<(), ElfError> {

@@ -1,6 +1,6 @@
-//! The RP2040 as far as PneuDrive's firmware uses it, in virtual time.
+//! An RP2040 in virtual time.
 //!
-//! [`Chip`] loads the firmware's ELF file unchanged and runs it instruction by instruction. Nothing here reads a
+//! [`Chip`] loads a program's ELF file unchanged and runs it instruction by instruction. Nothing here reads a
 //! clock: [`Chip::run_until`] takes the time to run to in [`Ticks`] of 8 ns, and between two calls the caller moves
 //! bytes, levels and voltages in and out through the methods of [`Chip`].
 //!
@@ -14,15 +14,19 @@
 //!   RESETS; the clock tree from the oscillators to every consumer.
 //! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC, both PLLs, VREG, PSM; I2C
 //!   and SPI without a bus behind them, SYSINFO, SYSCFG, TBMAN.
+//! - Flash behind the XIP cache (16 KiB, two ways, lines of two words that are filled one by one) with its registers and counters;
+//!   the SSI as far as boot loaders set it up. A miss takes as many serial clocks as the SSI's registers say, times its divider,
+//!   and 10 processor cycles: 50 cycles, or 400 ns at 125 MHz, after the boot loader for the W25Q080 family.
 //! - Time is exact: every counter is computed from an exact fraction of its clock, whatever clocks the firmware sets.
 //!
 //! # What is not
 //!
-//! - **Boot.** The boot ROM and boot2 do not run; the core starts at the vector table at 0x1000_0100, at 6.5 MHz from the
-//!   ring oscillator. On the board the boot ROM adds some milliseconds before it. There is no ROM image: calls of its
-//!   functions (fast floating point, flash programming) fault, reads give zero and are reported.
-//! - **XIP cache.** Every fetch from flash hits. A cold miss costs about a microsecond on the chip, so figures for code
-//!   that runs rarely are too low. Writing to flash is not possible.
+//! - **Boot ROM.** The core starts where the ROM hands over: in the second-stage boot loader, which it has copied to SRAM, or from the
+//!   vector table at 0x1000_0100 if the boot block is blank; at 6.5 MHz from the ring oscillator. On the board the ROM adds some
+//!   milliseconds before it. There is no ROM image: calls of its functions (fast floating point, flash programming) fault, reads
+//!   give zero and are reported.
+//! - **Flash programming**, and other flash chips than those that boot loaders for the W25Q080 family start; XIP streams, the cache
+//!   as SRAM. Which way of the cache a miss replaces is not documented; here it is the one used less recently.
 //! - **Bus contention** between the core and the DMA, and the DMA's own latency beyond one transfer a cycle.
 //! - **Core 1**, USB, PIO, RTC, the interpolators, the DMA sniffer, the MPU, unprivileged mode, NMI, debug, sleep and
 //!   dormant modes (power, not behaviour), the striping of SRAM and the aliases of its banks.
@@ -40,6 +44,11 @@
 //! peripheral of the datasheet; `bus/` joins them: address map, events, DMA transfers, clocks, pins. `chip.rs` runs
 //! it, `wires.rs` is the outside of the package, `upsets.rs` what can be made to go wrong inside.
 
+/// The README's example compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod bus;
 mod chip;
 mod cortex_m0;
@@ -56,6 +65,6 @@ pub use chip::Chip;
 pub use image::ElfError;
 pub use peripherals::adc::Conversions;
 pub use peripherals::uart::{LineErrors, Transmitted};
-pub use report::{Access, Concern, Fault, HardFault, Reset, ResetReason, UnmodelledAccess};
+pub use report::{Access, Concern, Fault, FlashAccesses, HardFault, Reset, ResetReason, UnmodelledAccess};
 pub use ticks::Ticks;
 pub use wires::PINS;

@@ -61,6 +61,15 @@ impl fmt::Display for HardFault {
     }
 }
 
+/// How often flash has been read, and how often the XIP cache had what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashAccesses {
+    /// Words read, whether the cache had them or not.
+    pub total: u32,
+    /// Those it had.
+    pub hits: u32,
+}
+
 /// Read or write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Access {

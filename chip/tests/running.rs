@@ -129,18 +129,22 @@ fn a_received_byte_is_echoed_by_an_interrupt() {
     let echo = Program::new().load(0, UART0).op(0x6801).op(0x6001).bx_lr();
     let mut chip = chip(main, &[(16 + UART0_IRQ, echo)]);
     chip.run_until(Ticks::from_millis(1));
-    let stop_bit = Ticks::from_millis(2);
-    chip.uart_receive(0, stop_bit, 0x5a, LineErrors::NONE);
-    assert_eq!(chip.next_event(), stop_bit);
-    chip.run_until(Ticks::from_millis(3));
-    let sent: Vec<_> = chip.take_transmitted(0).collect();
-    assert_eq!(sent.len(), 1);
-    assert_eq!(sent[0].byte, 0x5a);
-    // clk_sys is clk_ref, now the crystal: entry 15, the address 7, LDR 4; then comes the store.
-    let reaction = (sent[0].start - stop_bit).get() * 12 / 125;
-    assert!((26..=28).contains(&reaction), "{reaction} cycles");
+    let mut echo = |stop_bit| {
+        chip.uart_receive(0, stop_bit, 0x5a, LineErrors::NONE);
+        assert_eq!(chip.next_event(), stop_bit);
+        chip.run_until(stop_bit + Ticks::from_millis(1));
+        let sent: Vec<_> = chip.take_transmitted(0).collect();
+        assert_eq!((sent.len(), sent[0].byte), (1, 0x5a));
+        (((sent[0].start - stop_bit).get() * 12).div_ceil(125), sent[0].end - sent[0].start)
+    };
+    // clk_sys is clk_ref, now the crystal: entry 15, the address 7, LDR 4; then comes the store. At first the vector and the
+    // handler's first ten instructions come from flash, 50 cycles for each of six words.
+    let (cold, _) = echo(Ticks::from_millis(2));
+    assert!((26 + 300..=28 + 300).contains(&cold), "{cold} cycles");
+    let (warm, duration) = echo(Ticks::from_millis(4));
+    assert!((26..=28).contains(&warm), "{warm} cycles");
     // 12 MHz / 16 is 750 kbaud.
-    assert_eq!((sent[0].end - sent[0].start).get(), 10 * 16 * 125 / 12 + 1);
+    assert_eq!(duration.get(), 10 * 16 * 125 / 12 + 1);
     assert_eq!(chip.uart_overruns(0), 0);
     assert_eq!(chip.unmodelled_accesses().count(), 0);
 }
@@ -157,11 +161,12 @@ fn a_hanging_program_is_reset_by_the_watchdog_and_its_pins_let_go() {
         .hang();
     let mut chip = chip(main, &[]);
     chip.watch_pins(1 << 3);
-    chip.run_until(Ticks::from_micros(5500));
+    chip.run_until(Ticks::from_micros(7_000));
     let resets: Vec<_> = chip.resets().iter().map(|r| r.reason).collect();
     assert_eq!(resets, [ResetReason::PowerOn, ResetReason::WatchdogTimer]);
     let reset_at = chip.resets()[1].at;
-    assert!(reset_at > Ticks::from_micros(5000) && reset_at < Ticks::from_micros(5100), "{reset_at}");
+    // The program's 100 instructions come from flash first, at 6.5 MHz.
+    assert!(reset_at > Ticks::from_micros(5_200) && reset_at < Ticks::from_micros(5_700), "{reset_at}");
     let levels: Vec<_> = chip.take_pin_edges().iter().map(|e| (e.level, e.at == reset_at)).collect();
     assert_eq!(
         levels,
@@ -174,7 +179,7 @@ fn a_hanging_program_is_reset_by_the_watchdog_and_its_pins_let_go() {
 fn a_forced_watchdog_reset_has_its_own_reason() {
     let main = Program::new().store(PSM + 8, 0x1_fffc).store(WATCHDOG, 1 << 31).hang();
     let mut chip = chip(main, &[]);
-    chip.run_until(Ticks::from_micros(10));
+    chip.run_until(Ticks::from_micros(500));
     assert_eq!(chip.resets().last().map(|r| r.reason), Some(ResetReason::WatchdogForce));
 }
 
@@ -190,7 +195,7 @@ fn a_system_reset_request_restarts_the_core_and_leaves_the_pins() {
     let main = output(released(), 3).store(OUT_SET, 1 << 3).store(AIRCR, 0x05fa_0004).hang();
     let mut chip = chip(main, &[]);
     chip.watch_pins(1 << 3);
-    chip.run_until(Ticks::from_micros(100));
+    chip.run_until(Ticks::from_millis(2));
     assert!(chip.resets().len() > 2);
     assert_eq!(chip.resets()[1].reason, ResetReason::SystemResetRequest);
     assert_eq!(chip.take_pin_edges().len(), 1, "high once and for all");

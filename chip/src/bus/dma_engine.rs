@@ -82,7 +82,10 @@ impl Bus {
         self.dma_engine.free_at = at + self.dma_engine.cycle;
         self.dma_engine.transfers += 1;
         let transfer = self.dma.channels[number].transfer();
+        let wait = self.take_wait_cycles();
         let result = self.move_data(transfer);
+        // It is not the processor that waits for what the DMA reads from flash.
+        self.set_wait_cycles(wait);
         self.dma.complete(number, result, at);
     }
 

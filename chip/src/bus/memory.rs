@@ -1,13 +1,10 @@
 //! The address map (2.2) and the accesses of core and DMA.
 
 use super::Bus;
+use super::flash::{XIP_CONTROL, XIP_CONTROL_END};
 use super::registers::{ALIAS_BITS, has_interposer};
 use crate::report::{Access, Concern, Fault};
 
-/// Flash through the XIP cache, and its three aliases that differ in caching only.
-const XIP: u32 = 0x1000_0000;
-const XIP_END: u32 = 0x1400_0000;
-const XIP_OFFSET: u32 = 0x00ff_ffff;
 /// The six SRAM banks, the first four striped (2.6.2).
 const SRAM: u32 = 0x2000_0000;
 pub(crate) const SRAM_SIZE: usize = 264 * 1024;
@@ -15,9 +12,6 @@ pub(crate) const SRAM_SIZE: usize = 264 * 1024;
 /// Peripherals behind the APB bridge from 0x4000_0000, on the AHB-Lite from 0x5000_0000.
 const PERIPHERALS: u32 = 0x4000_0000;
 const PERIPHERALS_END: u32 = 0x6000_0000;
-/// XIP control, SSI and streaming registers.
-const XIP_CONTROL: u32 = 0x1400_0000;
-const XIP_CONTROL_END: u32 = 0x2000_0000;
 /// The single-cycle IO port.
 const SIO: u32 = 0xd000_0000;
 const SIO_END: u32 = 0xd000_1000;
@@ -59,28 +53,18 @@ impl Bus {
         self.sram.get_mut(start..)?.first_chunk_mut()
     }
 
-    /// The bytes at an address in flash. What the image does not fill reads as erased flash.
     #[inline]
-    fn flash<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
-        if !(XIP..XIP_END).contains(&address) {
-            return None;
-        }
-        let start = (address & XIP_OFFSET) as usize;
-        Some(self.flash.get(start..).and_then(|f| f.first_chunk().copied()).unwrap_or([0xff; N]))
-    }
-
-    #[inline]
-    fn memory<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
-        self.sram(address).or_else(|| self.flash(address))
+    fn memory<const N: usize>(&mut self, address: u32) -> Option<[u8; N]> {
+        self.sram(address).or_else(|| self.read_flash(address))
     }
 
     /// An instruction.
     #[inline]
     pub fn fetch(&mut self, address: u32) -> Result<u16, Fault> {
-        match self.flash(address).or_else(|| self.sram(address)) {
-            Some(bytes) => Ok(u16::from_le_bytes(bytes)),
-            None => Err(Fault::Bus(address)),
+        if let Some(bytes) = self.sram(address) {
+            return Ok(u16::from_le_bytes(bytes));
         }
+        self.fetch_flash(address).ok_or(Fault::Bus(address))
     }
 
     #[inline]
@@ -151,8 +135,9 @@ impl Bus {
         match address {
             SIO..SIO_END => Ok(self.read_sio(address)),
             PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),
-            // There is no boot ROM image, and nothing behind the flash controller's registers.
-            0..ROM_END | XIP_CONTROL..XIP_CONTROL_END => {
+            XIP_CONTROL..XIP_CONTROL_END => Ok(self.read_flash_register(address)),
+            // There is no boot ROM image.
+            0..ROM_END => {
                 self.note_unmodelled(address, Access::Read, Concern::NotModelled);
                 Ok(0)
             }
@@ -164,9 +149,8 @@ impl Bus {
         match address {
             SIO..SIO_END => self.write_sio(address, value),
             PERIPHERALS..PERIPHERALS_END => self.write_register(address, value),
-            XIP_CONTROL..XIP_CONTROL_END => {
-                self.note_unmodelled(address, Access::Write, Concern::NotModelled)
-            }
+            XIP_CONTROL..XIP_CONTROL_END => self.write_flash_register(address, value),
+            _ if Bus::is_flash(address) => return self.write_flash(address),
             _ => return Err(Fault::Bus(address)),
         }
         Ok(())
@@ -174,7 +158,7 @@ impl Bus {
 
     /// A byte of flash or SRAM without side effects.
     pub fn peek(&self, address: u32) -> Option<u8> {
-        self.memory(address).map(|[byte]| byte)
+        self.sram(address).or_else(|| self.flash(address)).map(|[byte]| byte)
     }
 
     /// Copies a program's initial RAM contents, or a test's.

@@ -1,6 +1,7 @@
 //! Everything outside the core: time, memories, peripherals, pins, interrupt lines.
 //!
 //! - `memory.rs`: the address map and accesses of the core and the DMA;
+//! - `flash.rs`: flash behind its cache, and the waits for it;
 //! - `registers.rs`: which peripheral answers where, and what a register access sets in motion;
 //! - `events.rs`: what peripherals do by themselves as time goes on;
 //! - `dma_engine.rs`: DMA requests and transfers;
@@ -10,6 +11,7 @@
 mod clock_tree;
 mod dma_engine;
 mod events;
+mod flash;
 mod memory;
 mod pins;
 mod registers;
@@ -31,17 +33,20 @@ use crate::peripherals::pwm::Pwm;
 use crate::peripherals::resets::Resets;
 use crate::peripherals::rosc::Rosc;
 use crate::peripherals::sio::Sio;
+use crate::peripherals::ssi::Ssi;
 use crate::peripherals::storage::{self, Storage};
 use crate::peripherals::timer::Timer;
 use crate::peripherals::uart::Uart;
 use crate::peripherals::vreg::Vreg;
 use crate::peripherals::watchdog::Watchdog;
+use crate::peripherals::xip::Xip;
 use crate::peripherals::xosc::Xosc;
 use crate::report::{Access, Concern, ResetReason, UnmodelledLog};
 use crate::ticks::{Rate, Ticks};
 
 use clock_tree::CycleClock;
 use dma_engine::DmaEngine;
+use flash::FlashPort;
 pub(crate) use memory::access_cycles;
 use pins::PinState;
 pub use pins::{Edge, Level};
@@ -69,6 +74,7 @@ pub(crate) struct Bus {
     unmodelled: UnmodelledLog,
     pins: PinState,
     dma_engine: DmaEngine,
+    flash_port: FlashPort,
 
     pub(crate) uarts: [Uart; 2],
     pub(crate) adc: Adc,
@@ -87,6 +93,9 @@ pub(crate) struct Bus {
     pll_sys: Pll,
     pll_usb: Pll,
     vreg: Vreg,
+    xip: Xip,
+    ssi: Ssi,
+    pads_qspi: Storage,
     i2c: [Storage; 2],
     spi: [Storage; 2],
     sysinfo: Storage,
@@ -112,6 +121,7 @@ impl Bus {
             unmodelled: UnmodelledLog::default(),
             pins: PinState::default(),
             dma_engine: DmaEngine::default(),
+            flash_port: FlashPort::default(),
             uarts: Default::default(),
             adc: Adc::default(),
             pwm: Pwm::default(),
@@ -129,6 +139,9 @@ impl Bus {
             pll_sys: Pll::default(),
             pll_usb: Pll::default(),
             vreg: Vreg::default(),
+            xip: Xip::default(),
+            ssi: Ssi::after_boot_loader(),
+            pads_qspi: Storage::new(storage::PADS_QSPI),
             i2c: [Storage::new(storage::I2C), Storage::new(storage::I2C)],
             spi: [Storage::new(storage::SPI), Storage::new(storage::SPI)],
             sysinfo: Storage::new(storage::SYSINFO),

@@ -15,6 +15,7 @@ mod base {
     pub const PSM: u32 = 0x4001_0000;
     pub const IO_BANK0: u32 = 0x4001_4000;
     pub const PADS_BANK0: u32 = 0x4001_c000;
+    pub const PADS_QSPI: u32 = 0x4002_0000;
     pub const XOSC: u32 = 0x4002_4000;
     pub const PLL_SYS: u32 = 0x4002_8000;
     pub const PLL_USB: u32 = 0x4002_c000;
@@ -106,6 +107,7 @@ impl Bus {
                 self.io.read(offset, outputs, enables)
             }
             base::PADS_BANK0 => self.pads.read(offset),
+            base::PADS_QSPI => self.pads_qspi.read(offset),
             base::XOSC => self.xosc.read(offset, now),
             base::PLL_SYS => self.pll_sys.read(offset),
             base::PLL_USB => self.pll_usb.read(offset),
@@ -189,6 +191,7 @@ impl Bus {
                 self.update_pins();
                 written
             }
+            base::PADS_QSPI => self.pads_qspi.write(offset, write),
             base::XOSC => self.xosc.write(offset, write, now),
             base::PLL_SYS => {
                 let written = self.pll_sys.write(offset, write);

@@ -130,11 +130,7 @@ impl Core {
 
     /// Takes the reset exception (B1.5.5) with the vector table at `vector_table`.
     pub fn reset(&mut self, bus: &mut Bus, vector_table: u32) {
-        let counters = std::mem::take(&mut self.counters);
-        *self = Core { counters, vector_table, ..Core::new() };
-        bus.take_interrupt_edges();
-        self.nvic.pending = bus.interrupt_lines();
-        bus.interrupts_changed = true;
+        self.restart(bus, vector_table);
         match (bus.read32(vector_table), bus.read32(vector_table + 4)) {
             (Ok(sp), Ok(entry)) => {
                 self.set_sp(sp & !3);
@@ -142,6 +138,21 @@ impl Core {
             }
             _ => self.activity = Activity::LockedUp,
         }
+    }
+
+    /// Goes on at `entry` as after a reset, with nothing returned to: where the boot ROM has come to.
+    pub fn start_at(&mut self, bus: &mut Bus, entry: u32, stack_pointer: u32) {
+        self.restart(bus, 0);
+        self.set_sp(stack_pointer);
+        self.r[PC] = entry & !1;
+    }
+
+    fn restart(&mut self, bus: &mut Bus, vector_table: u32) {
+        let counters = std::mem::take(&mut self.counters);
+        *self = Core { counters, vector_table, ..Core::new() };
+        bus.take_interrupt_edges();
+        self.nvic.pending = bus.interrupt_lines();
+        bus.interrupts_changed = true;
     }
 
     pub fn activity(&self) -> Activity {
@@ -196,7 +207,13 @@ impl Core {
             return;
         }
         let pc = self.r[PC];
-        let result = match bus.fetch(pc) {
+        let fetched = bus.fetch(pc);
+        if bus.must_wait() {
+            // Time goes on first; the instruction is there when the core comes back.
+            self.spend(bus, 0);
+            return;
+        }
+        let result = match fetched {
             Ok(opcode) => {
                 self.r[PC] = pc.wrapping_add(2);
                 self.counters.instructions += 1;
@@ -212,6 +229,7 @@ impl Core {
 
     #[inline]
     fn spend(&mut self, bus: &mut Bus, cycles: u32) {
+        let cycles = cycles + bus.take_wait_cycles();
         self.counters.cycles += u64::from(cycles);
         bus.spend_cycles(cycles);
     }

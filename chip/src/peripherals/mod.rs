@@ -15,12 +15,15 @@ pub(crate) mod psm;
 pub(crate) mod pwm;
 pub(crate) mod resets;
 pub(crate) mod rosc;
+pub(crate) mod serial_flash;
 pub(crate) mod sio;
+pub(crate) mod ssi;
 pub(crate) mod storage;
 pub(crate) mod timer;
 pub(crate) mod uart;
 pub(crate) mod vreg;
 pub(crate) mod watchdog;
+pub(crate) mod xip;
 pub(crate) mod xosc;
 
 /// Which of the four atomic aliases a register write went through (2.1.2).

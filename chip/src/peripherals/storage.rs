@@ -1,6 +1,6 @@
 //! Blocks that only have to be there: they hold what is written and stay idle for ever.
 //!
-//! I2C0/1 (4.3) and SPI0/1 (4.4) without a bus behind them, SYSCFG (2.21), SYSINFO (2.20), TBMAN (2.22), IO_QSPI and
+//! I2C0/1 (4.3) and SPI0/1 (4.4) without a bus behind them, SYSCFG (2.21), SYSINFO (2.20), TBMAN (2.22) and
 //! PADS_QSPI (2.19.6).
 
 use super::{RegisterWrite, Written};
@@ -68,6 +68,17 @@ pub(crate) const SYSINFO: &[StoredRegister] = &[
 pub(crate) const SYSCFG: &[StoredRegister] = &[
     register(0x0c, 0, 0x3fff_ffff), // PROC_IN_SYNC_BYPASS
     register(0x10, 0, 0x3f),        // PROC_IN_SYNC_BYPASS_HI
+];
+
+/// PADS_QSPI: the pads of the flash chip.
+pub(crate) const PADS_QSPI: &[StoredRegister] = &[
+    register(0x00, 0, 1),       // VOLTAGE_SELECT
+    register(0x04, 0x56, 0xff), // SCLK
+    register(0x08, 0x52, 0xff), // SD0
+    register(0x0c, 0x52, 0xff), // SD1
+    register(0x10, 0x52, 0xff), // SD2
+    register(0x14, 0x52, 0xff), // SD3
+    register(0x18, 0x5a, 0xff), // SS
 ];
 
 /// TBMAN: an ASIC.

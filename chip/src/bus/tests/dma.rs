@@ -173,7 +173,7 @@ fn a_bad_address_stops_the_channel_with_an_error() {
     let mut bus = clocked_bus();
     start(&mut bus, 0, 0x3000_0000, SRAM, 1, PERMANENT, WORDS);
     assert_eq!(read(&mut bus, DMA + 0xc) >> 29, 0b110, "AHB_ERROR, READ_ERROR");
-    start(&mut bus, 1, SRAM, 0x1000_0000, 1, PERMANENT, WORDS);
+    start(&mut bus, 1, SRAM, 0x1100_0000, 1, PERMANENT, WORDS);
     let end = bus.now + Ticks::new(10);
     run(&mut bus, end);
     assert_eq!(read(&mut bus, DMA + 0x4c) >> 29, 0b101, "AHB_ERROR, WRITE_ERROR");

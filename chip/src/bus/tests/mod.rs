@@ -2,6 +2,7 @@
 
 mod clocks;
 mod dma;
+mod flash;
 mod memory;
 mod pins;
 mod registers;

@@ -41,7 +41,7 @@ fn every_kind_of_fault_is_told() {
     assert_eq!(fault_of(str(1, 0, 0), 0x2000_0001, 0), Some(Fault::Unaligned(0x2000_0001)));
     assert_eq!(fault_of(ldr(1, 0, 0), 0x3000_0000, 0), Some(Fault::Bus(0x3000_0000)));
     assert_eq!(fault_of(ldr(1, 0, 0), 0x2004_2000, 0), Some(Fault::Bus(0x2004_2000)), "behind the SRAM");
-    assert_eq!(fault_of(str(1, 0, 0), 0x1000_0000, 0), Some(Fault::Bus(0x1000_0000)), "flash is not written");
+    assert_eq!(fault_of(str(1, 0, 0), 0x1100_0000, 0), Some(Fault::Bus(0x1100_0000)), "flash is not written");
     assert_eq!(fault_of(0x4700, 0x2000_1000, 0), Some(Fault::InvalidState), "BX without the Thumb bit");
 }
 
