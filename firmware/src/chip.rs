@@ -5,6 +5,15 @@ pub use rp2040::*;
 #[cfg(feature = "rp2350")]
 pub use rp2350::*;
 
+/// Number of the exception being handled (IPSR): 16 and more are interrupts. In assembly, because every critical section asks for it.
+#[inline(always)]
+fn active_exception() -> u32 {
+    let number: u32;
+    // SAFETY: reads a register of the processor.
+    unsafe { core::arch::asm!("mrs {}, IPSR", out(reg) number, options(nomem, nostack, preserves_flags)) };
+    number
+}
+
 #[cfg(feature = "rp2040")]
 mod rp2040 {
     use cortex_m::peripheral::NVIC;
@@ -25,6 +34,14 @@ mod rp2040 {
     /// A DMA channel's count of transfers.
     pub fn set_transfer_count(channel: pac::dma::Channel, count: u32) {
         channel.trans_count().write_value(count);
+    }
+
+    /// Whether the processor handles one of the bus's interrupts.
+    #[inline(always)]
+    pub fn in_bus_interrupt() -> bool {
+        // Both are among the first 16, so one shift by 0 to 47 finds them.
+        const { assert!(BUS_INTERRUPTS < 1 << 16) };
+        (BUS_INTERRUPTS << 16).checked_shr(super::active_exception()).is_some_and(|shifted| shifted & 1 == 1)
     }
 
     /// Disables every interrupt but the bus's two; gives those that it has disabled. ARMv6-M cannot mask by priority
@@ -75,6 +92,12 @@ mod rp2350 {
     /// A DMA channel's count of transfers.
     pub fn set_transfer_count(channel: pac::dma::Channel, count: u32) {
         channel.trans_count().write(|w| w.set_count(count));
+    }
+
+    /// Whether the processor handles one of the bus's interrupts.
+    pub fn in_bus_interrupt() -> bool {
+        let bus = [Interrupt::DMA_IRQ_1, ANSWER_TIMER_IRQ].map(|interrupt| 16 + interrupt as u32);
+        bus.contains(&super::active_exception())
     }
 
     /// Masks every interrupt below the bus's priority, P0; gives the mask that was set before.

@@ -9,7 +9,8 @@
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
 //!
-//! Nothing makes the bus wait for more than about a microsecond: critical sections leave its interrupts alone
+//! On the RP2040 all code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache decides how
+//! long something takes. Nothing makes the bus wait for more than about a microsecond: critical sections leave its interrupts alone
 //! ([`masking`]), and what it shares with the control loop is little ([`shared`]).
 //! `docs/firmware.md` has the pin map, the wiring, and what was measured.
 #![no_std]
@@ -21,11 +22,16 @@ mod config;
 mod control_loop;
 mod masking;
 mod pins;
+mod post_mortem;
 mod safe_state;
 mod sensors;
 mod shared;
+#[cfg(feature = "rp2040")]
+mod start;
 mod supervision;
 mod valves;
+#[cfg(feature = "rp2040")]
+mod vectors;
 
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
@@ -38,8 +44,15 @@ static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    // SAFETY: nothing has enabled an interrupt yet.
+    #[cfg(feature = "rp2040")]
+    unsafe {
+        vectors::move_to_ram();
+    }
+    #[cfg(feature = "rp2040")]
+    start::wait_for_crystal();
+    // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
-    // Until here the valve pins were not driven, and the board's pull-ups vented the valves.
     safe_state::enter();
 
     let hardware = pins::Hardware::split(peripherals);

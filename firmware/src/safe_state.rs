@@ -1,15 +1,21 @@
 //! Both pins of every valve high: full vent. At boot, and when the program cannot go on.
 
 use crate::pins::VALVE_PINS;
+use crate::post_mortem;
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::pac;
+use pneudrive_control::{FaultRegisters, StopCause};
 
 /// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
+///
+/// It stays in flash beside the HardFault handler, where a stray write cannot change it.
+#[inline(never)]
+#[unsafe(link_section = ".HardFault.safe_state")]
 pub fn enter() {
     pac::SIO.gpio_out(0).value_set().write_value(VALVE_PINS);
     pac::SIO.gpio_oe(0).value_set().write_value(VALVE_PINS);
-    for pin in (0..32).filter(|pin| VALVE_PINS >> pin & 1 == 1) {
+    for pin in (0..30).filter(|pin| VALVE_PINS >> pin & 1 == 1) {
         #[cfg(feature = "rp2350")]
         pac::PADS_BANK0.gpio(pin).modify(|w| w.set_iso(false));
         #[cfg(feature = "rp2040")]
@@ -22,10 +28,11 @@ pub fn enter() {
     }
 }
 
-/// Vents, and waits for the watchdog to reset the chip.
-fn vent_until_reset() -> ! {
+/// Vents, remembers why, and waits for the watchdog to reset the chip. The log says it after the reset ([`post_mortem`]).
+pub fn stop(cause: StopCause) -> ! {
     cortex_m::interrupt::disable();
     enter();
+    post_mortem::keep(cause);
     loop {
         cortex_m::asm::nop();
     }
@@ -35,15 +42,20 @@ fn vent_until_reset() -> ! {
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
     enter();
-    // Where, but not what: formatting the message would cost more flash than the rest of the firmware.
-    if let Some(place) = info.location() {
-        defmt::error!("panic at {=str}:{=u32}", place.file(), place.line());
-    }
-    vent_until_reset()
+    // Where, but not what: formatting the message would cost more memory than the rest of the firmware.
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    stop(StopCause::panic(file, line))
 }
 
 #[exception]
-// SAFETY: called by the hardware only. It touches nothing but registers.
-unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
-    vent_until_reset()
+// SAFETY: called by the hardware only. It vents before it touches anything in RAM.
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    enter();
+    stop(StopCause::HardFault(FaultRegisters {
+        r: [frame.r0(), frame.r1(), frame.r2(), frame.r3()],
+        r12: frame.r12(),
+        lr: frame.lr(),
+        pc: frame.pc(),
+        xpsr: frame.xpsr(),
+    }))
 }

@@ -1,11 +1,12 @@
 //! Watchdog, status LED, log.
 
-use crate::{bus, shared};
+use crate::{bus, post_mortem, shared};
 use embassy_rp::Peri;
 use embassy_rp::gpio::Output;
 use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
+use pneudrive_control::StopCause;
 
 /// Five missed checks reset the chip, and its pull-ups vent the valves.
 const WATCHDOG_TIMEOUT: Duration = Duration::from_millis(50);
@@ -15,9 +16,7 @@ const CHECKS_PER_REPORT: u8 = 100;
 /// Starts the watchdog; from here on something must feed it.
 pub fn start_watchdog(watchdog: Peri<'static, WATCHDOG>) -> Watchdog {
     let mut watchdog = Watchdog::new(watchdog);
-    if watchdog.reset_reason().is_some() {
-        defmt::error!("reset by the watchdog");
-    }
+    post_mortem::report(watchdog.reset_reason().is_some());
     watchdog.start(WATCHDOG_TIMEOUT);
     watchdog
 }
@@ -30,7 +29,12 @@ pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>) -> ! {
         for _ in 0..CHECKS_PER_REPORT {
             ticker.next().await;
             bus::ask_for_a_sign_of_life();
-            if shared::with(|shared| shared.liveness.all_since_last_asked()) {
+            let ran = shared::with(|shared| shared.liveness.take());
+            post_mortem::keep(StopCause::LastCheck {
+                control_ran: ran.control_has_run(),
+                bus_ran: ran.bus_has_run(),
+            });
+            if ran.all() {
                 watchdog.feed(WATCHDOG_TIMEOUT);
             }
             let status = shared::with(|shared| shared.status());
