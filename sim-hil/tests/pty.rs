@@ -177,3 +177,16 @@ fn an_embedded_simulator_answers_and_stops_with_a_report() {
     assert!(report.bus.answers >= 20);
     assert_eq!(report.bus.violations(), 0);
 }
+
+/// What a plain responder does: a client pays for the pty's detour itself.
+#[test]
+fn undated_requests_begin_when_they_are_seen() {
+    for (dates_back, latest_us) in [(false, 0.0), (true, f64::INFINITY)] {
+        let options = PtyOptions { dates_back, ..PtyOptions::default() };
+        let mut front_end = front_end(1, Timing::Wire, &options);
+        let taken_off_us = front_end.report().pace.pty_round_trip_us;
+        assert!(taken_off_us <= latest_us && (taken_off_us > 0.0) == dates_back, "{taken_off_us} us");
+        let mut client = open(front_end.path());
+        exchange(&mut front_end, &mut client, 0);
+    }
+}

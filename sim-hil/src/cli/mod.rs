@@ -17,6 +17,7 @@ Examples:
   pneudrive-sim --effect supply_sag=40 --fault bit_flip=1e-4,on=answers --fault unplug@10,board=1
   pneudrive-sim --timing instant                      what the host can do when the wire takes no time
   pneudrive-sim --firmware firmware.elf               the real firmware on emulated chips
+  pneudrive-sim --original 0,2                        two of four boards as the original's firmware behaves
   pneudrive-sim effects                               everything that --effect takes
   pneudrive-sim faults                                everything that --fault takes
   pneudrive-sim record --out run.csv                  a recording without bus and host

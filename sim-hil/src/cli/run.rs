@@ -6,6 +6,7 @@ use crate::pty::{FrontEnd, PtyOptions, SimError, SimReport};
 use crate::rig::{Firmware, RigOptions, Timing};
 use clap::{Args, ValueEnum};
 use pneudrive_protocol::Baud;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +34,9 @@ pub(super) struct RunArgs {
     /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed turnaround
     #[arg(long, conflicts_with = "turnaround_us")]
     original_loop: bool,
+    /// These boards behave as the original's firmware does, faults included: numbers separated by commas, or all
+    #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
+    original: Option<OriginalArg>,
     /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at 1 Mbaud
     #[arg(long, value_name = "ELF", conflicts_with_all = ["turnaround_us", "original_loop"])]
     firmware: Option<PathBuf>,
@@ -60,12 +64,22 @@ pub(super) struct RunArgs {
     /// Date requests back by this instead of the measured round trip of the pty, us
     #[arg(long, value_name = "US")]
     pty_latency_us: Option<u64>,
+    /// Put each request on the wire when it is seen, as a plain responder would, instead of dating it back by the pty's round trip
+    #[arg(long, conflicts_with = "pty_latency_us")]
+    no_dating: bool,
     /// Wait the last so many us before an answer is due, and the first after it, in a loop instead of asleep
     #[arg(long, value_name = "US", default_value_t = 20, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     spin_us: u64,
     /// Hand over at most so many bytes together; 1 hands over each at its own stop bit
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=4_096))]
     fifo: u16,
+}
+
+/// Which boards are of the original kind.
+#[derive(Debug, Clone)]
+enum OriginalArg {
+    All,
+    These(BTreeSet<u8>),
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -97,6 +111,11 @@ impl RunArgs {
             },
             turnaround,
             firmware: self.firmware()?,
+            original: match &self.original {
+                None => BTreeSet::new(),
+                Some(OriginalArg::All) => (0..=u8::MAX).take(self.devices).collect(),
+                Some(OriginalArg::These(boards)) => boards.clone(),
+            },
             plant,
             effects: self.effects.clone(),
             faults: self.faults.clone(),
@@ -128,6 +147,7 @@ impl RunArgs {
         let pty = PtyOptions {
             link: self.link.clone(),
             pty_latency_us: self.pty_latency_us,
+            dates_back: !self.no_dating,
             spin_us: self.spin_us,
             fifo: usize::from(self.fifo),
         };
@@ -165,6 +185,17 @@ impl From<SimError> for Failure {
 fn parse_baud(text: &str) -> Result<u32, String> {
     let value: u32 = text.parse().map_err(|_| format!("'{text}' is no whole number of bit/s"))?;
     Baud::new(value).map(Baud::get).map_err(|error| error.to_string())
+}
+
+fn parse_boards(text: &str) -> Result<OriginalArg, String> {
+    if text == "all" {
+        return Ok(OriginalArg::All);
+    }
+    let number = |word: &str| word.trim().parse::<u8>();
+    let boards: Result<BTreeSet<u8>, _> = text.split(',').map(number).collect();
+    boards
+        .map(OriginalArg::These)
+        .map_err(|_| format!("'{text}' is neither 'all' nor board numbers from 0 to 255 as in 0,2"))
 }
 
 fn parse_turnaround(text: &str) -> Result<f64, String> {

@@ -17,6 +17,9 @@ pub struct PtyOptions {
     pub link: Option<PathBuf>,
     /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at start.
     pub pty_latency_us: Option<u64>,
+    /// Whether requests are dated back at all: `false` puts each on the wire when it is seen, as a plain responder would. Then a client
+    /// pays for the pty's detour and for the simulator's own delay. Default true.
+    pub dates_back: bool,
     /// So many us are waited in a loop instead of asleep before an answer is due, and after it for the next request: 0 to
     /// 1000. Default 20.
     pub spin_us: u64,
@@ -26,7 +29,7 @@ pub struct PtyOptions {
 
 impl Default for PtyOptions {
     fn default() -> Self {
-        Self { link: None, pty_latency_us: None, spin_us: 20, fifo: 16 }
+        Self { link: None, pty_latency_us: None, dates_back: true, spin_us: 20, fifo: 16 }
     }
 }
 
@@ -68,16 +71,14 @@ impl FrontEnd {
     /// The rig cannot be built, or the system gives no port.
     pub fn new(rig: &RigOptions, options: &PtyOptions) -> Result<Self, SimError> {
         let bus = rig.build()?;
-        let round_trip_ns = match (rig.timing, options.pty_latency_us) {
-            (Timing::Instant, _) => 0,
-            (Timing::Wire, Some(us)) => us.saturating_mul(1_000),
-            (Timing::Wire, None) => measure_round_trip_ns(options.spin_us > 0)?,
+        let dates_back = options.dates_back && rig.timing == Timing::Wire;
+        let round_trip_ns = match options.pty_latency_us {
+            _ if !dates_back => 0,
+            Some(us) => us.saturating_mul(1_000),
+            None => measure_round_trip_ns(options.spin_us > 0)?,
         };
-        let limit_ns = match rig.timing {
-            Timing::Instant => 0,
-            // An answer must still be under way when the request before it has been dated back.
-            Timing::Wire => bus.line().characters_ns(8),
-        };
+        // An answer must still be under way when the request before it has been dated back.
+        let limit_ns = if dates_back { bus.line().characters_ns(8) } else { 0 };
         let dating = RequestDating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
         Ok(Self {
             bus,

@@ -13,6 +13,16 @@ pub enum RigError {
         /// The number that was refused.
         boards: usize,
     },
+    /// A board of the original kind where there is no board.
+    #[error(
+        "no board at position {position}, which is to be of the original kind: there are {boards} boards"
+    )]
+    Original {
+        /// The position that was asked for.
+        position: u8,
+        /// Boards of the rig.
+        boards: usize,
+    },
     /// The firmware's line rate is its own.
     #[error("firmware runs its bus at 1,000,000 baud in wire time: no other baud rate and no instant timing")]
     FirmwareTiming,

@@ -1,11 +1,12 @@
 use super::RigError;
-use crate::board::{ChipBoard, NativeBoard, NativeBoardConfig, PlantAir, Turnaround};
+use crate::board::{ChipBoard, NativeBoard, NativeBoardConfig, OriginalBoard, PlantAir, Turnaround};
 use crate::bus::{Bus, BusNode, Line};
 use crate::fault::{FaultInjector, FaultSpec};
 use crate::plant::{Effect, Plant, PlantParameters};
 use crate::record::{ControlSettings, nominal_toml};
 use pneudrive_control::BoardConfig;
 use pneudrive_protocol::{Address, Baud};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
@@ -53,6 +54,9 @@ pub struct RigOptions {
     /// Run this on emulated chips instead of native boards: one to four boards, [`Timing::Wire`] at the firmware's
     /// 1 Mbaud; `turnaround` and `control` are then the firmware's business.
     pub firmware: Option<Firmware>,
+    /// Positions of boards that behave as the original's firmware does, with its faults
+    /// ([`OriginalBoard`]): whatever `control`, `turnaround` and `firmware` say. None by default.
+    pub original: BTreeSet<u8>,
     /// The plant; `channels` is set to four a board.
     pub plant: PlantParameters,
     /// Effects switched on in the plant.
@@ -74,6 +78,7 @@ impl Default for RigOptions {
             turnaround: Turnaround::FIRMWARE,
             control: BoardConfig::default(),
             firmware: None,
+            original: BTreeSet::new(),
             plant: PlantParameters::default(),
             effects: Vec::new(),
             faults: Vec::new(),
@@ -106,7 +111,11 @@ impl RigOptions {
         let boards = u8::try_from(self.boards.wrapping_sub(1));
         let last = boards.map_err(|_| RigError::Boards { boards: self.boards })?;
         let line = self.line()?;
+        if let Some(&position) = self.original.last().filter(|&&position| position > last) {
+            return Err(RigError::Original { position, boards: self.boards });
+        }
         let node = |n| match &self.firmware {
+            _ if self.original.contains(&n) => Ok(original_board(n, line)),
             None => self.native_board(n, line),
             Some(firmware) => self.chip_board(firmware, n, line),
         };
@@ -166,6 +175,12 @@ impl RigOptions {
         let config = NativeBoardConfig { control, turnaround, phase_ns, ..NativeBoardConfig::default() };
         Ok(Box::new(NativeBoard::new(config, Address::of_board(n), n, line)?))
     }
+}
+
+fn original_board(n: u8, line: Line) -> Box<dyn BusNode + Send> {
+    // The boards' loops are spread over the period, as those of native boards.
+    let phase_ns = u64::from(n) * OriginalBoard::LOOP_NS * 3 / 11 % OriginalBoard::LOOP_NS;
+    Box::new(OriginalBoard::new(Address::of_board(n), n, line, phase_ns))
 }
 
 fn fastest_baud() -> Baud {
