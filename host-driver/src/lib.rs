@@ -7,8 +7,10 @@
 //! - [`bus`]: one exchange with one board, its errors, resynchronisation after them, echo.
 //! - [`real_time`]: scheduling of the bus thread on a machine that has other things to do.
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
+//! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
+//! - `rig` (feature): limits of pressure and rate from the rig file.
 //! - `web` (feature): a live page of a run.
 //!
 //! ```no_run
@@ -30,11 +32,16 @@ pub mod bus;
 pub mod line;
 #[cfg(feature = "mcap")]
 pub mod messages;
+pub mod notices;
 pub mod poller;
 pub mod real_time;
 #[cfg(feature = "record")]
 pub mod record;
+#[cfg(feature = "rig")]
+pub mod rig;
 pub mod statistics;
+#[cfg(feature = "trajectory")]
+mod stored;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
 mod unix_time;

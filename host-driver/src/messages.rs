@@ -115,13 +115,65 @@ pub struct Pressures {
     pub pressure: Vec<f64>,
 }
 
+/// `rcl_interfaces/msg/Log`: a line of a log, as nodes publish them on /rosout.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Log {
+    /// When it was said.
+    pub stamp: Time,
+    /// How bad it is: [`INFO`](Self::INFO) or [`WARN`](Self::WARN).
+    pub level: u8,
+    /// Who says it.
+    pub name: String,
+    /// What is said.
+    pub msg: String,
+    /// Not used.
+    pub file: String,
+    /// In our messages the kind of event, such as `board_missing`.
+    pub function: String,
+    /// Not used.
+    pub line: u32,
+}
+
+impl Log {
+    /// Level of what is good to know.
+    pub const INFO: u8 = 20;
+    /// Level of what somebody should look after.
+    pub const WARN: u8 = 30;
+    /// Its name in ROS.
+    pub const ROS_TYPE: &str = "rcl_interfaces/msg/Log";
+    /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
+    pub const DEFINITION: &str = "\
+byte DEBUG=10
+byte INFO=20
+byte WARN=30
+byte ERROR=40
+byte FATAL=50
+builtin_interfaces/Time stamp
+uint8 level
+string name
+string msg
+string file
+string function
+uint32 line
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+}
+
 /// What `frame_id` says of the boards on bus number `bus` of one program.
 pub fn bus_frame(bus: usize) -> String {
     format!("bus{bus}")
 }
 
+/// What a message calls the command to one channel of a joint, such as `b0_cmd3_kpa`.
+pub fn command_name(joint: u16, channel: usize) -> String {
+    format!("b{joint}_cmd{channel}_kpa")
+}
+
 fn commands(joint: u16) -> impl Iterator<Item = String> {
-    (0..CHANNELS).map(move |k| format!("b{joint}_cmd{k}_kpa"))
+    (0..CHANNELS).map(move |k| command_name(joint, k))
 }
 
 #[cfg(test)]

@@ -48,7 +48,12 @@ fn signal(child: &Child, signal: Signal) {
 
 /// Complete rows below the header.
 fn rows(path: &Path) -> usize {
-    fs::read_to_string(path).map_or(0, |text| text.lines().count().saturating_sub(1))
+    fs::read_to_string(path).map_or(0, |text| table(&text).count().saturating_sub(1))
+}
+
+/// Header and rows.
+fn table(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter(|line| !line.starts_with('#'))
 }
 
 #[test]
@@ -92,6 +97,42 @@ fn a_bad_trajectory_is_refused_before_the_port_is_touched() {
 }
 
 #[test]
+fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let rig = file("rig.toml", "[limits]\nmax_kpa = 300.0\n[boards.1.channels.3.limits]\nmax_kpa = 100.0\n");
+    let steps = file("steps.csv", "t_s,b0_cmd0_kpa\n0,100\n1.5,250\n");
+    let with = |more: &[&str], message: &str| {
+        refused(&[&["--port", "/dev/no-such-port", "--devices", "2"], more].concat(), 2, message);
+    };
+    with(
+        &["--max-kpa", "200", "--command", "201"],
+        "200.8 kPa for channel 0 of board 0 is above its limit of 200",
+    );
+    with(&["--max-kpa", "200", "--command", "200"], "no such port");
+    with(
+        &["--rig", &rig, "--command", "150"],
+        "--command: 150.3 kPa for channel 3 of board 1 is above its limit of 100",
+    );
+    with(
+        &["--max-kpa", "200", "--trajectory", &steps],
+        "steps.csv: at 1.5 s: 250.0 kPa for channel 0 of board 0",
+    );
+    with(&["--max-kpa", "-1"], "expected a number of kPa gauge from 0 on");
+    with(&["--max-rate-kpa-s", "0"], "expected a number above 0");
+    let misspelt = file("misspelt.toml", "[limits]\nmax = 300.0\n");
+    with(
+        &["--rig", &misspelt],
+        "misspelt.toml:2: unknown field `max`, expected `max_kpa` or `max_rate_kpa_s`",
+    );
+    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read");
+}
+
+#[test]
 fn nobody_there_is_an_error_and_leaves_no_recording() {
     let boards = PtyBoards::start(1);
     boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
@@ -120,6 +161,83 @@ fn an_existing_recording_is_kept_unless_told_otherwise() {
     let (code, ..) = run(&["--port", port, "--duration", "0.05", "--record", path, "--overwrite"]);
     assert_eq!(code, Some(0));
     assert!(rows(&file) > 0);
+}
+
+/// A recording would replace the trajectory that it is commanded by: by its name, another name, or
+/// another name still.
+#[test]
+fn a_recording_never_replaces_what_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (steps, rig) = (path("steps.csv"), path("rig.toml"));
+    let text = "t_s,b0_cmd0_kpa\n0,10\n1,20\n";
+    fs::write(&steps, text).unwrap();
+    fs::write(&rig, "[limits]\nmax_kpa = 100.0\n").unwrap();
+    std::os::unix::fs::symlink(&steps, path("soft.csv")).unwrap();
+    fs::hard_link(&steps, path("hard.csv")).unwrap();
+    fs::hard_link(&rig, path("rig.csv")).unwrap();
+    fs::create_dir(path("sub")).unwrap();
+    for name in ["steps.csv", "soft.csv", "hard.csv", "sub/../steps.csv"] {
+        let record = path(name);
+        let args = ["--port", "x", "--trajectory", &steps, "--record", &record, "--overwrite"];
+        refused(&args, 2, "it is the file of --trajectory");
+    }
+    let args = ["--port", "x", "--rig", &rig, "--record", &path("rig.csv"), "--overwrite"];
+    refused(&args, 2, "it is the file of --rig");
+    assert_eq!(fs::read_to_string(&steps).unwrap(), text);
+}
+
+/// From a recording of a recording: compressed, and as a bag.
+#[test]
+fn what_the_program_records_it_plays() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(path("steps.csv"), "t_s,b0_cmd2_kpa\n0.1,100\n0.2,200\n0.3,50\n").unwrap();
+    for (from, to) in
+        [("steps.csv", "a.csv.zst"), ("a.csv.zst", "b.csv.gz"), ("b.csv.gz", "c.mcap"), ("c.mcap", "d.csv")]
+    {
+        let (code, _, stderr) =
+            run(&["--port", &port, "--rate", "200", "--trajectory", &path(from), "--record", &path(to)]);
+        assert_eq!(code, Some(0), "{from} to {to}: {stderr}");
+        let late = stderr.contains("the trajectory begins at 0.100 s; --from-first-row begins");
+        assert_eq!(late, from == "steps.csv", "{stderr}");
+    }
+    let text = fs::read_to_string(path("d.csv")).unwrap();
+    let mut commands: Vec<_> = table(&text).skip(1).map(|row| row.split(',').nth(3).unwrap()).collect();
+    commands.dedup();
+    // 0 kPa until the first row's time.
+    assert_eq!(commands, ["0.000", "99.819", "199.975", "50.162"]);
+    assert!(text.contains("\n# command_line: [\"") && text.contains("c.mcap"), "{text}");
+    assert!(text.lines().last().unwrap().contains("\"text\":\"trajectory: "), "{text}");
+}
+
+#[test]
+fn a_trajectory_can_begin_with_its_first_row() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let (steps, file) = (folder.path().join("steps.csv"), folder.path().join("run.csv"));
+    fs::write(&steps, "t_s,b0_cmd0_kpa\n1000,100\n1000.1,50\n").unwrap();
+    let files = [steps.to_str().unwrap(), file.to_str().unwrap()];
+    let args = [
+        "--port",
+        &port,
+        "--rate",
+        "200",
+        "--from-first-row",
+        "--trajectory",
+        files[0],
+        "--record",
+        files[1],
+    ];
+    let (code, _, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stderr}");
+    let text = fs::read_to_string(&file).unwrap();
+    let row = table(&text).nth(1).unwrap();
+    assert!(row.starts_with("0.000000000,99.819,"), "{row}");
+    refused(&["--port", "x", "--from-first-row"], 2, "--trajectory");
 }
 
 #[test]
@@ -173,6 +291,11 @@ fn the_json_object_keeps_its_contract() {
     ]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((&json["schema"], &json["program"]), (&1.into(), &"pneudrive-host".into()));
+    assert_eq!((&json["version"], &json["port"]), (&env!("CARGO_PKG_VERSION").into(), &port.into()));
+    assert_eq!(json["ended"], "duration");
+    let started = json["started_utc"].as_str().unwrap();
+    assert!(started.starts_with("20") && started.ends_with('Z'), "{stdout}");
     assert_eq!(json["devices"], 2);
     let cycles = json["cycles"].as_u64().unwrap();
     assert!((2..=102).contains(&cycles), "at most 0.5 s at 200 Hz and both ends: {cycles}");
@@ -217,7 +340,7 @@ fn a_trajectory_is_played_to_its_end_and_recorded() {
     let recorded = |kpa: &str| text.lines().any(|line| line.split(',').nth(3) == Some(kpa));
     assert!(recorded("0.000") && recorded("99.819") && recorded("199.975"), "{text}");
     // The boards answer what they were commanded: command and pressure of one row belong together.
-    for line in text.lines().skip(1) {
+    for line in table(&text).skip(1) {
         let cells: Vec<_> = line.split(',').collect();
         assert_eq!(cells.len(), 9, "{line}");
         let pressures_are_commands = (1..=4).all(|k| cells[k] == cells[k + 4] || cells[k] == "0.000");
@@ -240,6 +363,8 @@ fn signals_end_a_run_with_the_boards_at_zero() {
         let output = child.wait_with_output().unwrap();
         let stdout = String::from_utf8(output.stdout).unwrap();
         assert_eq!(output.status.code(), Some(0), "{stop:?}: {stdout}");
+        let last = fs::read_to_string(&file).unwrap().lines().last().unwrap().to_owned();
+        assert!(last.contains("\"kind\":\"end\",\"text\":\"signal: "), "{last}");
         assert!(stdout.contains("cycles of 2 board(s)") && stdout.contains("run.csv"), "{stdout}");
         let commands = boards.stop();
         assert!(commands.contains(&(1, counts(221))), "100 kPa was commanded");
@@ -266,8 +391,9 @@ fn a_recording_survives_kill_9() {
         child.wait().unwrap();
         let text = text_of(&file);
         assert!(text.ends_with('\n'), "{name} ends in the middle of a row");
-        let cells = text.lines().next().unwrap().split(',').count();
-        assert!(text.lines().all(|line| line.split(',').count() == cells), "{name}");
+        let cells = table(&text).next().unwrap().split(',').count();
+        assert!(table(&text).all(|line| line.split(',').count() == cells), "{name}");
+        assert!(text.starts_with("# pneudrive_recording: 1\n"), "{name}: {text}");
     }
 }
 
@@ -456,9 +582,54 @@ fn unusable_web_options_are_refused_before_the_port_is_touched() {
     with(&["--web", &address], "choose another address or port");
     with(&["--allow-control"], "--web");
     with(&["--web=0", "--allow-control", "--control-limit", "700"], "at most 689.5 kPa");
+    with(&["--web=0", "--allow-control", "--web-deadman", "0.1"], "must be 0.5 to 60 s");
+    with(&["--web=0", "--web-deadman", "3"], "--allow-control");
     with(&["--web=0", "--record-folder", "/no/such/folder"], "--record-folder /no/such/folder: No such file");
     let file = token.to_str().unwrap();
     with(&["--web=0", "--allow-control", "--control-token-file", file], "16 to 256 characters");
+}
+
+/// The page starts a recording, the disk fills up, and nobody looks at the page any more.
+#[cfg(feature = "web")]
+#[test]
+fn a_recording_from_the_page_that_fails_is_told_on_the_terminal_and_in_the_status() {
+    use std::io::{BufRead, BufReader, Read, Write};
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    // A limit of 40 KiB on files stands for the full disk.
+    let script = "trap '' XFSZ; ulimit -f 40; exec \"$@\"";
+    let host = env!("CARGO_BIN_EXE_pneudrive-host");
+    let args =
+        ["-c", script, "bash", host, "--port", &port, "--rate", "500", "--web=0", "--record-format", "csv"];
+    let mut child = Command::new("bash")
+        .args(args)
+        .arg("--record-folder")
+        .arg(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap()).lines().map(|line| line.unwrap());
+    let line = stderr.find(|line| line.contains("live page: http://")).unwrap();
+    let address = line.split("http://").nth(1).unwrap().trim_end_matches('/').to_owned();
+    let mut stream = std::net::TcpStream::connect(&address).unwrap();
+    let head = "Content-Type: application/json\r\nContent-Length: 0\r\nConnection: close\r\n";
+    write!(
+        stream,
+        "POST /api/record/start HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\n{head}\r\n"
+    )
+    .unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    let told = stderr.find(|line| line.contains("a recording from the page failed: ")).unwrap();
+    assert!(told.contains("writing failed after"), "{told}");
+    signal(&child, Signal::INT);
+    let last: Vec<_> = stderr.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(1), "{last:?}");
+    assert!(last.last().unwrap().starts_with("error: "), "{last:?}");
 }
 
 #[cfg(feature = "web")]

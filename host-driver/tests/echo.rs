@@ -28,9 +28,9 @@ fn open(
 fn an_echo_is_found_at_the_start_and_skipped() {
     let mut bus = open(|_, request| echoing(request)).unwrap();
     assert_eq!(bus.echo(), Echo::Present);
-    assert_eq!(bus.exchange(0, counts(511)).unwrap().pressures, counts(511));
+    assert_eq!(bus.exchange(0, counts(510)).unwrap().pressures, counts(510));
     // A missing board is not answered by the echo.
-    let error = bus.exchange(1, counts(511)).unwrap_err();
+    let error = bus.exchange(1, counts(510)).unwrap_err();
     assert!(matches!(error, ExchangeError::NoAnswer { .. }), "{error}");
 }
 
@@ -76,4 +76,33 @@ fn an_echo_that_stops_is_named() {
             .unwrap();
     let error = bus.exchange(0, counts(511)).unwrap_err();
     assert!(matches!(error, ExchangeError::EchoMissing { missing: 6, .. }), "{error}");
+}
+
+/// Guard bytes come back, too: at once, or so late that they come with the request's echo.
+#[test]
+fn the_echo_of_a_guard_byte_is_no_part_of_the_requests_echo() {
+    for late_ns in [0, 5_000_000] {
+        let mut line = VirtualLine::new(move |_, request| {
+            let mut reply = vec![(late_ns, request.to_vec())];
+            if request[1] != 0 {
+                // An answer that ends in 0xFF, so that a guard goes before the next request.
+                reply.push((late_ns + AT_ONCE, answer(0xFF - request[1], 511)));
+            }
+            reply
+        });
+        line.guards_echo_after_ns = Some(late_ns);
+        let options = BusOptions {
+            frames: FrameMode::Unchecked,
+            answer_allowance_ns: 10_000_000,
+            ..BusOptions::default()
+        };
+        let mut bus = Bus::new(line, options).unwrap();
+        assert_eq!(bus.echo(), Echo::Present);
+        for turn in 0..10 {
+            let answer = bus.exchange(turn % 2, counts(300));
+            assert_eq!(answer.unwrap().pressures, counts(511), "exchange {turn}, late by {late_ns} ns");
+        }
+        assert_eq!(bus.line().guards.len(), 11, "the one before the search for an echo included");
+        assert_eq!(bus.unsolicited_bytes(), 0);
+    }
 }

@@ -7,7 +7,8 @@ mod support;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, PollerOptions, Polling, SetPoints};
-use pneudrive_protocol::{Counts, Echo};
+use pneudrive_protocol::false_address::guard_pause_ns;
+use pneudrive_protocol::{Baud, Counts, Echo};
 use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use support::{answer, counts};
 
@@ -181,8 +182,11 @@ fn three_of_four_boards_run_nearly_as_fast_as_three() {
 /// Every cycle is counted once, the first and the last included, and none is made up.
 #[test]
 fn cycles_of_equal_length_have_no_spread() {
+    let mut bus = bus(prompt);
+    // Before the first request the line is unknown, and a guard byte goes first.
+    bus.ping(0).unwrap();
     let mut polling =
-        Polling::new(bus(prompt), PollerOptions::for_devices(1), Box::new(SetPoints::new(1)), Vec::new());
+        Polling::new(bus, PollerOptions::for_devices(1), Box::new(SetPoints::new(1)), Vec::new());
     for _ in 0..50 {
         polling.next_cycle_ns();
         polling.cycle().unwrap();
@@ -193,10 +197,15 @@ fn cycles_of_equal_length_have_no_spread() {
     assert!(statistics.loop_hz.std < 1e-6, "{statistics:?}");
 }
 
-/// The worst cycle with a missing board is longer by its timeout, and no more.
+/// The worst cycle with a missing board is longer by its timeout and the guard byte that follows a failure, and no more.
 #[test]
 fn a_missing_board_costs_the_others_its_own_timeout() {
-    let bus = bus(|number, request| if asked(request) == 1 { Vec::new() } else { prompt(number, request) });
+    // Pressures that do not end in 0xFF: a guard byte would be needed after those.
+    let mut bus = bus(|_, request| match asked(request) {
+        1 => Vec::new(),
+        board => vec![(AT_ONCE, answer(board, 500))],
+    });
+    bus.ping(0).unwrap();
     let mut polling =
         Polling::new(bus, PollerOptions::for_devices(3), Box::new(SetPoints::new(3)), Vec::new());
     for _ in 0..5_000 {
@@ -205,7 +214,8 @@ fn a_missing_board_costs_the_others_its_own_timeout() {
         polling.cycle().unwrap();
     }
     let worst_us = polling.finish().cycle_us.max;
-    assert!(worst_us <= (2.0 * 200.0) + 2_200.0 + 1.0, "{worst_us} us");
+    let guard_us = guard_pause_ns(Baud::ORIGINAL) as f64 * 1e-3;
+    assert!(worst_us <= (2.0 * 200.0) + 2_200.0 + guard_us + 1.0, "{worst_us} us");
 }
 
 #[test]

@@ -45,7 +45,8 @@ impl Host {
 
     /// Rows of the recording without its header.
     fn rows(&self) -> Vec<String> {
-        self.text("run.csv").lines().skip(1).map(str::to_owned).collect()
+        let text = self.text("run.csv");
+        text.lines().filter(|line| !line.starts_with('#')).skip(1).map(str::to_owned).collect()
     }
 
     #[track_caller]

@@ -11,7 +11,7 @@ pub enum FrameMode {
     Negotiate,
     /// Only the original's format.
     Unchecked,
-    /// Only the format with CRC and sequence number: boards of the original kind do not answer.
+    /// Only the format with CRC and sequence number: boards of the original kind answer in their own, and obey nothing.
     Checked,
 }
 
@@ -39,8 +39,12 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// A board that does not answer checked requests so often in a row is asked once in the original's format. Original boards ignore
-    /// checked requests, whose values they take for damaged; one lost packet must not make a board count as original.
+    /// A board that does not answer checked requests so often in a row is asked once in the original's format.
+    ///
+    /// A board of the original kind answers a checked request, in its own format, and drops the commands: that answer tells its kind
+    /// at once, without this. A damaged answer of a board that checks can be taken for it only if all of its 20 spare bits have
+    /// become 0. Then the board is asked in the original's format, which it ignores, because it has heard a checked request; after
+    /// [`FORGOTTEN_AFTER`](Self::FORGOTTEN_AFTER) such requests it is unknown again. No answer of it is believed meanwhile.
     pub(super) const CHECKED_TRIES: u32 = 2;
     /// An original board that has been silent so often may have been exchanged for another.
     const FORGOTTEN_AFTER: u32 = 3;

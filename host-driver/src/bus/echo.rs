@@ -3,8 +3,9 @@
 //! Content cannot tell: a board that holds its set points answers with the very bytes of the request. So a board is asked that
 //! does not exist; whatever comes back then is an echo.
 
-use super::{BusOptions, HeardBytes, OpenBusError};
+use super::{BusOptions, FrameMode, HeardBytes, OpenBusError};
 use crate::line::{Line, LineError};
+use pneudrive_protocol::false_address::{GUARD, guard_pause_ns};
 use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, PACKET_LEN, Packet};
 use thiserror::Error;
 
@@ -31,6 +32,12 @@ pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> 
     let request = Packet { address: asked, values: [Counts::ATMOSPHERE; CHANNELS] }.encode();
     let mut heard = HeardBytes::default();
     for _ in 0..TRIES {
+        if options.frames != FrameMode::Checked {
+            // What was last on the wire is not known, and boards of the original kind may be there.
+            line.send(&[GUARD])?;
+            let until_ns = line.now_ns() + guard_pause_ns(options.baud);
+            line.sleep_until(until_ns);
+        }
         let wait_ns = options.answer_timeout_ns() + ADAPTER_DELAY_NS;
         line.send(&request)?;
         let deadline = line.now_ns() + wait_ns;
@@ -38,7 +45,9 @@ pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> 
         if heard.count() == 0 {
             return Ok(Echo::Absent);
         }
-        if heard.count() == PACKET_LEN && heard.first() == request {
+        // The guard comes back, too.
+        let echo = heard.first().strip_prefix(&[GUARD]).unwrap_or(heard.first());
+        if heard.count() <= PACKET_LEN + 1 && echo == request {
             return Ok(Echo::Present);
         }
     }

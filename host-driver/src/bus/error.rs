@@ -86,6 +86,17 @@ pub enum ExchangeError {
         /// How long it was waited, us.
         waited_us: u64,
     },
+    /// A board of which nothing was known was asked in checked packets and answered in the original's format: it is of the original
+    /// kind, and has dropped the commands.
+    #[error(
+        "{asked}: it answered in the original's packet format, and drops checked requests; it is of the original kind"
+    )]
+    OriginalFormat {
+        /// The board that was asked.
+        asked: Address,
+        /// From the request until the answer, us.
+        waited_us: u64,
+    },
     /// The answer came, but the host read it only now: it was stopped, or the machine is overloaded. Its pressures are history.
     #[error(
         "{asked}: its answer was read only after {waited_us} us, too old to be used; the host was stopped, or the machine is overloaded"
@@ -121,6 +132,7 @@ impl ExchangeError {
             | Self::EchoMissing { waited_us, .. }
             | Self::OtherBoard { waited_us, .. }
             | Self::Stale { waited_us, .. }
+            | Self::OriginalFormat { waited_us, .. }
             | Self::TooOld { waited_us, .. }
             | Self::LineBusy { waited_us, .. } => *waited_us,
             Self::Line(_) => 0,
@@ -141,7 +153,7 @@ impl ExchangeError {
                 heard.count() >= 2 * PACKET_LEN
             }
             // A busy line was never asked; a late answer has come.
-            Self::TooOld { .. } | Self::LineBusy { .. } | Self::Line(_) => true,
+            Self::OriginalFormat { .. } | Self::TooOld { .. } | Self::LineBusy { .. } | Self::Line(_) => true,
             Self::NoAnswer { .. } | Self::OtherBoard { .. } | Self::Stale { .. } => false,
         }
     }

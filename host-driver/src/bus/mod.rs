@@ -8,15 +8,25 @@
 //! 2. After a failed exchange, what still comes is discarded until the line is idle.
 //! 3. A board that did not answer may still do so: it is left alone until its answer would be too late to be believed
 //!    ([`BusOptions::late_answer_limit_ns`]; twice the longest delay seen from this board lately, if that is more). Other
-//!    boards can be asked meanwhile, because answers carry their board's address.
+//!    boards can be asked meanwhile, because answers carry their board's address. When 100 answers have told how late this board's
+//!    answers really are, it is asked again within that time. As long as the limit lasts, its answers are then believed only if
+//!    they come when this board's answers come, and no other follows.
+//!
+//! As long as board 0 may be of the original kind, nothing on the wire can be taken for its address where that is not meant
+//! ([`false_address`](pneudrive_protocol::false_address)): some set points of channel 3 are sent one count lower
+//! ([`Bus::commands_on_the_wire`]), and a byte 0x00 goes before a request that would follow 0xFF.
 
+mod delays;
 mod dialect;
 mod echo;
 mod error;
+mod guard;
 mod heard;
 mod options;
 mod peer;
+mod safe_state;
 mod transaction;
+mod usual_delay;
 
 pub use dialect::{FrameMode, Frames};
 pub use echo::EchoError;
@@ -24,8 +34,9 @@ pub use error::{ExchangeError, OpenBusError};
 pub use heard::HeardBytes;
 pub use options::{BusOptions, EchoMode};
 pub use peer::Counters;
+pub use safe_state::SafeStateOptions;
 
-use crate::line::{Line, LineError, SerialPort};
+use crate::line::{Line, SerialPort};
 use dialect::Dialect;
 use peer::Peer;
 use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet};
@@ -60,6 +71,8 @@ pub struct Bus<L: Line = SerialPort> {
     unsolicited_bytes: u64,
     /// When the line was last read empty, ns, if nothing has been sent since.
     emptied_ns: Option<u64>,
+    /// The last byte on the wire, if it is known.
+    last_byte: Option<u8>,
 }
 
 impl Bus<SerialPort> {
@@ -85,7 +98,7 @@ impl<L: Line> Bus<L> {
         line.expect_bytes(transaction::expected_bytes(echo));
         let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames));
         let peers = vec![peer; usize::from(u8::MAX) + 1];
-        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0, emptied_ns: None })
+        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0, emptied_ns: None, last_byte: None })
     }
 
     /// After the line failed: tries once to open it again. What was known of the boards' packet formats and of the echo is found out
@@ -100,6 +113,7 @@ impl<L: Line> Bus<L> {
         }
         self.line.expect_bytes(transaction::expected_bytes(self.echo));
         self.emptied_ns = None;
+        self.last_byte = None;
         for peer in &mut self.peers {
             peer.renew(Dialect::new(self.options.frames));
         }
@@ -114,8 +128,12 @@ impl<L: Line> Bus<L> {
     pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
         let mut result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
         for _ in 0..Dialect::CHECKED_TRIES {
-            let unknown = self.frames(board) == Frames::Unknown;
-            if result.is_ok() || !unknown || matches!(result, Err(ExchangeError::Line(_))) {
+            let again = match &result {
+                Ok(_) | Err(ExchangeError::Line(_)) => false,
+                Err(ExchangeError::OriginalFormat { .. }) => true,
+                Err(_) => self.frames(board) == Frames::Unknown,
+            };
+            if !again {
                 break;
             }
             result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
@@ -123,21 +141,30 @@ impl<L: Line> Bus<L> {
         result
     }
 
-    /// Sends four commands to `board` and waits for its four pressures, at most [`BusOptions::answer_timeout_ns`].
+    /// Sends four commands to `board` and waits for its four pressures, at most [`BusOptions::answer_timeout_ns`]. What is sent
+    /// are the [`commands_on_the_wire`](Self::commands_on_the_wire).
     ///
     /// Waits first where the board may still answer an earlier request; [`ready_at_ns`](Self::ready_at_ns) tells until when.
     ///
     /// # Errors
     /// What came instead of the answer, or that nothing came. The bus can be used on after any of them but a line error.
     pub fn exchange(&mut self, board: u8, commands: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
+        self.request(board, self.commands_on_the_wire(commands))
+    }
+
+    /// An exchange with `values` as they are.
+    fn request(&mut self, board: u8, values: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
         self.wait_until_quiet(board)?;
-        let request = Packet { address: Address::of_board(board), values: commands };
+        let request = Packet { address: Address::of_board(board), values };
         let format = self.peers[usize::from(board)].dialect.next();
+        self.peers[usize::from(board)].note_command(&values);
         let started_ns = self.line.now_ns();
         let result = self.transact(request, format);
         let peer = &mut self.peers[usize::from(board)];
         match &result {
-            Ok(_) => peer.answered(format),
+            Ok(answer) => {
+                peer.answered(format, answer.round_trip_ns());
+            }
             Err(error) => {
                 // A late checked answer is known by its number.
                 let owes = format == Format::Unchecked && !error.answer_consumed();
@@ -145,6 +172,9 @@ impl<L: Line> Bus<L> {
                 if error.something_came() {
                     self.drain()?;
                 }
+                // What the boards heard may not be what the host heard, and a board of the original kind that has waited in vain
+                // for the rest of a request goes on with the byte before.
+                self.last_byte = None;
             }
         }
         result
@@ -185,27 +215,13 @@ impl<L: Line> Bus<L> {
         &self.line
     }
 
+    /// Lets go of the line.
+    pub fn into_line(self) -> L {
+        self.line
+    }
+
     /// The line below, to sleep on.
     pub fn line_mut(&mut self) -> &mut L {
         &mut self.line
-    }
-
-    /// Commands 0 kPa to `boards`, [`BusOptions::SAFE_STATE_REPEATS`] times each, so that a lost packet does not matter.
-    /// Returns the boards that confirmed none of them.
-    ///
-    /// # Errors
-    /// Only when the line failed: then nothing can be sent any more, and the boards' own command timeout has to act.
-    pub fn make_safe(&mut self, boards: impl Iterator<Item = u8> + Clone) -> Result<Vec<u8>, LineError> {
-        let mut silent: Vec<u8> = boards.clone().collect();
-        for _ in 0..BusOptions::SAFE_STATE_REPEATS {
-            for board in boards.clone() {
-                match self.ping(board) {
-                    Ok(_) => silent.retain(|&other| other != board),
-                    Err(ExchangeError::Line(error)) => return Err(error),
-                    Err(_) => {}
-                }
-            }
-        }
-        Ok(silent)
     }
 }

@@ -1,5 +1,5 @@
-use super::FrameMode;
-use crate::line::SerialOptions;
+use super::{FrameMode, SafeStateOptions};
+use crate::line::{SerialOptions, Spin};
 use pneudrive_protocol::{Baud, Echo};
 
 /// How to find out whether the adapter returns the host's own bytes.
@@ -29,8 +29,10 @@ pub struct BusOptions {
     pub frames: FrameMode,
     /// Whether the adapter echoes.
     pub echo: EchoMode,
-    /// Busy-wait before each sleep, ns: see [`SerialOptions::spin_ns`].
-    pub spin_ns: u64,
+    /// Whether to look for answers without sleeping.
+    pub spin: Spin,
+    /// When boards of the original kind count as vented at the end.
+    pub safe_state: SafeStateOptions,
 }
 
 impl BusOptions {
@@ -72,7 +74,7 @@ impl BusOptions {
     }
 
     pub(super) fn serial(&self) -> SerialOptions {
-        SerialOptions { baud: self.baud, spin_ns: self.spin_ns }
+        SerialOptions { baud: self.baud, spin: self.spin }
     }
 }
 
@@ -84,7 +86,8 @@ impl Default for BusOptions {
             late_answer_limit_ns: 10_000_000,
             frames: FrameMode::default(),
             echo: EchoMode::Detect { unused_board: u8::MAX },
-            spin_ns: 0,
+            spin: Spin::Never,
+            safe_state: SafeStateOptions::default(),
         }
     }
 }

@@ -1,6 +1,8 @@
 use super::ExchangeError;
+use super::delays::{Delays, Window};
 use super::dialect::Dialect;
-use pneudrive_protocol::Format;
+use super::usual_delay::UsualDelay;
+use pneudrive_protocol::{CHANNELS, Counts, Format};
 
 /// What has happened between the host and one board. Every request is in `asked`, and in exactly one of the seven below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -42,6 +44,7 @@ impl Counters {
 #[derive(Debug, Clone)]
 pub(super) struct Peer {
     pub(super) dialect: Dialect,
+    pub(super) usual_delay: UsualDelay,
     counters: Counters,
     /// Last request that may still be answered, ns.
     owes_since_ns: Option<u64>,
@@ -49,8 +52,16 @@ pub(super) struct Peer {
     /// How long after its timeout an answer may still come: the configured limit, or more for a board that was later.
     late_limit_ns: u64,
     usual_late_limit_ns: u64,
+    /// How late its answers really are.
+    delays: Delays,
+    /// Until then an answer may be that to an earlier request, ns.
+    doubtful_until_ns: u64,
+    /// Requests in a row that failed and were followed by another one sooner than the limit allows.
+    early: u32,
     /// Prompt answers since the last failure.
     prompt: u32,
+    /// It has been sent a command of more than 0 kPa, whether or not it obeyed.
+    pressurised: bool,
 }
 
 impl Peer {
@@ -58,26 +69,47 @@ impl Peer {
     const LATEST_NS: u64 = 200_000_000;
     /// After so many prompt answers in a row a delay is history.
     const FORGIVEN_AFTER: u32 = 100;
+    /// After so many failures in a row the whole limit is waited for: by then more is wrong than a lost packet.
+    const EARLY_TRIES: u32 = 3;
 
     pub(super) fn new(late_limit_ns: u64, dialect: Dialect) -> Self {
         Self {
             dialect,
+            usual_delay: UsualDelay::default(),
             counters: Counters::default(),
             owes_since_ns: None,
             quiet_until_ns: 0,
             late_limit_ns,
             usual_late_limit_ns: late_limit_ns,
+            delays: Delays::default(),
+            doubtful_until_ns: 0,
+            early: 0,
             prompt: 0,
+            pressurised: false,
         }
     }
 
-    /// Forgets everything but the counters.
+    /// Forgets everything but the counters, and that it may hold a set point.
     pub(super) fn renew(&mut self, dialect: Dialect) {
-        *self = Self { counters: self.counters, ..Self::new(self.usual_late_limit_ns, dialect) };
+        *self = Self {
+            counters: self.counters,
+            pressurised: self.pressurised,
+            ..Self::new(self.usual_late_limit_ns, dialect)
+        };
     }
 
     pub(super) fn counters(&self) -> Counters {
         self.counters
+    }
+
+    /// Notes what is about to be commanded.
+    pub(super) fn note_command(&mut self, commands: &[Counts; CHANNELS]) {
+        self.pressurised |= commands.iter().any(|&command| command > Counts::ATMOSPHERE);
+    }
+
+    /// Whether it has ever been commanded more than 0 kPa.
+    pub(super) fn was_pressurised(&self) -> bool {
+        self.pressurised
     }
 
     /// Until when the board is to be left alone, ns.
@@ -85,8 +117,12 @@ impl Peer {
         self.quiet_until_ns
     }
 
-    pub(super) fn answered(&mut self, format: Format) {
+    /// It answered a request in `format`, so long after it.
+    pub(super) fn answered(&mut self, format: Format, delay_ns: u64) {
         self.dialect.answered(format);
+        self.delays.seen(delay_ns);
+        self.usual_delay.seen(delay_ns);
+        self.early = 0;
         self.counters.asked += 1;
         self.counters.answered += 1;
         self.owes_since_ns = None;
@@ -105,16 +141,34 @@ impl Peer {
             ExchangeError::Garbled { .. } => &mut self.counters.garbled,
             ExchangeError::EchoDamaged { .. } | ExchangeError::EchoMissing { .. } => &mut self.counters.echo,
             ExchangeError::OtherBoard { .. } => &mut self.counters.other_board,
-            ExchangeError::Stale { .. } | ExchangeError::TooOld { .. } => &mut self.counters.stale,
+            ExchangeError::Stale { .. }
+            | ExchangeError::OriginalFormat { .. }
+            | ExchangeError::TooOld { .. } => &mut self.counters.stale,
             ExchangeError::LineBusy { .. } | ExchangeError::Line(_) => &mut self.counters.line,
         };
         *counter += 1;
-        self.dialect.failed();
+        match error {
+            ExchangeError::OriginalFormat { .. } => self.dialect.answered(Format::Unchecked),
+            _ => self.dialect.failed(),
+        }
         self.prompt = 0;
         self.owes_since_ns = owed_since_ns;
         if let Some(since) = owed_since_ns {
-            self.quiet_until_ns = since + timeout_ns + self.late_limit_ns;
+            let limit_ns = since + timeout_ns + self.late_limit_ns;
+            self.quiet_until_ns = match self.delays.window() {
+                Some(window) if self.early < Self::EARLY_TRIES => {
+                    self.early += 1;
+                    self.doubtful_until_ns = self.doubtful_until_ns.max(limit_ns);
+                    limit_ns.min(since + timeout_ns.max(window.to_ns))
+                }
+                _ => limit_ns,
+            };
         }
+    }
+
+    /// If at `now_ns` an answer may be that to an earlier request: when the answer to a request sent now can come.
+    pub(super) fn doubt(&self, now_ns: u64) -> Option<Window> {
+        self.delays.window().filter(|_| now_ns < self.doubtful_until_ns)
     }
 
     /// A packet of this board came when it was not its turn.
@@ -125,6 +179,7 @@ impl Peer {
         self.counters.late += 1;
         let Some(since) = self.owes_since_ns else { return };
         let delay = now_ns.saturating_sub(since);
+        self.delays.seen_late(delay.min(Self::LATEST_NS));
         if 2 * delay > self.quiet_until_ns.saturating_sub(since) {
             self.late_limit_ns = self.late_limit_ns.max((2 * delay).min(Self::LATEST_NS));
             self.quiet_until_ns = self.quiet_until_ns.max(since + self.late_limit_ns);
@@ -181,15 +236,32 @@ mod tests {
         assert_eq!(peer.quiet_until_ns(), 22_000_000);
         peer.failed(&silent(), Some(50_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 22_000_000);
-        (0..100).for_each(|_| peer.answered(Format::Unchecked));
+        (0..100).for_each(|_| peer.answered(Format::Unchecked, 300_000));
         peer.failed(&silent(), Some(200_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
+    }
+
+    /// Learnt: it is asked again after its timeout, three times; then it is left alone for the limit as before.
+    #[test]
+    fn a_board_whose_delays_are_known_is_asked_again_soon() {
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        (0..500).for_each(|_| peer.answered(Format::Unchecked, 1_060_000));
+        let mut since_ns = 0;
+        for _ in 0..3 {
+            assert_eq!(peer.doubt(since_ns).is_some(), since_ns > 0);
+            peer.failed(&silent(), Some(since_ns), TIMEOUT);
+            assert_eq!(peer.quiet_until_ns(), since_ns + TIMEOUT);
+            since_ns = peer.quiet_until_ns();
+        }
+        peer.failed(&silent(), Some(since_ns), TIMEOUT);
+        assert_eq!(peer.quiet_until_ns(), since_ns + TIMEOUT + LIMIT);
+        assert_eq!(peer.doubt(peer.quiet_until_ns()), None);
     }
 
     #[test]
     fn every_request_is_counted_once() {
         let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
-        peer.answered(Format::Unchecked);
+        peer.answered(Format::Unchecked, 300_000);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(3_000_000);
         let counters = peer.counters();

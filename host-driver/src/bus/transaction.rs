@@ -1,14 +1,17 @@
 //! The steps of an exchange on the line.
 
-use super::{Answer, Bus, ExchangeError, HeardBytes};
+use super::delays::Window;
+use super::guard::with_guard;
+use super::{Answer, Bus, ExchangeError, Frames, HeardBytes};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::{
     AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard, PACKET_LEN,
     Packet,
 };
 
-/// Bytes looked at in one go; a whole echo and answer and what noise may add.
-const BUFFER: usize = 64;
+/// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an adapter may have held back. Of
+/// those the last one counts, so they must be seen together.
+const BUFFER: usize = 512;
 
 /// Bytes that come back for a request.
 pub(super) fn expected_bytes(echo: Echo) -> usize {
@@ -21,16 +24,22 @@ pub(super) fn expected_bytes(echo: Echo) -> usize {
 impl<L: Line> Bus<L> {
     /// Sends `request` and listens until its answer is complete or the time is up.
     pub(super) fn transact(&mut self, request: Packet, format: Format) -> Result<Answer, ExchangeError> {
-        self.expect_silence()?;
-        let (bytes, mut ear) = Ear::for_request(request, format, self.echo);
+        let guard_echo_due = self.prepare()?;
+        let (bytes, mut ear) = Ear::for_request(request, format, self.echo, guard_echo_due);
         let sent_ns = self.line.now_ns();
+        let doubt = self.peers[usize::from(request.address.board())].doubt(sent_ns);
         self.line.send(&bytes)?;
+        self.last_byte = bytes.last().copied();
+        if let Some(delay_ns) = self.peers[usize::from(request.address.board())].usual_delay.ns() {
+            self.line.expect_answer_at(sent_ns + delay_ns);
+        }
         let deadline = sent_ns + self.options.answer_timeout_ns();
         let mut wanted = expected_bytes(self.echo);
         loop {
             let mut bytes = [0; BUFFER];
             let count = self.line.receive(&mut bytes, wanted, deadline)?;
             let now_ns = self.line.now_ns();
+            self.last_byte = bytes[..count].last().copied().or(self.last_byte);
             for &byte in &bytes[..count] {
                 if let Some(packet) = ear.push(byte) {
                     self.peers[usize::from(packet.address.board())].heard_late(now_ns);
@@ -41,8 +50,15 @@ impl<L: Line> Bus<L> {
                     let waited_us = (now_ns - sent_ns) / 1000;
                     return Err(ExchangeError::TooOld { asked: request.address, waited_us });
                 }
+                if let (Some(window), Format::Unchecked) = (doubt, format) {
+                    return self.answer_in_doubt(ear, window, sent_ns, now_ns);
+                }
                 self.emptied_ns = (count < BUFFER).then_some(now_ns);
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
+            }
+            if ear.decoder.answered_unchecked() && self.frames(request.address.board()) == Frames::Unknown {
+                let waited_us = (now_ns - sent_ns) / 1000;
+                return Err(ExchangeError::OriginalFormat { asked: request.address, waited_us });
             }
             if now_ns >= deadline {
                 return Err(ear.what_went_wrong((now_ns - sent_ns) / 1000));
@@ -51,10 +67,47 @@ impl<L: Line> Bus<L> {
         }
     }
 
+    /// An answer came at `answered_ns`, but an earlier request to the same board may still be answered. Listens for as long as the
+    /// answer to this one may need to follow that to the earlier one. The last answer is believed, if it came when this board's
+    /// answers come.
+    fn answer_in_doubt(
+        &mut self,
+        mut ear: Ear,
+        window: Window,
+        sent_ns: u64,
+        mut answered_ns: u64,
+    ) -> Result<Answer, ExchangeError> {
+        let asked = ear.request.address;
+        let limit_ns = sent_ns + self.options.drain_limit_ns();
+        loop {
+            let until_ns = (answered_ns + window.to_ns).min(limit_ns);
+            let mut bytes = [0; BUFFER];
+            let count = self.line.receive(&mut bytes, 1, until_ns)?;
+            let now_ns = self.line.now_ns();
+            self.last_byte = bytes[..count].last().copied().or(self.last_byte);
+            for &byte in &bytes[..count] {
+                let Some(packet) = ear.push(byte) else { continue };
+                self.peers[usize::from(packet.address.board())].heard_late(now_ns);
+                if packet.address == asked {
+                    answered_ns = now_ns;
+                }
+            }
+            if now_ns >= until_ns {
+                break;
+            }
+        }
+        match ear.believable_answer() {
+            Some(pressures) if window.contains(answered_ns - sent_ns) => {
+                Ok(Answer { pressures, sent_ns, answered_ns })
+            }
+            _ => Err(ExchangeError::Stale { asked, waited_us: (self.line.now_ns() - sent_ns) / 1000 }),
+        }
+    }
+
     /// Discards what came while nobody had been asked.
     ///
     /// Right after an answer there is nothing to look for: since the line was read empty, no character has had the time to come.
-    fn expect_silence(&mut self) -> Result<(), ExchangeError> {
+    pub(super) fn expect_silence(&mut self) -> Result<(), ExchangeError> {
         let character_ns = self.options.baud.characters_ns(1);
         let emptied_ns = self.emptied_ns.take();
         if emptied_ns.is_some_and(|then| self.line.now_ns() - then < character_ns) {
@@ -109,6 +162,7 @@ impl<L: Line> Bus<L> {
     fn discard(&mut self, stray: &mut Stray, bytes: &[u8]) {
         let now_ns = self.line.now_ns();
         self.unsolicited_bytes += bytes.len() as u64;
+        self.last_byte = bytes.last().copied().or(self.last_byte);
         for &byte in bytes {
             if let Some(packet) = stray.push(byte) {
                 self.peers[usize::from(packet.address.board())].heard_late(now_ns);
@@ -128,7 +182,12 @@ struct Ear {
 
 impl Ear {
     /// The request's bytes, and the ear for what follows them.
-    fn for_request(request: Packet, format: Format, echo: Echo) -> ([u8; PACKET_LEN], Self) {
+    fn for_request(
+        request: Packet,
+        format: Format,
+        echo: Echo,
+        guard_echo_due: bool,
+    ) -> ([u8; PACKET_LEN], Self) {
         let (bytes, decoder) = match format {
             Format::Unchecked => (request.encode(), AnswerDecoder::new(request, echo)),
             Format::Checked(sequence) => {
@@ -136,6 +195,7 @@ impl Ear {
                 (checked.encode(Direction::Request), AnswerDecoder::for_checked(checked, echo))
             }
         };
+        let decoder = with_guard(decoder, guard_echo_due);
         (bytes, Self { request, decoder, heard: HeardBytes::default(), answer: None, other: None })
     }
 
@@ -168,13 +228,9 @@ impl Ear {
         if self.decoder.echo_damaged() {
             return ExchangeError::EchoDamaged { asked, heard, waited_us };
         }
-        if !self.decoder.echo_complete() {
-            return ExchangeError::EchoMissing {
-                asked,
-                missing: PACKET_LEN - heard.count(),
-                heard,
-                waited_us,
-            };
+        match self.decoder.echo_left() {
+            0 => {}
+            missing => return ExchangeError::EchoMissing { asked, missing, heard, waited_us },
         }
         if self.other.is_some_and(|other| other.address == asked) {
             return ExchangeError::Stale { asked, waited_us };

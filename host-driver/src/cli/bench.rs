@@ -5,6 +5,7 @@ use crate::cli::bench_table;
 use crate::cli::connect::{Connection, connect_for_measurement, devices, is_sim};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
+use crate::cli::original_client::{ORIGINAL_CLIENT, OriginalClient};
 use crate::cli::output::out;
 use crate::cli::output::print_json;
 use crate::cli::signals::StopSignal;
@@ -13,7 +14,11 @@ use pneudrive_host::line::SerialPort;
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
 use pneudrive_host::real_time::RealTime;
 use pneudrive_host::statistics::{HistogramBin, Statistics};
+use pneudrive_protocol::{Baud, CHANNELS, Counts};
 use serde::Serialize;
+
+/// Exchanges before what is measured: in them the bus learns how soon boards answer, and which way of waiting suits the machine.
+const WARM_UP: usize = 1300;
 
 #[derive(Serialize)]
 struct BenchReport {
@@ -22,6 +27,8 @@ struct BenchReport {
     cycles: u32,
     #[serde(flatten)]
     real_time: Scheduling,
+    /// What the original client reached, to stand beside the runs.
+    original: Option<OriginalClient>,
     runs: Vec<BenchRun>,
 }
 
@@ -57,17 +64,18 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     let most = devices(args, 4)?;
     let real_time = args.real_time();
     real_time.check()?;
-    let stop = StopSignal::install()?;
+    let stop = StopSignal::install(false)?;
     let RealTime { priority, lock_memory, core } = real_time;
     let mut report = BenchReport {
         port: String::new(),
         baud: args.baud,
         cycles: bench.cycles,
         real_time: Scheduling { realtime_priority: priority, memory_locked: lock_memory, core },
+        original: (args.baud == Baud::ORIGINAL.get()).then_some(ORIGINAL_CLIENT),
         runs: Vec::new(),
     };
     for boards in 1..=most {
-        let Connection { bus, behind } = connect_for_measurement(args, boards)?;
+        let Connection { bus, behind } = connect_for_measurement(args, boards, bench.dated())?;
         report.port = if is_sim(args) { "sim".to_owned() } else { bus.line().path().display().to_string() };
         if report.runs.is_empty() && !args.json {
             bench_table::print_header(&report.port, report.baud, report.cycles);
@@ -93,7 +101,7 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     if args.json {
         return print_json(&report);
     }
-    out!("{}", bench_table::below(&report.runs));
+    out!("{}", bench_table::below(&report.runs, report.original.as_ref()));
     Ok(())
 }
 
@@ -112,6 +120,10 @@ fn measure(
             "board {board} is missing, so this would measure something else: {error}"
         )));
     }
+    for n in 0..WARM_UP {
+        // Lost ones show in what is measured too.
+        let _ = bus.exchange(options.boards[n % options.boards.len()], [Counts::ATMOSPHERE; CHANNELS]);
+    }
     let baud = bus.options().baud;
     let wire_limit_hz = baud.cycle_limit_hz(u32::from(boards));
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(usize::from(boards))), Vec::new());
@@ -126,6 +138,7 @@ fn measure(
     }
     let statistics = polling.finish();
     let round_trip_us = polling.round_trips();
+    // Nothing but 0 kPa was ever commanded, so whoever answers holds nothing of this host's.
     polling.make_safe().map_err(Failure::running)?;
     let exchange_us = 1e6 / statistics.loop_hz.mean / f64::from(boards);
     Ok(BenchRun {

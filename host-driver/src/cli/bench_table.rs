@@ -1,6 +1,7 @@
 //! The figures of `bench`, for people.
 
 use crate::cli::bench::BenchRun;
+use crate::cli::original_client::OriginalClient;
 use crate::cli::output::outln;
 use pneudrive_host::statistics::Statistics;
 use std::fmt::Write as _;
@@ -32,14 +33,37 @@ pub fn print_row(run: &BenchRun) {
     );
 }
 
-/// What stands below the table: what virtual boards took off, and the histogram of the round trips.
-pub fn below(runs: &[BenchRun]) -> String {
-    let mut text = String::new();
+/// What stands below the table: the original client's figures, what virtual boards took off, the histogram of the round trips.
+pub fn below(runs: &[BenchRun], original: Option<&OriginalClient>) -> String {
+    let mut text = original.map_or_else(String::new, |original| beside_the_original(runs, original));
     let dated: Vec<_> = runs.iter().filter_map(|run| Some(format!("{:.0}", run.dated_back_us?))).collect();
     if !dated.is_empty() {
         let _ = writeln!(text, "virtual boards took off the pty's round trip, us: {}", dated.join(", "));
     }
     text.push_str(&histogram(runs));
+    text
+}
+
+/// Mean rates of both, where the original's is known.
+fn beside_the_original(runs: &[BenchRun], original: &OriginalClient) -> String {
+    let mut text = String::from(
+        "boards  here, Hz  core   original client, Hz  core   faster by   published on its hardware, Hz\n",
+    );
+    for (at, run) in runs.iter().enumerate() {
+        let Statistics { devices, loop_hz, cpu_share, .. } = &run.statistics;
+        let Some(measured) = original.plain_responder_hz.get(at) else { break };
+        let published = original.published_hz.get(at).map_or_else(String::new, |hz| format!("{hz:.0}"));
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            text,
+            "{devices:>6}  {:>8.0}  {:>2.0} %  {measured:>20.0}  {:>2.0} %  {:>+8.1} %  {published:>30}",
+            loop_hz.mean,
+            100.0 * cpu_share,
+            100.0 * original.cpu_share,
+            100.0 * (loop_hz.mean / measured - 1.0),
+        );
+    }
+    let _ = writeln!(text, "{}", original.source);
     text
 }
 

@@ -21,10 +21,14 @@ pub struct Behind {
 }
 
 impl Behind {
-    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real port.
+    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real port, and where nothing is dated.
     pub fn dated_back_us(&self) -> Option<f64> {
         #[cfg(feature = "sim")]
-        return self.boards.as_ref().map(pneudrive_sim::pty::EmbeddedSim::pty_round_trip_us);
+        return self
+            .boards
+            .as_ref()
+            .map(pneudrive_sim::pty::EmbeddedSim::pty_round_trip_us)
+            .filter(|&us| us > 0.0);
         #[cfg(not(feature = "sim"))]
         return None;
     }
@@ -75,7 +79,8 @@ pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> 
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
         echo,
-        spin_ns: args.spin_us * 1000,
+        spin: args.spin_us,
+        ..BusOptions::default()
     })
 }
 
@@ -84,9 +89,9 @@ pub fn connect(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
     open(args, devices, Punctuality::Usual)
 }
 
-/// The same, with virtual boards that are as punctual as they can be.
-pub fn connect_for_measurement(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
-    open(args, devices, Punctuality::Best)
+/// The same, with virtual boards that are as punctual as they can be. `dated` takes the pty's round trip off each request.
+pub fn connect_for_measurement(args: &BusArgs, devices: u16, dated: bool) -> Result<Connection, Failure> {
+    open(args, devices, Punctuality::Best { dated })
 }
 
 /// How punctual virtual boards are.
@@ -95,7 +100,10 @@ pub enum Punctuality {
     /// Some 10 us late, and hardly a load.
     Usual,
     /// As punctual as a core that busy-waits makes them.
-    Best,
+    Best {
+        /// Whether requests are dated back by the pty's round trip.
+        dated: bool,
+    },
 }
 
 fn open(args: &BusArgs, devices: u16, punctuality: Punctuality) -> Result<Connection, Failure> {

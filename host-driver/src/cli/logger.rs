@@ -8,7 +8,7 @@ impl log::Log for StandardError {
 
     fn log(&self, record: &log::Record<'_>) {
         if self.enabled(record.metadata()) {
-            eprintln!("{}: {}", record.level().as_str().to_lowercase(), record.args());
+            crate::cli::output::errln!("{}: {}", record.level().as_str().to_lowercase(), record.args());
         }
     }
 

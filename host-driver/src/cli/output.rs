@@ -15,22 +15,48 @@ macro_rules! outln {
     ($($arg:tt)*) => { $crate::cli::output::put(format_args!("{}\n", format_args!($($arg)*))) };
 }
 
-pub(crate) use {out, outln};
+/// `eprintln!` without its panic: a terminal that has closed must not keep the boards from being vented.
+macro_rules! errln {
+    ($($arg:tt)*) => { $crate::cli::output::put_error(format_args!("{}\n", format_args!($($arg)*))) };
+}
+
+pub(crate) use {errln, out, outln};
+
+/// Writes to standard error, if anybody reads it.
+pub fn put_error(text: std::fmt::Arguments<'_>) {
+    let _ = std::io::stderr().write_fmt(text);
+}
 
 /// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else is said and ends nothing, because
 /// what has been measured or recorded is not less for it.
 pub fn put(text: std::fmt::Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            eprintln!("warning: standard output: {error}");
+            errln!("warning: standard output: {error}");
         }
         _ => {}
     }
 }
 
+/// Version of the JSON objects. It grows when a key goes or changes its meaning; keys that are
+/// added do not count.
+const SCHEMA: u32 = 1;
+
+/// What every JSON object begins with.
+#[derive(Serialize)]
+struct Object<'a, T> {
+    schema: u32,
+    program: &'static str,
+    version: &'static str,
+    #[serde(flatten)]
+    content: &'a T,
+}
+
 /// One JSON object and a line end on standard output.
-pub fn print_json(value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string(value).map_err(Failure::running)?;
+pub fn print_json(content: &impl Serialize) -> Result<(), Failure> {
+    let (program, version) = (env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION"));
+    let object = Object { schema: SCHEMA, program, version, content };
+    let text = serde_json::to_string(&object).map_err(Failure::running)?;
     let mut out = std::io::stdout().lock();
     writeln!(out, "{text}")
         .and_then(|()| out.flush())
@@ -70,8 +96,8 @@ pub fn statistics_text(statistics: &Statistics) -> String {
         };
         let _ = writeln!(
             text,
-            "  board {}: {state}, {} answered, {} lost, {} rejected, {frames}",
-            board.board, board.answered, board.lost, board.rejected
+            "  board {}: {state}, {} answered, {} lost, {} rejected, {} rows without a reading, {frames}",
+            board.board, board.answered, board.lost, board.rejected, board.rows_without_reading
         );
     }
     text

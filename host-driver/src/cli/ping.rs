@@ -37,6 +37,10 @@ pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     find_boards::find(bus, &boards, args.wait, || false)?;
     let boards: Vec<_> = boards.iter().map(|&board| measure(bus, board, ping.count)).collect();
+    for board in &boards {
+        // A line that has failed is in the board's own entry.
+        let _ = bus.leave(board.board);
+    }
     let missing = boards.iter().filter(|board| board.answered == 0).count();
     let report = PingReport {
         port: bus.line().path().display().to_string(),

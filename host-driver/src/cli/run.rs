@@ -3,23 +3,34 @@
 use crate::cli::args::{BusArgs, RunArgs};
 use crate::cli::command_arg::commands;
 use crate::cli::connect::{Behind, Connection, connect, devices, is_sim};
+use crate::cli::end_reason::{EndReason, Seen};
 use crate::cli::failure::Failure;
+use crate::cli::limits;
 use crate::cli::output::{out, outln};
 use crate::cli::output::{print_json, statistics_text};
 use crate::cli::signals::StopSignal;
+use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, Session};
-use crate::cli::{find_boards, sources};
+use crate::cli::{find_boards, start};
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
-use pneudrive_host::record::{Recorder, RecordingSummary};
+use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{Baud, SensorScale};
 use serde::Serialize;
+use std::sync::atomic::Ordering;
+use std::time::SystemTime;
 
-/// Statistics as the contract has them, and where the recording is.
+/// Statistics as the contract has them, what run they are of and how it ended, and where the
+/// recording is.
 #[derive(Serialize)]
 struct RunReport<'a> {
+    port: &'a str,
+    started_utc: &'a str,
+    ended: EndReason,
     #[serde(flatten)]
     statistics: &'a Statistics,
+    /// Whether every board confirmed 0 kPa at the end; each board's entry has its own.
+    zero_kpa_confirmed: bool,
     recording: Option<RecordingReport>,
 }
 
@@ -34,40 +45,56 @@ struct RecordingReport {
 pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     let set_points = commands(&run.command, usize::from(devices)).map_err(Failure::input)?;
+    let boards = PollerOptions::for_devices(devices).boards;
+    let rig = run.limits.rig()?;
+    let limits = run.limits.limits(rig.as_ref())?;
+    limits::check(&set_points, &limits, SensorScale::ORIGINAL)?;
     let overriding = match &run.trajectory {
         Some(_) => Override::following(set_points.len()),
         None => Override::manual(&set_points),
-    };
-    let source = overriding.over(sources::source(run, set_points)?);
+    }
+    .with_limits(&boards, limits.clone(), SensorScale::ORIGINAL);
+    if let Some(record) = &run.record {
+        start::not_read_from(record, run)?;
+    }
+    let Source { commands, time_is_over, first_row_s } = sources::source(run, set_points, &limits)?;
+    let source = overriding.over(commands);
     let pace = pace(args, run, devices)?;
     if let Some(path) = &run.record {
         Recorder::check(path, run.overwrite)?;
     }
     args.real_time().check()?;
+    let description = start::description(args, run, devices, rig.as_ref(), &limits);
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
-    let mut page = super::web::prepare(&run.web, devices, &overriding, &mut events)?;
-    let stop = StopSignal::install()?;
+    let mut page = super::web::prepare(&run.web, devices, &limits, &overriding, &description, &mut events)?;
+    let stop = StopSignal::install(run.keep_running)?;
     let Connection { mut bus, behind } = connect(args, devices)?;
     let mut options = PollerOptions {
         pace,
         filter: run.filter,
         real_time: args.real_time(),
+        limits,
+        vent: overriding.latch(),
+        resume: run.resume,
         ..PollerOptions::for_devices(devices)
     };
     if run.no_reopen {
         options.reopen = None;
     }
     for (board, error) in find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())? {
-        eprintln!("warning: board {board} is missing and will be asked now and then ({error})");
+        crate::cli::output::errln!(
+            "warning: board {board} is missing and will be asked now and then ({error})"
+        );
     }
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
     let recorder = match &run.record {
         Some(path) => {
-            let (recorder, tap) =
-                Recorder::create(path, &options.boards, SensorScale::ORIGINAL, run.overwrite)?;
+            let how = RecorderOptions { overwrite: run.overwrite, description };
+            let (recorder, tap) = Recorder::create_with(path, &options.boards, SensorScale::ORIGINAL, &how)?;
             observers.push(tap);
+            events.sender().record(recorder.notes());
             Some(recorder)
         }
         None => None,
@@ -80,27 +107,50 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
         recording: run.record.clone(),
         clock: bus.line().clock(),
         overriding,
+        keep_running: run.keep_running,
     };
+    start::tell(args, first_row_s, &events);
+    let started_utc = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
     let poller = Poller::start(bus, options, source, observers)
         .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, poller.monitor(), &events)).transpose()?;
-    let ended = view::show(&session, args.json, run.plain, &poller, &events, || {
-        stop.came() || recorder.as_ref().is_some_and(Recorder::has_failed)
-    });
+    let has_failed = || recorder.as_ref().is_some_and(Recorder::has_failed);
+    let shown = view::show(&session, args.json, run.plain, &poller, &events, || stop.came() || has_failed());
+    let seen = Seen {
+        ended_by: shown.as_ref().ok().copied(),
+        signal: stop.came(),
+        time_is_over: time_is_over.load(Ordering::Relaxed),
+    };
     let finished = poller.stop();
+    let ended = EndReason::of(&seen, finished.as_ref());
+    ended.note(&events.sender(), finished.as_ref());
     #[cfg(feature = "web")]
-    let ended = ended.and(page.map_or(Ok(()), |page| super::web::end(page, finished.as_ref())));
+    let shown = match page.map_or(Ok(()), |page| super::web::end(page, finished.as_ref())) {
+        Ok(()) => shown,
+        Err(failure) => shown.and(Err(failure)),
+    };
     let recorded = recorder.map(Recorder::finish).transpose();
-    conclude(args.json, finished, recorded, ended, behind)
+    // What was said too late to be shown.
+    std::iter::from_fn(|| events.next()).for_each(|line| crate::cli::output::errln!("{line}"));
+    let about = About { port: &session.port, started_utc: &started_utc, ended };
+    conclude(args.json, &about, finished, recorded, shown, behind)
+}
+
+/// What a run is called.
+struct About<'a> {
+    port: &'a str,
+    started_utc: &'a str,
+    ended: EndReason,
 }
 
 /// Prints what there is to print and finds out how it went. The other end of the line goes last.
 fn conclude(
     json: bool,
+    &About { port, started_utc, ended }: &About<'_>,
     finished: Option<Finished>,
     recorded: Result<Option<RecordingSummary>, pneudrive_host::record::RecordError>,
-    shown: Result<(), Failure>,
+    shown: Result<view::EndedBy, Failure>,
     behind: Behind,
 ) -> Result<(), Failure> {
     let finished = finished.ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
@@ -111,7 +161,9 @@ fn conclude(
             rows: r.rows,
             bytes: r.bytes,
         });
-        print_json(&RunReport { statistics: &finished.statistics, recording })?;
+        let zero_kpa_confirmed = finished.not_safe.is_empty();
+        let statistics = &finished.statistics;
+        print_json(&RunReport { port, started_utc, ended, statistics, zero_kpa_confirmed, recording })?;
     } else {
         out!("{}", statistics_text(&finished.statistics));
         if let Some(recording) = recording {
@@ -119,18 +171,18 @@ fn conclude(
         }
     }
     behind.end();
-    if !finished.not_safe.is_empty() {
-        let boards: Vec<_> = finished.not_safe.iter().map(u8::to_string).collect();
-        eprintln!(
-            "warning: 0 kPa was not confirmed by board(s) {}; they vent by their own command timeout",
-            boards.join(", ")
-        );
-    }
-    if let Some(error) = finished.error {
-        return Err(Failure::running(error));
+    match (finished.warning(), finished.error) {
+        (warning, Some(error)) => {
+            if let Some(warning) = warning {
+                crate::cli::output::errln!("warning: {warning}");
+            }
+            return Err(Failure::running(error));
+        }
+        (Some(warning), None) => return Err(Failure::running(warning)),
+        (None, None) => {}
     }
     recorded?;
-    shown
+    shown.map(|_| ())
 }
 
 fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {

@@ -4,7 +4,7 @@ use crate::cli::args::{BusArgs, SimTiming};
 use crate::cli::connect::Punctuality;
 use crate::cli::failure::Failure;
 use pneudrive_protocol::Baud;
-use pneudrive_sim::board::Turnaround;
+use pneudrive_sim::board::{NativeBoardConfig, Turnaround};
 use pneudrive_sim::pty::{EmbeddedSim, PtyOptions, SimError};
 use pneudrive_sim::rig::{RigOptions, Timing};
 
@@ -25,15 +25,22 @@ pub fn start(
             SimTiming::Wire => Timing::Wire,
             SimTiming::Instant => Timing::Instant,
         },
+        original: args.sim_original.iter().copied().collect(),
         turnaround: Turnaround::Fixed { delay_ns: args.turnaround_us * 1000 },
         ..RigOptions::default()
     };
     let mut options = PtyOptions::default();
-    if punctuality == Punctuality::Best {
+    if let Punctuality::Best { dated } = punctuality {
         options.spin_us = BEST_SPIN_US;
+        options.dates_back = dated;
     }
     EmbeddedSim::start(&rig, &options).map_err(|error| match error {
         SimError::Rig(_) => Failure::input(format!("virtual boards: {error}")),
         _ => Failure::running(format!("virtual boards: {error}")),
     })
+}
+
+/// How long the boards vent after power-up, whatever they are commanded, s.
+pub fn power_up_vent_s() -> f64 {
+    NativeBoardConfig::default().control.power_up_vent.get() as f64 * 1e-6
 }

@@ -2,25 +2,43 @@
 
 use crate::cli::args::RunArgs;
 use crate::cli::failure::Failure;
-use pneudrive_host::poller::{BoardCommand, CommandSource, SetPoints, Supply};
+use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, Supply};
 use pneudrive_host::trajectory::{AtEnd, Trajectory};
 use pneudrive_protocol::SensorScale;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Ends a run after some time.
 struct Limited {
     inner: Box<dyn CommandSource>,
     until_ns: u64,
+    over: Arc<AtomicBool>,
+}
+
+/// Where a run's commands come from, and what there is to know about it.
+pub struct Source {
+    pub commands: Box<dyn CommandSource>,
+    /// Set when the time of `--duration` is over.
+    pub time_is_over: Arc<AtomicBool>,
+    /// When the trajectory's first row is due, s after the start; `None` without a trajectory.
+    pub first_row_s: Option<f64>,
 }
 
 impl CommandSource for Limited {
     fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
         let supply = self.inner.fill(since_start_ns, commands);
-        if since_start_ns >= self.until_ns { Supply::Ended } else { supply }
+        if since_start_ns < self.until_ns {
+            return supply;
+        }
+        self.over.store(true, Ordering::Relaxed);
+        Supply::Ended
     }
 }
 
 /// The trajectory, or constant set points, for as long as `--duration` says.
-pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>) -> Result<Box<dyn CommandSource>, Failure> {
+pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>, limits: &Limits) -> Result<Source, Failure> {
+    let time_is_over = Arc::new(AtomicBool::new(false));
+    let mut first_row_s = None;
     let inner: Box<dyn CommandSource> = match &run.trajectory {
         None => {
             let points = SetPoints::new(set_points.len());
@@ -31,14 +49,25 @@ pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>) -> Result<Box<dyn Co
         }
         Some(path) => {
             let scale = SensorScale::ORIGINAL;
-            let trajectory = Trajectory::read(path, set_points.len(), scale).map_err(Failure::input)?;
+            let mut trajectory = Trajectory::read(path, set_points.len(), scale).map_err(Failure::input)?;
+            if run.from_first_row {
+                trajectory = trajectory.from_first_row();
+            }
+            trajectory
+                .check(limits)
+                .map_err(|refused| Failure::input(format!("{}: {refused}", path.display())))?;
+            first_row_s = Some(trajectory.first_row_s());
             let at_end = if run.duration.is_some() { AtEnd::Hold } else { AtEnd::Stop };
             let interpolation = run.interpolate.map(Into::into).unwrap_or_default();
             Box::new(trajectory.play(interpolation, at_end, scale, set_points))
         }
     };
-    Ok(match run.duration {
-        Some(seconds) => Box::new(Limited { inner, until_ns: (seconds * 1e9) as u64 }),
+    let commands = match run.duration {
+        Some(seconds) => {
+            let (until_ns, over) = ((seconds * 1e9) as u64, Arc::clone(&time_is_over));
+            Box::new(Limited { inner, until_ns, over })
+        }
         None => inner,
-    })
+    };
+    Ok(Source { commands, time_is_over, first_row_s })
 }

@@ -7,10 +7,13 @@ mod name;
 mod naps;
 mod open;
 mod serial;
+mod spin;
+mod way;
 
 pub use clock::Clock;
 pub use error::{LineError, OpenError};
 pub use serial::{SerialOptions, SerialPort};
+pub use spin::Spin;
 
 /// A half-duplex byte line with a clock.
 ///
@@ -43,6 +46,11 @@ pub trait Line {
     /// use it. Only a hint.
     fn expect_bytes(&mut self, count: usize) {
         let _ = count;
+    }
+
+    /// The next bytes are due at `at_ns`, not earlier: a line that would rather not be woken for them may use it. Only a hint.
+    fn expect_answer_at(&mut self, at_ns: u64) {
+        let _ = at_ns;
     }
 
     /// Whether [`reopen`](Self::reopen) can ever succeed.

@@ -6,8 +6,8 @@ use pneudrive_protocol::Baud;
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::io::Errno;
 use rustix::termios::{
-    ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl, isatty, tcflush,
-    tcgetattr, tcsetattr,
+    ControlModes, OptionalActions, QueueSelector, SpecialCodeIndex, Termios, ioctl_tiocexcl, ioctl_tiocnxcl,
+    isatty, tcflush, tcgetattr, tcsetattr,
 };
 use std::os::fd::OwnedFd;
 use std::path::Path;
@@ -51,6 +51,15 @@ fn lock(port: &Path, file: &OwnedFd) -> Result<(), OpenError> {
         ioctl_tiocexcl(file).map_err(|errno| explain(port, "exclusive mode", errno))?;
     }
     Ok(())
+}
+
+/// Gives both locks back. Closing alone would not where a forked child still has the file open.
+pub(super) fn unlock(file: &OwnedFd) {
+    // Whoever cannot be told now is told by the close.
+    let _ = flock(file, FlockOperation::NonBlockingUnlock);
+    if !is_pty(file) {
+        let _ = ioctl_tiocnxcl(file);
+    }
 }
 
 /// Drivers round the line rate; 8N1 tolerates about 2 % in all (half a bit in ten, shared by both ends).

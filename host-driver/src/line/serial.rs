@@ -1,13 +1,15 @@
 use super::clock::timespec;
 use super::name::Name;
 use super::naps::Naps;
-use super::open::{open_exclusive, wake_at};
+use super::open::{open_exclusive, unlock, wake_at};
+use super::spin::{Lead, Spin};
+use super::way::{Trial, Way};
 use super::{Clock, Line, LineError, OpenError};
 use pneudrive_protocol::Baud;
 use rustix::event::{PollFd, PollFlags, poll};
-use rustix::io::{Errno, read, write};
+use rustix::io::{Errno, ioctl_fionread, read, write};
 use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcsetattr};
-use rustix::thread::{ClockId, clock_nanosleep_absolute, set_current_timer_slack};
+use rustix::thread::{ClockId, clock_nanosleep_absolute, sched_yield, set_current_timer_slack};
 use std::num::NonZeroU64;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
@@ -17,9 +19,9 @@ use std::path::{Path, PathBuf};
 pub struct SerialOptions {
     /// Line rate; 8 data bits, no parity, one stop bit always.
     pub baud: Baud,
-    /// How long to look for bytes without sleeping before each sleep, ns. 0 never busy-waits. A few us save the time that the
-    /// kernel needs to wake a thread, at the price of that much CPU per exchange.
-    pub spin_ns: u64,
+    /// Whether to look for bytes without sleeping: it saves the time that the kernel needs to wake a thread, at the price of that
+    /// much CPU in each exchange.
+    pub spin: Spin,
 }
 
 /// A serial port or pty, opened for this process alone. Its clock is CLOCK_MONOTONIC.
@@ -33,6 +35,11 @@ pub struct SerialPort {
     options: SerialOptions,
     /// Bytes from which on the kernel reports the port readable.
     wakes_at: usize,
+    /// When the next answer is due, ns.
+    due_ns: Option<u64>,
+    lead: Lead,
+    trial: Trial,
+    sent_ns: u64,
 }
 
 impl SerialPort {
@@ -46,7 +53,18 @@ impl SerialPort {
     pub fn open(port: &Path, options: SerialOptions) -> Result<Self, OpenError> {
         let (file, settings) = open_exclusive(port, options.baud)?;
         let name = Name::of(port, &file);
-        Ok(Self { path: port.to_owned(), file: Some(file), name, settings, options, wakes_at: 1 })
+        Ok(Self {
+            path: port.to_owned(),
+            file: Some(file),
+            name,
+            settings,
+            options,
+            wakes_at: 1,
+            due_ns: None,
+            lead: Lead::default(),
+            trial: Trial::default(),
+            sent_ns: 0,
+        })
     }
 
     /// The path it was opened by.
@@ -75,6 +93,12 @@ impl SerialPort {
         LineError::Gone { port: self.path.clone() }
     }
 
+    fn close(&mut self) {
+        if let Some(file) = self.file.take() {
+            unlock(&file);
+        }
+    }
+
     /// Whether the other end still holds what is open here: the failure was one of being full, not of being gone.
     fn is_alive(&self) -> bool {
         let Some(file) = &self.file else { return false };
@@ -95,12 +119,33 @@ impl SerialPort {
     }
 
     /// Looks again and again for as long as the options allow; not at all where the deadline has passed or spinning is off.
-    fn spin(&self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+    fn spin(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        let end_ns = match (self.options.spin, self.due_ns) {
+            (Spin::Never, _) | (Spin::Auto, None) => return Ok(0),
+            (Spin::BeforeSleep { ns }, _) => self.now_ns().saturating_add(ns),
+            (Spin::Auto, Some(_)) if self.trial.way() == Way::Sleep => return Ok(0),
+            (Spin::Auto, Some(_)) if self.trial.way() == Way::Look => deadline_ns,
+            (Spin::Auto, Some(due_ns)) => {
+                let wake_ns = due_ns.saturating_sub(self.lead.ns()).min(deadline_ns);
+                if self.now_ns() < wake_ns {
+                    // An answer that is earlier than usual wakes it, or it would never be seen to be earlier.
+                    self.wait(PollFlags::IN, wake_ns)?;
+                    self.lead.woke(self.now_ns().saturating_sub(wake_ns));
+                }
+                due_ns.saturating_add(Lead::AFTER_NS)
+            }
+        };
+        let end_ns = end_ns.min(deadline_ns);
+        let overdue_ns = self.due_ns.map(|due_ns| due_ns.saturating_add(Lead::AFTER_NS));
         let mut have = 0;
-        if self.options.spin_ns > 0 {
-            let end = self.now_ns().saturating_add(self.options.spin_ns).min(deadline_ns);
-            while have < wanted && self.now_ns() < end {
-                have += self.look(&mut into[have..])?;
+        while have < wanted && self.now_ns() < end_ns {
+            // A `read` that finds nothing waits for the kernel thread that carries a pty's or an adapter's bytes; asking does not.
+            match ioctl_fionread(self.file()?) {
+                // An overdue answer's thread may wait for this core.
+                Ok(0) if overdue_ns.is_some_and(|at_ns| self.now_ns() > at_ns) => sched_yield(),
+                Ok(0) => std::hint::spin_loop(),
+                Ok(_) => have += self.look(&mut into[have..])?,
+                Err(errno) => return Err(self.failed("FIONREAD", errno)),
             }
         }
         Ok(have)
@@ -135,6 +180,12 @@ impl SerialPort {
     }
 }
 
+impl Drop for SerialPort {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
 impl Line for SerialPort {
     fn now_ns(&self) -> u64 {
         Clock.now_ns()
@@ -143,6 +194,7 @@ impl Line for SerialPort {
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
         let mut left = bytes;
         let started = self.now_ns();
+        self.sent_ns = started;
         while !left.is_empty() {
             match write(self.file()?, left) {
                 Ok(count) => left = &left[count..],
@@ -164,6 +216,7 @@ impl Line for SerialPort {
         let wanted = wanted.min(into.len());
         let mut naps = Naps::new(self.options.baud.characters_ns(1));
         let mut have = self.spin(into, wanted, deadline_ns)?;
+        let due_ns = self.due_ns.take();
         if self.now_ns() >= deadline_ns {
             return Ok(have + self.look(&mut into[have..])?);
         }
@@ -175,6 +228,9 @@ impl Line for SerialPort {
                 self.sleep_until(end);
             }
             have += self.look(&mut into[have..])?;
+        }
+        if have == wanted && due_ns.is_some() && self.options.spin == Spin::Auto {
+            self.trial.seen(self.now_ns().saturating_sub(self.sent_ns));
         }
         Ok(have)
     }
@@ -194,6 +250,10 @@ impl Line for SerialPort {
         }
     }
 
+    fn expect_answer_at(&mut self, at_ns: u64) {
+        self.due_ns = Some(at_ns);
+    }
+
     fn can_reopen(&self) -> bool {
         self.name != Name::Passing || self.is_alive()
     }
@@ -206,7 +266,7 @@ impl Line for SerialPort {
             return Ok(());
         }
         // As long as it is open, the system cannot give a device that returns its old name.
-        self.file = None;
+        self.close();
         let port = || self.path.clone();
         match self.name {
             Name::Passing => return Err(OpenError::NameGivenAway { port: port() }),

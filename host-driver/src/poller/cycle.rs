@@ -4,7 +4,7 @@ use super::outage::{Outage, Try};
 use super::presence::Presence;
 use super::schedule::Schedule;
 use super::{
-    BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Supply,
+    BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Slew, Supply,
     VENTED,
 };
 use crate::bus::{Answer, Bus, Counters, ExchangeError};
@@ -20,7 +20,10 @@ pub struct Polling<L: Line> {
     pub(super) observers: Vec<Box<dyn Observer>>,
     pub(super) schedule: Schedule,
     pub(super) presence: Vec<Presence>,
-    pub(super) commands: Vec<super::BoardCommand>,
+    /// What is wanted of each board.
+    pub(super) wanted: Vec<super::BoardCommand>,
+    /// What becomes of it on its way to the bus.
+    pub(super) slews: Vec<Slew>,
     pub(super) rows: Vec<BoardRow>,
     pub(super) cycles: CycleStatistics,
     pub(super) round_trips: Durations,
@@ -34,6 +37,12 @@ pub struct Polling<L: Line> {
     /// When the next cycle was due, ns.
     pub(super) due_ns: u64,
     pub(super) stale: bool,
+    /// Whether the vent latch was closed in the last cycle.
+    pub(super) vented: bool,
+    /// It has been told that a set point is sent one count lower.
+    pub(super) lowered_told: bool,
+    /// Cycles without a reading of each board.
+    pub(super) without_reading: Vec<u64>,
     /// What had happened on the bus before.
     pub(super) before: Vec<Counters>,
     pub(super) unsolicited_before: u64,
@@ -50,9 +59,11 @@ impl<L: Line> Polling<L> {
         source: Box<dyn CommandSource>,
         observers: Vec<Box<dyn Observer>>,
     ) -> Self {
+        let timeout_ns = bus.options().answer_timeout_ns();
         let row = |&board| BoardRow {
             board,
             command: VENTED,
+            wanted: VENTED,
             outcome: Outcome::NotAsked,
             reading: None,
             state: BoardState::Unseen,
@@ -60,7 +71,8 @@ impl<L: Line> Polling<L> {
         Self {
             schedule: Schedule::new(options.pace, 0),
             presence: vec![Presence::new(options.presence); options.boards.len()],
-            commands: vec![VENTED; options.boards.len()],
+            wanted: vec![VENTED; options.boards.len()],
+            slews: options.boards.iter().map(|&board| options.slew(board, timeout_ns)).collect(),
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
             round_trips: Durations::new(),
@@ -71,6 +83,9 @@ impl<L: Line> Polling<L> {
             line_since_ns: 0,
             due_ns: u64::MAX,
             stale: false,
+            vented: false,
+            lowered_told: false,
+            without_reading: vec![0; options.boards.len()],
             before: options.boards.iter().map(|&board| bus.counters(board)).collect(),
             unsolicited_before: bus.unsolicited_bytes(),
             bus,
@@ -88,12 +103,16 @@ impl<L: Line> Polling<L> {
             return now_ns;
         };
         let scheduled = self.schedule.next_start(now_ns);
-        let possible = match &self.outage {
+        self.due_ns = scheduled.max(self.askable_from_ns());
+        self.due_ns
+    }
+
+    /// When a board can be asked, or the line be opened again.
+    pub(super) fn askable_from_ns(&self) -> u64 {
+        match &self.outage {
             Some(outage) => outage.next_try_ns(),
             None => (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0),
-        };
-        self.due_ns = scheduled.max(possible);
-        self.due_ns
+        }
     }
 
     fn begin(&mut self, now_ns: u64) {
@@ -108,19 +127,20 @@ impl<L: Line> Polling<L> {
     /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong is in the row.
     pub fn cycle(&mut self) -> Result<Supply, LineError> {
         let now_ns = self.bus.line().now_ns();
-        let start_ns = match self.start_ns {
-            Some(start_ns) => start_ns,
-            None => {
-                self.begin(now_ns);
-                now_ns
-            }
-        };
+        if self.start_ns.is_none() {
+            self.begin(now_ns);
+        }
+        // Time counts from the first cycle, not from when it was asked for.
+        let is_first = self.open_cycle_ns.is_none() && self.cycles.count() == 0;
+        let start_ns = self.start_ns.filter(|_| !is_first).unwrap_or(now_ns);
+        self.start_ns = Some(start_ns);
         let due_ns = std::mem::replace(&mut self.due_ns, u64::MAX);
         self.stalled(now_ns, due_ns);
         self.close_cycle(now_ns);
         self.open_cycle_ns = Some(now_ns);
-        let supply = self.source.fill(now_ns - start_ns, &mut self.commands);
+        let supply = self.source.fill(now_ns - start_ns, &mut self.wanted);
         self.note_freshness(supply);
+        self.note_vent();
         if self.line_is_there() {
             for index in 0..self.rows.len() {
                 if let Err(error) = self.visit(index) {
@@ -128,6 +148,9 @@ impl<L: Line> Polling<L> {
                     break;
                 }
             }
+        }
+        for (row, count) in self.rows.iter().zip(&mut self.without_reading) {
+            *count += u64::from(row.fresh().is_none());
         }
         let cycle = self.cycles.count();
         let row = Row { cycle, at_ns: now_ns, since_start_ns: now_ns - start_ns, boards: &self.rows };
@@ -149,7 +172,11 @@ impl<L: Line> Polling<L> {
                     presence.line_back();
                     row.state = presence.state();
                 }
+                if !self.options.resume {
+                    self.options.vent.vent_after_outage();
+                }
                 self.tell(&Event::LineBack { gone_ns });
+                self.note_vent();
                 true
             }
             Try::Refused(error) => {
@@ -170,7 +197,9 @@ impl<L: Line> Polling<L> {
         match self.options.reopen {
             Some(policy) if self.bus.line().can_reopen() => {
                 self.outage = Some(Outage::new(policy, self.bus.line().now_ns()));
-                self.tell(&Event::LineLost { error: &error });
+                let boards = self.rows.iter().map(|row| row.board);
+                let holding: Vec<u8> = boards.filter(|&board| self.bus.may_hold_for_ever(board)).collect();
+                self.tell(&Event::LineLost { error: &error, holding: &holding });
                 Ok(())
             }
             _ => Err(error),
@@ -196,6 +225,13 @@ impl<L: Line> Polling<L> {
         }
     }
 
+    fn note_vent(&mut self) {
+        let vented = self.options.vent.is_vented();
+        if vented != std::mem::replace(&mut self.vented, vented) {
+            self.tell(if vented { &Event::Vented } else { &Event::Released });
+        }
+    }
+
     /// When the board at `index` can be asked: not while it is missing and not probed, nor while it may still answer.
     fn askable_ns(&self, index: usize) -> u64 {
         self.presence[index].due_ns().max(self.bus.ready_at_ns(self.rows[index].board))
@@ -206,7 +242,12 @@ impl<L: Line> Polling<L> {
             self.rows[index].outcome = Outcome::NotAsked;
             return Ok(());
         }
-        let (board, command) = (self.rows[index].board, self.commands[index]);
+        let (board, wanted) = (self.rows[index].board, self.wanted[index]);
+        // Looked at as late as possible, so that a vent does not wait for the next cycle.
+        let vented = self.stale || self.options.vent.is_vented();
+        let command = self.slews[index].step(self.bus.line().now_ns(), wanted, vented);
+        let command = self.command_sent(board, command);
+        self.rows[index].wanted = if vented { VENTED } else { wanted };
         self.rows[index].command = command;
         let latest_end_ns = self.bus.line().now_ns() + self.bus.options().longest_exchange_ns();
         let result = self.bus.exchange(board, command);
@@ -228,6 +269,15 @@ impl<L: Line> Polling<L> {
         Ok(())
     }
 
+    /// The command as it stands on the wire: the bus sends some set points a count lower. Told once.
+    fn command_sent(&mut self, board: u8, wanted: super::BoardCommand) -> super::BoardCommand {
+        let sent = self.bus.commands_on_the_wire(wanted);
+        if sent != wanted && !std::mem::replace(&mut self.lowered_told, true) {
+            self.tell(&Event::CommandLowered { board, wanted, sent });
+        }
+        sent
+    }
+
     fn take(&mut self, index: usize, answer: &Answer) {
         self.round_trips.add(answer.round_trip_ns());
         let row = &mut self.rows[index];
@@ -242,6 +292,7 @@ impl<L: Line> Polling<L> {
         row.reading = Some(Reading { counts: answer.pressures, kpa, asked_ns: answer.sent_ns });
         row.outcome = Outcome::Fresh;
         self.presence[index].answered();
+        self.slews[index].answered(answer.answered_ns, answer.pressures);
     }
 
     fn report(&mut self, index: usize, error: Option<&ExchangeError>) {
@@ -259,6 +310,11 @@ impl<L: Line> Polling<L> {
         if let Some(started_ns) = self.open_cycle_ns.take() {
             self.cycles.add(now_ns.saturating_sub(started_ns));
         }
+    }
+
+    /// Lets go of the bus. Nothing is commanded to the boards any more.
+    pub fn into_bus(self) -> Bus<L> {
+        self.bus
     }
 
     /// The bus, between cycles.

@@ -1,6 +1,6 @@
 //! What a run was like, and how the boards are left.
 
-use super::{BoardState, Polling};
+use super::{BoardState, Pace, Polling};
 use crate::bus::ExchangeError;
 use crate::line::{Line, LineError};
 use crate::statistics::{BoardStatistics, HistogramBin, Statistics};
@@ -12,7 +12,8 @@ impl<L: Line> Polling<L> {
             .rows
             .iter()
             .zip(&self.before)
-            .map(|(row, &before)| (row, self.bus.counters(row.board) - before))
+            .zip(&self.without_reading)
+            .map(|((row, &before), &without)| (row, self.bus.counters(row.board) - before, without))
             .collect();
         let now_ns = self.bus.line().now_ns();
         let wall_ns = now_ns.saturating_sub(self.start_ns.unwrap_or(now_ns));
@@ -23,16 +24,16 @@ impl<L: Line> Polling<L> {
             cycles: self.cycles.count(),
             loop_hz: self.cycles.rate(),
             cycle_us: self.cycles.times(),
-            exchanges: boards.iter().map(|(_, counters)| counters.asked).sum(),
-            lost: boards.iter().map(|(_, counters)| counters.lost()).sum(),
-            rejected: boards.iter().map(|(_, counters)| counters.rejected()).sum(),
+            exchanges: boards.iter().map(|(_, counters, _)| counters.asked).sum(),
+            lost: boards.iter().map(|(_, counters, _)| counters.lost()).sum(),
+            rejected: boards.iter().map(|(_, counters, _)| counters.rejected()).sum(),
             missed_ticks: self.schedule.missed(),
             unsolicited_bytes: self.bus.unsolicited_bytes() - self.unsolicited_before,
             cpu_share: if wall_ns == 0 { 0.0 } else { cpu_ns as f64 / wall_ns as f64 },
             boards: boards
                 .iter()
-                .map(|(row, counters)| {
-                    BoardStatistics::new(row, *counters, self.bus.frames(row.board), now_ns)
+                .map(|(row, counters, without)| {
+                    BoardStatistics::new(row, *counters, *without, self.bus.frames(row.board), now_ns)
                 })
                 .collect(),
         }
@@ -46,12 +47,24 @@ impl<L: Line> Polling<L> {
 
     /// Ends the last cycle, so that it counts, and returns the statistics.
     pub fn finish(&mut self) -> Statistics {
-        self.close_cycle(self.bus.line().now_ns());
+        let now_ns = self.bus.line().now_ns();
+        if self.next_is_due(now_ns) {
+            self.close_cycle(now_ns);
+        } else if let Some(started_ns) = self.open_cycle_ns.take() {
+            // It is not known when the next one would have started.
+            self.cycles.end(now_ns.saturating_sub(started_ns));
+        }
         self.statistics()
     }
 
-    /// Commands 0 kPa to all boards. Boards that are missing are told once, the others several times. A line that is gone gets a last
-    /// try to come back.
+    /// Whether the next cycle would start now: one after the other, and nothing to wait for.
+    fn next_is_due(&self, now_ns: u64) -> bool {
+        self.options.pace == Pace::AsFastAsPossible && self.askable_from_ns() <= now_ns
+    }
+
+    /// Commands 0 kPa to all boards until they have confirmed it, as [`Bus::make_safe`](crate::bus::Bus::make_safe) does, which can
+    /// take seconds with boards of the original kind. Boards that are missing are told once. A line that is gone gets a last try
+    /// to come back.
     ///
     /// Returns the boards that did not confirm it.
     ///

@@ -14,23 +14,29 @@ mod cycle;
 mod ending;
 mod filter;
 mod latest;
+mod limits;
 mod outage;
 mod overrides;
 mod presence;
 mod row;
 mod schedule;
+mod slew;
 mod thread;
+mod vent;
 
 pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
 pub use cycle::Polling;
 pub use filter::{FilterError, PressureFilter};
 pub use latest::{Latest, Snapshot};
+pub use limits::{AboveLimit, ChannelLimit, LimitError, Limits};
 pub use outage::ReopenPolicy;
 pub use overrides::{Commanding, Override, OverrideError};
 pub use presence::{BoardState, PresencePolicy};
 pub use row::{BoardRow, Event, Observer, Outcome, Reading, Row};
 pub use schedule::{MissedTick, Pace};
+pub use slew::{Slew, SlewOptions};
 pub use thread::{Finished, Monitor, Poller};
+pub use vent::VentLatch;
 
 use crate::real_time::RealTime;
 use pneudrive_protocol::SensorScale;
@@ -49,14 +55,37 @@ pub struct PollerOptions {
     /// When a board counts as missing.
     pub presence: PresencePolicy,
     /// Whether to go on when the line has failed and comes back (an adapter that was unplugged); `None` ends the poller. While the
-    /// line is gone its boards are missing, and vent by their own command timeout. When it is back they get the commands
-    /// of that time.
+    /// line is gone its boards are missing, and vent by their own command timeout (those of the original kind have none).
     pub reopen: Option<ReopenPolicy>,
+    /// What happens when the line is back: `false` closes [`vent`](Self::vent), so that the boards stay at 0 kPa until somebody
+    /// releases them; `true` returns to the set points of that time, by a ramp.
+    pub resume: bool,
+    /// Closed by whoever wants all boards at 0 kPa.
+    pub vent: VentLatch,
+    /// Highest set points and fastest changes.
+    pub limits: Limits,
+    /// Fastest rise of a set point after a pause, kPa/s: see [`Slew`].
+    pub return_rate_kpa_s: f64,
     /// What the bus thread asks of the scheduler; nothing by default.
     pub real_time: RealTime,
 }
 
 impl PollerOptions {
+    /// A chamber that is to return to 300 kPa does so in 3 s: slow enough to step back from, fast enough not to be waited for.
+    pub const RETURN_RATE_KPA_S: f64 = 100.0;
+
+    /// What a board's [`Slew`] is made of. `timeout_ns` is how long an answer is waited for: where boards are missing, a cycle takes as
+    /// many of them, and is no pause of the others.
+    pub(crate) fn slew(&self, board: u8, timeout_ns: u64) -> Slew {
+        let period_ns = match self.pace {
+            Pace::AsFastAsPossible => 0,
+            Pace::Every { period_ns, .. } => period_ns,
+        };
+        let period_ns = period_ns.max(timeout_ns.saturating_mul(self.boards.len() as u64));
+        let options = SlewOptions { scale: self.scale, return_rate_kpa_s: self.return_rate_kpa_s, period_ns };
+        Slew::new(self.limits.of(board), options)
+    }
+
     /// Boards 0 to `devices - 1`, as fast as possible, unfiltered; goes on when a lost line comes back.
     pub fn for_devices(devices: u16) -> Self {
         Self {
@@ -66,6 +95,10 @@ impl PollerOptions {
             filter: None,
             presence: PresencePolicy::default(),
             reopen: Some(ReopenPolicy::default()),
+            resume: false,
+            vent: VentLatch::default(),
+            limits: Limits::default(),
+            return_rate_kpa_s: Self::RETURN_RATE_KPA_S,
             real_time: RealTime::default(),
         }
     }

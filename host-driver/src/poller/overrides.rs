@@ -1,8 +1,10 @@
 //! Venting everything at once, and set points by hand, whatever else gives commands.
 
-use super::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
-use pneudrive_protocol::{CHANNELS, Counts};
-use std::sync::atomic::{AtomicU8, Ordering};
+use super::{
+    AboveLimit, BoardCommand, CommandSource, Limits, NoSuchBoard, SetPoints, Supply, VENTED, VentLatch,
+};
+use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Whose commands the boards get.
@@ -13,7 +15,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 ///                         └───────vent────────┘
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Commanding {
     /// Those of the source that was overridden.
     Following,
@@ -26,19 +27,35 @@ pub enum Commanding {
 /// A handle for venting and commanding by hand. Clones are handles for the same boards.
 ///
 /// Venting is one store and waits for nobody. It holds until it is released, also for boards that are missing and come back, and
-/// what was commanded before does not return: after the release all set points are 0 kPa, so nothing moves by itself.
+/// what was commanded before does not return: after the release all set points are 0 kPa, so nothing moves by itself. Where only
+/// the poller vented, because the port was gone, the release returns to what was commanded before, by a ramp.
 /// The source that was overridden is still asked, so a trajectory ends (and with it the run) when it would have ended.
+///
+/// Its latch is to be the poller's ([`latch`](Self::latch), [`PollerOptions::vent`](super::PollerOptions::vent)).
 #[derive(Debug, Clone)]
 pub struct Override {
-    commanding: Arc<AtomicU8>,
+    latch: VentLatch,
+    /// Whether set points by hand are followed while the latch is open.
+    by_hand: Arc<AtomicBool>,
     set_points: SetPoints,
     boards: usize,
+    /// Of each board in the poller's order.
+    limits: Arc<Guard>,
     /// Held by those who change set points by hand; the bus thread never takes it.
     hands: Arc<Mutex<()>>,
 }
 
+/// What set points by hand are checked against.
+#[derive(Debug, Clone, Default)]
+struct Guard {
+    /// Numbers of the boards in the poller's order.
+    boards: Vec<u8>,
+    limits: Limits,
+    scale: SensorScale,
+}
+
 /// Why a set point was not taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum OverrideError {
     /// The boards are vented.
     #[error("all boards are vented; release them first")]
@@ -46,6 +63,9 @@ pub enum OverrideError {
     /// Something else commands.
     #[error("a trajectory commands the boards; vent and release them to command by hand")]
     Following,
+    /// It is above the channel's limit.
+    #[error(transparent)]
+    AboveLimit(#[from] AboveLimit),
     /// There is no such board.
     #[error(transparent)]
     NoSuchBoard(#[from] NoSuchBoard),
@@ -60,7 +80,7 @@ pub enum OverrideError {
 impl Override {
     /// Over a source that goes on commanding until somebody vents. `boards` as in the poller's order.
     pub fn following(boards: usize) -> Self {
-        Self::new(SetPoints::new(boards), boards, Commanding::Following)
+        Self::new(SetPoints::new(boards), boards, false)
     }
 
     /// Set points by hand from the start, `initial` in the poller's order.
@@ -70,12 +90,30 @@ impl Override {
             // There are as many as there are boards.
             let _ = set_points.set(board, command);
         }
-        Self::new(set_points, initial.len(), Commanding::Manual)
+        Self::new(set_points, initial.len(), true)
     }
 
-    fn new(set_points: SetPoints, boards: usize, commanding: Commanding) -> Self {
-        let commanding = Arc::new(AtomicU8::new(commanding as u8));
-        Self { commanding, set_points, boards, hands: Arc::default() }
+    fn new(set_points: SetPoints, boards: usize, by_hand: bool) -> Self {
+        Self {
+            latch: VentLatch::default(),
+            by_hand: Arc::new(AtomicBool::new(by_hand)),
+            set_points,
+            boards,
+            limits: Arc::default(),
+            hands: Arc::default(),
+        }
+    }
+
+    /// Refuses set points by hand above these limits; `boards` are the boards' numbers in the poller's order. To be called before
+    /// handles are given away.
+    #[must_use]
+    pub fn with_limits(self, boards: &[u8], limits: Limits, scale: SensorScale) -> Self {
+        Self { limits: Arc::new(Guard { boards: boards.to_vec(), limits, scale }), ..self }
+    }
+
+    /// For [`PollerOptions::vent`](super::PollerOptions::vent): the poller closes it too, when a port comes back.
+    pub fn latch(&self) -> VentLatch {
+        self.latch.clone()
     }
 
     /// Puts itself over `source`.
@@ -85,21 +123,25 @@ impl Override {
 
     /// Commands 0 kPa to all channels, from the next exchange with each board on, until [`release`](Self::release).
     pub fn vent(&self) {
-        self.commanding.store(Commanding::Vented as u8, Ordering::Relaxed);
+        self.latch.vent();
     }
 
-    /// Ends venting: set points by hand, all at 0 kPa. Does nothing if the boards are not vented.
+    /// Ends venting: set points by hand, all at 0 kPa; after an outage in which nobody vented, those of before. Does nothing if the
+    /// boards are not vented.
     pub fn release(&self) {
         let _hands = self.hands.lock().unwrap_or_else(PoisonError::into_inner);
         if self.commanding() != Commanding::Vented {
             return;
         }
-        for board in 0..self.boards {
-            // All these boards exist.
-            let _ = self.set_points.set(board, VENTED);
+        if self.latch.by_hand() {
+            for board in 0..self.boards {
+                // All these boards exist.
+                let _ = self.set_points.set(board, VENTED);
+            }
+            self.by_hand.store(true, Ordering::Relaxed);
         }
-        // Release: who sees `Manual` sees these set points.
-        self.commanding.store(Commanding::Manual as u8, Ordering::Release);
+        // Who sees the latch open sees the two changes above.
+        self.latch.release();
     }
 
     /// Commands one channel of the board at `index` in the poller's order.
@@ -116,18 +158,29 @@ impl Override {
         if channel >= CHANNELS {
             return Err(OverrideError::NoSuchChannel { channel });
         }
+        let guard = &self.limits;
+        if let Some(&board) = guard.boards.get(index) {
+            guard.limits.check_counts(board, channel, counts, guard.scale)?;
+        }
         // A board that does not exist is refused by `set`.
         let mut command = self.set_points.get(index).unwrap_or(VENTED);
         command[channel] = counts;
         Ok(self.set_points.set(index, command)?)
     }
 
+    /// Whether a release returns to what was commanded before the outage.
+    pub fn returns(&self) -> bool {
+        self.latch.is_vented() && !self.latch.by_hand()
+    }
+
     /// Whose commands the boards get.
     pub fn commanding(&self) -> Commanding {
-        match self.commanding.load(Ordering::Acquire) {
-            following if following == Commanding::Following as u8 => Commanding::Following,
-            manual if manual == Commanding::Manual as u8 => Commanding::Manual,
-            _ => Commanding::Vented,
+        if self.latch.is_vented() {
+            Commanding::Vented
+        } else if self.by_hand.load(Ordering::Relaxed) {
+            Commanding::Manual
+        } else {
+            Commanding::Following
         }
     }
 
@@ -215,6 +268,19 @@ mod tests {
         handle.vent();
         assert_eq!(source.fill(99, &mut [VENTED; 2]), Supply::Continues);
         assert_eq!(source.fill(100, &mut [VENTED; 2]), Supply::Ended);
+    }
+
+    #[test]
+    fn a_set_point_above_the_limit_is_refused_and_the_old_one_stays() {
+        let mut limits = Limits::default();
+        let max = super::super::ChannelLimit { max_kpa: 100.0, max_rate_kpa_s: f64::INFINITY };
+        limits.set(7, 2, max).unwrap();
+        let handle = Override::manual(&[VENTED; 2]).with_limits(&[3, 7], limits, SensorScale::ORIGINAL);
+        handle.set(0, 2, Counts::saturating(300)).unwrap();
+        let refused = handle.set(1, 2, Counts::saturating(300)).unwrap_err();
+        assert!(matches!(refused, OverrideError::AboveLimit(AboveLimit { board: 7, channel: 2, .. })));
+        assert_eq!(handle.set_point(1), Some(VENTED));
+        handle.set(1, 2, Counts::saturating(221)).unwrap();
     }
 
     #[test]

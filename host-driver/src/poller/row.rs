@@ -41,6 +41,8 @@ pub struct BoardRow {
     pub board: u8,
     /// The command last sent to it: in this cycle, unless it was not asked.
     pub command: BoardCommand,
+    /// The set point that is wanted: where `command` goes, unless a limit is below it.
+    pub wanted: BoardCommand,
     /// What happened to it in this cycle.
     pub outcome: Outcome,
     /// Its last answer, of this cycle only if `outcome` is [`Outcome::Fresh`]; `None` before the first.
@@ -86,6 +88,8 @@ pub enum Event<'a> {
     LineLost {
         /// Why.
         error: &'a LineError,
+        /// Boards that may go on regulating their last set points for ever, because they are of the original kind, or may be.
+        holding: &'a [u8],
     },
     /// The line is not back yet, for this reason; told once for each reason in a row.
     LineNotBack {
@@ -102,10 +106,24 @@ pub enum Event<'a> {
         /// For how long beyond what was planned, ns. The boards may have held or vented meanwhile.
         by_ns: u64,
     },
+    /// The vent latch was closed, by whomever: 0 kPa is commanded to all boards until it is released.
+    Vented,
+    /// The vent latch was released.
+    Released,
     /// Whoever sets the commands has stopped, so 0 kPa is commanded instead: see [`SetPoints::vent_after`](super::SetPoints::vent_after).
     CommandsStale,
     /// The commands are renewed again, and are sent.
     CommandsBack,
+    /// A set point of channel 3 is sent one count lower, because board 0 could take it for its address
+    /// ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a run; rows have what was sent.
+    CommandLowered {
+        /// The board that is commanded.
+        board: u8,
+        /// What was to be sent.
+        wanted: BoardCommand,
+        /// What is sent.
+        sent: BoardCommand,
+    },
 }
 
 /// Gets every row and event. Called on the bus thread between exchanges: it must not block.

@@ -1,5 +1,5 @@
-use super::{CommandSource, Latest, Observer, PollerOptions, Polling, Snapshot, Supply};
-use crate::bus::Bus;
+use super::{CommandSource, Latest, Observer, PollerOptions, Polling, Snapshot, Supply, VentLatch};
+use crate::bus::{Bus, Frames};
 use crate::line::{Line, LineError, SerialPort};
 use crate::statistics::Statistics;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -14,8 +14,51 @@ pub struct Finished {
     pub statistics: Statistics,
     /// Why it ended, if the line failed; otherwise it was stopped, or its commands ended.
     pub error: Option<LineError>,
-    /// Boards that did not confirm the final 0 kPa command. They have to rely on their own command timeout.
+    /// Boards that did not confirm the final 0 kPa command. Those that check vent by their own command timeout; those of the
+    /// original kind have none and may stay under pressure: see [`warning`](Self::warning).
     pub not_safe: Vec<u8>,
+}
+
+impl Finished {
+    fn new(mut statistics: Statistics, error: Option<LineError>, not_safe: Vec<u8>) -> Self {
+        for board in &mut statistics.boards {
+            board.zero_kpa_confirmed = Some(!not_safe.contains(&board.board));
+        }
+        Self { statistics, error, not_safe }
+    }
+
+    /// What a user has to know about the boards that did not confirm 0 kPa: which they are, and what becomes of them. `None` if
+    /// all have confirmed it.
+    pub fn warning(&self) -> Option<String> {
+        self.warning_of("board(s)", |board| board.to_string())
+    }
+
+    /// The same, for users who know the boards as something else (`noun`), by other names.
+    pub fn warning_of(&self, noun: &str, name: impl Fn(u8) -> String) -> Option<String> {
+        let kind = |board: &u8| {
+            let boards = &self.statistics.boards;
+            boards.iter().find(|one| one.board == *board).map_or(Frames::Unknown, |one| one.frames)
+        };
+        let named = |checked: bool| {
+            let boards = self.not_safe.iter().filter(|board| (kind(board) == Frames::Checked) == checked);
+            boards.map(|&board| name(board)).collect::<Vec<_>>().join(", ")
+        };
+        let (checked, others) = (named(true), named(false));
+        let mut text = String::new();
+        if !others.is_empty() {
+            text += &format!(
+                "0 kPa was not confirmed by {noun} {others}; boards of the original kind have no command timeout and may stay under \
+                 pressure; shut off the air supply or their power before anybody touches the robot"
+            );
+        }
+        if !checked.is_empty() {
+            text += if others.is_empty() { "" } else { ". " };
+            text += &format!(
+                "0 kPa was not confirmed by {noun} {checked}; they vent by their own command timeout"
+            );
+        }
+        (!text.is_empty()).then_some(text)
+    }
 }
 
 /// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all of them.
@@ -23,6 +66,7 @@ pub struct Finished {
 pub struct Poller {
     shared: Arc<Shared>,
     latest: Latest,
+    vent: VentLatch,
     thread: Option<JoinHandle<Finished>>,
 }
 
@@ -31,6 +75,7 @@ pub struct Poller {
 pub struct Monitor {
     shared: Arc<Shared>,
     latest: Latest,
+    vent: VentLatch,
 }
 
 #[derive(Debug, Default)]
@@ -56,6 +101,7 @@ impl Poller {
         mut observers: Vec<Box<dyn Observer>>,
     ) -> std::io::Result<Self> {
         let latest = Latest::default();
+        let vent = options.vent.clone();
         observers.insert(0, Box::new(latest.clone()));
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
@@ -78,11 +124,11 @@ impl Poller {
                     let error = ended.err().or_else(|| safe.clone().err());
                     let not_safe =
                         safe.unwrap_or_else(|_| statistics.boards.iter().map(|b| b.board).collect());
-                    Finished { statistics, error, not_safe }
+                    Finished::new(statistics, error, not_safe)
                 }
             }
         })?;
-        let poller = Self { shared, latest, thread: Some(thread) };
+        let poller = Self { shared, latest, vent, thread: Some(thread) };
         // Where the thread has died without a word, joining it says so.
         if let Ok(Err(error)) = starts.recv() {
             return Err(std::io::Error::other(error));
@@ -92,7 +138,7 @@ impl Poller {
 
     /// For those who only look.
     pub fn monitor(&self) -> Monitor {
-        Monitor { shared: Arc::clone(&self.shared), latest: self.latest.clone() }
+        Monitor { shared: Arc::clone(&self.shared), latest: self.latest.clone(), vent: self.vent.clone() }
     }
 
     /// As [`Monitor::latest`].
@@ -105,12 +151,18 @@ impl Poller {
         self.shared.statistics()
     }
 
+    /// Closes it to vent all boards, opens it to follow the set points again. The poller closes it itself when a port comes back,
+    /// unless [`PollerOptions::resume`] is set.
+    pub fn vent(&self) -> &VentLatch {
+        &self.vent
+    }
+
     /// Whether the thread has ended by itself: the line failed, or the commands ended.
     pub fn is_finished(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Ends polling, commands 0 kPa to all boards, closes the line. `None` if an observer panicked.
+    /// Ends polling, commands 0 kPa to all boards until they have confirmed it ([`Polling::make_safe`]), closes the line. `None` if an observer panicked.
     pub fn stop(mut self) -> Option<Finished> {
         self.join()
     }
@@ -128,6 +180,11 @@ impl Drop for Poller {
 }
 
 impl Monitor {
+    /// As [`Poller::vent`].
+    pub fn vent(&self) -> &VentLatch {
+        &self.vent
+    }
+
     /// The newest row. Look at its readings' age: a board that is gone keeps its last one.
     pub fn latest(&self) -> Snapshot {
         self.latest.get()

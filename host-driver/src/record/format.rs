@@ -1,8 +1,10 @@
 //! What a recording's file looks like, by its name; and what turns rows into it.
 
-use super::rows::{Batch, Formatter};
+use super::Description;
+use super::rows::{Batch, Formatter, RecordedEvent, comment_line, event_line};
 use std::io::{self, Write};
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 /// By the name's ending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,8 +38,11 @@ impl FileFormat {
 
 /// Turns rows into blocks of bytes. Blocks can be put one behind the other, and each can be read without those behind it.
 pub(super) trait Form: Send {
-    /// Takes rows.
+    /// Takes rows and what happened between them.
     fn add(&mut self, batch: &Batch) -> io::Result<()>;
+
+    /// Takes something that happened, from elsewhere than a bus.
+    fn happened(&mut self, event: &RecordedEvent) -> io::Result<()>;
 
     /// Roughly how many bytes the next block has so far.
     fn waiting(&self) -> usize;
@@ -58,19 +63,43 @@ pub(super) trait Form: Send {
 pub(super) struct Text {
     format: FileFormat,
     formatter: Formatter,
+    /// What makes ns since 1970 of the times of the line.
+    unix_offset_ns: u64,
+    /// Whether it is said when on the calendar the times begin.
+    dated: bool,
     text: Vec<u8>,
 }
 
 impl Text {
-    pub(super) fn new(format: FileFormat, formatter: Formatter) -> Self {
-        let text = formatter.header();
-        Self { format, formatter, text }
+    pub(super) fn new(
+        format: FileFormat,
+        formatter: Formatter,
+        description: &Description,
+        unix_offset_ns: u64,
+    ) -> Self {
+        let mut text = Vec::new();
+        description.entries().for_each(|(key, value)| comment_line(key, value, &mut text));
+        text.extend(formatter.header());
+        Self { format, formatter, unix_offset_ns, dated: false, text }
     }
 }
 
 impl Form for Text {
     fn add(&mut self, batch: &Batch) -> io::Result<()> {
+        if !self.dated
+            && let Some(start_ns) = batch.run_start_ns()
+        {
+            self.dated = true;
+            let unix = Duration::from_nanos(start_ns.saturating_add(self.unix_offset_ns));
+            let utc = humantime::format_rfc3339_nanos(SystemTime::UNIX_EPOCH + unix);
+            comment_line("t0_utc", &format!("\"{utc}\""), &mut self.text);
+        }
         self.formatter.append(batch, &mut self.text);
+        Ok(())
+    }
+
+    fn happened(&mut self, event: &RecordedEvent) -> io::Result<()> {
+        event_line(event, &mut self.text);
         Ok(())
     }
 

@@ -1,26 +1,40 @@
 //! Recording to a file in the measured-data format, without the bus ever waiting for the disk.
 //!
-//! One row per bus cycle: `t_s`, `b{n}_cmd{k}_kpa`, `b{n}_p{k}_kpa`. Pressures are what the boards sent, unfiltered; a board that
-//! gave no answer in a cycle leaves its pressure cells empty, because an old value is no measurement. A command is the
-//! one last sent, as it was sent: rounded to a count. In a file named `.mcap` (feature `mcap`) the same rows are messages of a ROS 2 bag.
+//! One row per bus cycle: `t_s`, `b{n}_cmd{k}_kpa`, `b{n}_p{k}_kpa`. Pressures are what the boards
+//! sent, unfiltered; a board that gave no answer in a cycle leaves its pressure cells empty,
+//! because an old value is no measurement. A command is the one last sent, as it was sent: rounded
+//! to a count. In a file named `.mcap` (feature `mcap`) the same rows are messages of a ROS 2 bag.
 //!
-//! The [`Recorder`] (on the bus thread) collects rows for some ms and hands them to a thread that writes them. That thread
-//! appends a complete block of whole rows twice a second; in a compressed file each block is a gzip member or zstd
-//! frame of its own, in a bag a chunk. So the file is readable as it is at any time, and `kill -9` costs at most the last second. A
-//! block that could only be written in part (full disk) is taken back.
+//! A recording says of itself when, with what and how it was made ([`Description`]), and holds what
+//! happened meanwhile: in a table as comment lines `# key: value` whose values are JSON, in a bag
+//! as a metadata record and messages of `rcl_interfaces/msg/Log`.
+//!
+//! The [`Recorder`] (on the bus thread) collects rows for some ms and hands them to a thread that
+//! writes them. That thread appends a complete block of whole rows twice a second; in a compressed
+//! file each block is a gzip member or zstd frame of its own, in a bag a chunk. So the file is
+//! readable as it is at any time, and `kill -9` costs at most the last second. A block that could
+//! only be written in part (full disk) is taken back.
 
 #[cfg(feature = "mcap")]
 mod bag;
+#[cfg(feature = "trajectory")]
+mod contents;
+mod description;
 mod error;
 mod file;
 mod format;
+mod notes;
 mod recorder;
 mod rows;
 mod switch;
 mod writer;
 
+#[cfg(feature = "trajectory")]
+pub use contents::{Contents, ContentsEvent};
+pub use description::{Description, RecorderOptions};
 pub use error::RecordError;
 pub use format::FileFormat;
+pub use notes::Notes;
 #[cfg(feature = "mcap")]
 pub use recorder::RecordedBus;
 pub use recorder::{Recorder, RecordingSummary};

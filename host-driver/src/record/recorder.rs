@@ -1,14 +1,19 @@
-use super::RecordError;
+#[cfg(feature = "mcap")]
+use super::Description;
 use super::file::BlockFile;
 use super::format::{Form, Text};
-use super::rows::{Batch, Formatter};
+use super::notes::{Note, Notes};
+use super::rows::{Batch, Formatter, RecordedEvent};
 use super::writer::Writer;
-use crate::poller::{Observer, Row};
+use super::{RecordError, RecorderOptions};
+use crate::line::Clock;
+use crate::notices::{Narrator, Notice};
+use crate::poller::{Event, Observer, Row};
 use pneudrive_protocol::SensorScale;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::JoinHandle;
 
 /// What is in a finished recording.
@@ -34,19 +39,28 @@ pub struct RecordedBus {
     pub unix_offset_ns: u64,
 }
 
+/// Is called by the writing thread when it fails.
+pub(super) type Failed = Box<dyn FnOnce(&RecordError) + Send>;
+
 /// A recording in progress.
 #[derive(Debug)]
 pub struct Recorder {
     path: PathBuf,
-    lost: Arc<AtomicU64>,
     waiting: Arc<AtomicU64>,
-    thread: JoinHandle<Result<(u64, u64), RecordError>>,
+    notes: Notes,
+    /// `None` when it has been joined.
+    thread: Option<JoinHandle<Result<(u64, u64), RecordError>>>,
 }
 
 /// The end of a recorder that sits on the bus thread.
 struct Tap {
     batch: Batch,
     batch_since_ns: u64,
+    narrator: Narrator,
+    /// What has happened since the last row.
+    happened: Vec<Notice>,
+    /// Of the last row: its time on the line's clock and since the run's start, ns.
+    last: (u64, u64),
     full: SyncSender<Batch>,
     empty: Receiver<Batch>,
     lost: Arc<AtomicU64>,
@@ -71,7 +85,7 @@ impl Recorder {
     }
 
     /// Creates the file and writes its header. The observer is to be given to the poller; the recording ends when the poller has
-    /// ended (and dropped it).
+    /// ended (and dropped it) and [`finish`](Self::finish) is called.
     ///
     /// # Errors
     /// A name that says no format, a file that exists (unless `overwrite`), a disk that takes no header.
@@ -81,22 +95,50 @@ impl Recorder {
         scale: SensorScale,
         overwrite: bool,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
-        let file = BlockFile::create(path, overwrite)?;
-        let form: Box<dyn Form> = match file.format() {
-            #[cfg(feature = "mcap")]
-            super::FileFormat::Mcap => {
-                let unix_offset_ns = crate::line::Clock.unix_offset_ns();
-                let bus = RecordedBus { boards: boards.to_vec(), first_joint: 0, unix_offset_ns };
-                Self::bag(path, Self::TOPICS, &[bus], scale)?
-            }
-            format => Box::new(Text::new(format, Formatter::new(boards, scale))),
-        };
-        let (recorder, mut taps) = Self::start(path, Writer::new(file, form)?, 1)?;
+        let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
+        Self::create_with(path, boards, scale, &options)
+    }
+
+    /// As [`create`](Self::create), with more to say about the run.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn create_with(
+        path: &Path,
+        boards: &[u8],
+        scale: SensorScale,
+        options: &RecorderOptions,
+    ) -> Result<(Self, Box<dyn Observer>), RecordError> {
+        let (recorder, mut taps) = Self::create_told(path, boards, scale, options, Box::new(|_| {}))?;
         let tap = taps.pop().ok_or_else(|| RecordError::NotCreated {
             file: path.to_owned(),
             reason: "it has no bus".into(),
         })?;
         Ok((recorder, tap))
+    }
+
+    /// As [`create_with`](Self::create_with); the writing thread calls `failed` when it fails.
+    pub(super) fn create_told(
+        path: &Path,
+        boards: &[u8],
+        scale: SensorScale,
+        options: &RecorderOptions,
+        failed: Failed,
+    ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
+        let file = BlockFile::create(path, options.overwrite)?;
+        let unix_offset_ns = Clock.unix_offset_ns();
+        let form: Box<dyn Form> = match file.format() {
+            #[cfg(feature = "mcap")]
+            super::FileFormat::Mcap => {
+                let bus = RecordedBus { boards: boards.to_vec(), first_joint: 0, unix_offset_ns };
+                Self::bag(path, Self::TOPICS, &[bus], scale, &options.description)?
+            }
+            format => {
+                let description = options.description.complete(&[boards.to_vec()], scale);
+                Box::new(Text::new(format, Formatter::new(boards, scale), &description, unix_offset_ns))
+            }
+        };
+        Self::start(path, Writer::new(file, form)?, 1, failed)
     }
 
     /// Creates a bag of several buses, with topics `{prefix}/joint_{n}/...`, and an observer for each bus's poller.
@@ -112,10 +154,26 @@ impl Recorder {
         scale: SensorScale,
         overwrite: bool,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
-        Self::check_bag(path, overwrite)?;
-        let file = BlockFile::create(path, overwrite)?;
-        let form = Self::bag(path, prefix, buses, scale)?;
-        Self::start(path, Writer::new(file, form)?, buses.len())
+        let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
+        Self::create_bag_with(path, prefix, buses, scale, &options)
+    }
+
+    /// As [`create_bag`](Self::create_bag), with more to say about the run.
+    ///
+    /// # Errors
+    /// As there.
+    #[cfg(feature = "mcap")]
+    pub fn create_bag_with(
+        path: &Path,
+        prefix: &str,
+        buses: &[RecordedBus],
+        scale: SensorScale,
+        options: &RecorderOptions,
+    ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
+        Self::check_bag(path, options.overwrite)?;
+        let file = BlockFile::create(path, options.overwrite)?;
+        let form = Self::bag(path, prefix, buses, scale, &options.description)?;
+        Self::start(path, Writer::new(file, form)?, buses.len(), Box::new(|_| {}))
     }
 
     /// As [`check`](Self::check), for [`create_bag`](Self::create_bag).
@@ -136,9 +194,12 @@ impl Recorder {
         prefix: &str,
         buses: &[RecordedBus],
         scale: SensorScale,
+        description: &Description,
     ) -> Result<Box<dyn Form>, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let bag = super::bag::Bag::new(&name, prefix, buses, scale)
+        let boards: Vec<_> = buses.iter().map(|bus| bus.boards.clone()).collect();
+        let description = description.complete(&boards, scale);
+        let bag = super::bag::Bag::new(&name, prefix, buses, scale, &description)
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
         Ok(Box::new(bag))
     }
@@ -147,10 +208,11 @@ impl Recorder {
         path: &Path,
         writer: Writer,
         buses: usize,
+        failed: Failed,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
         let (full, batches) = sync_channel(Self::QUEUE);
-        let lost = Arc::new(AtomicU64::new(0));
-        let waiting = writer.waiting();
+        let (notes, told) = channel::<Note>();
+        let (waiting, lost) = (writer.waiting(), writer.lost());
         let mut used = Vec::new();
         let mut taps: Vec<Box<dyn Observer>> = Vec::new();
         for bus in 0..buses {
@@ -158,18 +220,46 @@ impl Recorder {
             used.push(give_back);
             let batch = Batch::of(bus);
             let (full, lost, waiting) = (full.clone(), Arc::clone(&lost), Arc::clone(&waiting));
-            taps.push(Box::new(Tap { batch, batch_since_ns: 0, full, empty, lost, waiting }));
+            taps.push(Box::new(Tap {
+                batch,
+                batch_since_ns: 0,
+                narrator: Narrator::default(),
+                happened: Vec::new(),
+                last: (0, 0),
+                full,
+                empty,
+                lost,
+                waiting,
+            }));
         }
         let thread = std::thread::Builder::new()
             .name("pneudrive-record".into())
-            .spawn(move || writer.run(&batches, &used))
+            .spawn(move || writer.run(&batches, &used, &told).inspect_err(|error| failed(error)))
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
-        Ok((Self { path: path.to_owned(), lost, waiting, thread }, taps))
+        let (path, notes, thread) = (path.to_owned(), Notes::to(notes), Some(thread));
+        Ok((Self { path, waiting, notes, thread }, taps))
+    }
+
+    /// For adding events that do not happen on the bus.
+    pub fn notes(&self) -> Notes {
+        self.notes.clone()
+    }
+
+    /// Says that nobody will add events any more: when the poller has ended too, so does the
+    /// writing thread.
+    pub(super) fn end(&self) {
+        self.notes.end();
     }
 
     /// Whether writing has failed: no more rows will be recorded.
     pub fn has_failed(&self) -> bool {
-        self.thread.is_finished()
+        self.has_ended()
+    }
+
+    /// Whether the writing thread has ended: it failed, or it has written the last row after
+    /// [`end`](Self::end).
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
     /// Rows that have been handed over and not been taken by the writing thread yet. Rows are lost when it is behind by 5 s:
@@ -182,20 +272,23 @@ impl Recorder {
     ///
     /// # Errors
     /// Writing failed, or the disk was too slow for some rows. What is in the file is whole.
-    pub fn finish(self) -> Result<RecordingSummary, RecordError> {
-        let file = self.path;
-        let written = self.thread.join().unwrap_or_else(|_| {
-            Err(RecordError::Write {
-                file: file.clone(),
-                rows: 0,
-                reason: "the writing thread panicked".into(),
-            })
-        });
-        let (rows, bytes) = written?;
-        match self.lost.load(Ordering::Relaxed) {
-            0 => Ok(RecordingSummary { file, rows, bytes }),
-            lost => Err(RecordError::TooSlow { file, lost }),
-        }
+    pub fn finish(mut self) -> Result<RecordingSummary, RecordError> {
+        self.end();
+        let file = self.path.clone();
+        let panicked = || RecordError::Write {
+            file: file.clone(),
+            rows: 0,
+            reason: "the writing thread panicked".into(),
+        };
+        let thread = self.thread.take().ok_or_else(panicked)?;
+        let (rows, bytes) = thread.join().unwrap_or_else(|_| Err(panicked()))?;
+        Ok(RecordingSummary { file, rows, bytes })
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -215,19 +308,35 @@ impl Tap {
     }
 }
 
+impl Tap {
+    /// Dates what has happened since the row before: in the cycle of the row that comes.
+    fn date(&mut self, (at_ns, since_start_ns): (u64, u64)) {
+        for notice in self.happened.drain(..) {
+            self.batch.happened(RecordedEvent { at_ns, since_start_ns, notice });
+        }
+    }
+}
+
 impl Observer for Tap {
     fn row(&mut self, row: &Row<'_>) {
+        self.last = (row.at_ns, row.since_start_ns);
+        self.date(self.last);
         self.batch.push(row);
         if row.at_ns.saturating_sub(self.batch_since_ns) >= Recorder::BATCH_NS {
             self.batch_since_ns = row.at_ns;
             self.hand_over();
         }
     }
+
+    fn event(&mut self, event: &Event<'_>) {
+        self.happened.extend(self.narrator.notice(event));
+    }
 }
 
 impl Drop for Tap {
     fn drop(&mut self) {
-        if self.batch.rows() > 0 {
+        self.date(self.last);
+        if !self.batch.is_empty() {
             self.hand_over();
         }
     }

@@ -1,7 +1,9 @@
 //! Rows on their way from the bus thread to the disk, and their text.
 
+use crate::notices::Notice;
 use crate::poller::{BoardCommand, Row};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use serde::Serialize;
 use std::io::Write;
 
 /// One board in one row.
@@ -30,6 +32,18 @@ pub(super) struct Batch {
     /// The same on the line's clock, ns.
     at_ns: Vec<u64>,
     samples: Vec<Sample>,
+    /// What happened in the cycles of these rows, and the number of rows before it.
+    events: Vec<(usize, RecordedEvent)>,
+}
+
+/// Something that happened, and when.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct RecordedEvent {
+    /// On the line's clock, ns.
+    pub(super) at_ns: u64,
+    /// Since the first cycle of the run, ns.
+    pub(super) since_start_ns: u64,
+    pub(super) notice: Notice,
 }
 
 impl Batch {
@@ -47,8 +61,32 @@ impl Batch {
         }));
     }
 
+    /// Adds something that happened before the row that is pushed next.
+    pub(super) fn happened(&mut self, event: RecordedEvent) {
+        self.events.push((self.rows(), event));
+    }
+
     pub(super) fn rows(&self) -> usize {
         self.times_ns.len()
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.times_ns.is_empty() && self.events.is_empty()
+    }
+
+    /// When the run's first cycle started, ns on the line's clock, if there is a row to tell it by.
+    pub(super) fn run_start_ns(&self) -> Option<u64> {
+        Some(self.at_ns.first()?.saturating_sub(*self.times_ns.first()?))
+    }
+
+    /// The time of the last row, ns on the line's clock; 0 without one.
+    pub(super) fn last_ns(&self) -> u64 {
+        self.at_ns.last().copied().unwrap_or(0)
+    }
+
+    /// What happened, in order.
+    pub(super) fn events(&self) -> impl Iterator<Item = &RecordedEvent> {
+        self.events.iter().map(|(_, event)| event)
     }
 
     /// Start of each cycle on the line's clock, ns, and the boards in it.
@@ -62,6 +100,7 @@ impl Batch {
         self.times_ns.clear();
         self.at_ns.clear();
         self.samples.clear();
+        self.events.clear();
     }
 }
 
@@ -98,10 +137,14 @@ impl Formatter {
         header.into_bytes()
     }
 
-    /// Appends the rows of `batch` to `text`.
+    /// Appends the rows of `batch` to `text`, and what happened between them.
     pub(super) fn append(&self, batch: &Batch, text: &mut Vec<u8>) {
         let boards = self.boards.len().max(1);
-        for (time_ns, samples) in batch.times_ns.iter().zip(batch.samples.chunks(boards)) {
+        let mut events = batch.events.iter().peekable();
+        for (row, (time_ns, samples)) in batch.times_ns.iter().zip(batch.samples.chunks(boards)).enumerate() {
+            while let Some((_, event)) = events.next_if(|(before, _)| *before <= row) {
+                event_line(event, text);
+            }
             // Writing to a Vec does not fail.
             let _ = write!(text, "{}.{:09}", time_ns / 1_000_000_000, time_ns % 1_000_000_000);
             for sample in samples {
@@ -115,7 +158,37 @@ impl Formatter {
             }
             text.push(b'\n');
         }
+        events.for_each(|(_, event)| event_line(event, text));
     }
+}
+
+/// Appends `# key: value`. A value is JSON, so it has no line end.
+pub(super) fn comment_line(key: &str, value: &str, text: &mut Vec<u8>) {
+    // Writing to a Vec does not fail.
+    let _ = writeln!(text, "# {key}: {value}");
+}
+
+/// Appends an event as a comment.
+pub(super) fn event_line(event: &RecordedEvent, text: &mut Vec<u8>) {
+    let line = EventLine {
+        // To a us, and with as many digits as that takes.
+        t_s: (event.since_start_ns / 1_000) as f64 / 1e6,
+        kind: event.notice.kind.name(),
+        board: event.notice.board,
+        text: &event.notice.text,
+    };
+    // Numbers and strings can always be expressed.
+    comment_line("event", &serde_json::to_string(&line).unwrap_or_default(), text);
+}
+
+/// An event as it stands in a table.
+#[derive(Serialize)]
+struct EventLine<'a> {
+    t_s: f64,
+    kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    board: Option<u8>,
+    text: &'a str,
 }
 
 fn cell(text: &mut Vec<u8>, content: &str) {
@@ -126,6 +199,7 @@ fn cell(text: &mut Vec<u8>, content: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::notices::NoticeKind;
     use crate::poller::{BoardRow, BoardState, Outcome, Reading, VENTED};
 
     #[test]
@@ -133,9 +207,21 @@ mod tests {
         let command = [102, 221, 340, 922].map(|value| Counts::new(value).unwrap());
         let counts = [102, 103, 340, 0].map(|value| Counts::new(value).unwrap());
         let reading = Some(Reading { counts, kpa: [0.0; 4], asked_ns: 0 });
-        let board = |outcome| BoardRow { board: 0, command, outcome, reading, state: BoardState::Present };
+        let board = |outcome| BoardRow {
+            board: 0,
+            command,
+            wanted: command,
+            outcome,
+            reading,
+            state: BoardState::Present,
+        };
         let mut batch = Batch::default();
         for (cycle, outcome) in [(0, Outcome::Fresh), (1, Outcome::Lost), (2, Outcome::NotAsked)] {
+            if cycle == 1 {
+                let text = "board 0 is missing (\"no answer\")".to_owned();
+                let notice = Notice { kind: NoticeKind::BoardMissing, board: Some(0), text };
+                batch.happened(RecordedEvent { at_ns: 5, since_start_ns: 1_000_200_000, notice });
+            }
             let other = BoardRow { board: 1, command: VENTED, ..board(Outcome::Lost) };
             let boards = [board(outcome), other];
             let since_start_ns = cycle * 1_000_200_000;
@@ -148,6 +234,7 @@ mod tests {
 t_s,b0_cmd0_kpa,b0_cmd1_kpa,b0_cmd2_kpa,b0_cmd3_kpa,b0_p0_kpa,b0_p1_kpa,b0_p2_kpa,b0_p3_kpa,\
 b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1_p3_kpa
 0.000000000,0.000,99.819,199.975,689.812,-0.337,0.505,199.975,-86.184,0.000,0.000,0.000,0.000,,,,
+# event: {\"t_s\":1.0002,\"kind\":\"board_missing\",\"board\":0,\"text\":\"board 0 is missing (\\\"no answer\\\")\"}
 1.000200000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
 2.000400000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
 ";

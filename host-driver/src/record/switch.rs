@@ -1,19 +1,21 @@
 //! Recordings that start and stop while boards are polled.
 
-use super::{RecordError, Recorder, RecordingSummary};
+use super::{Description, Notes, RecordError, Recorder, RecorderOptions, RecordingSummary};
 use crate::poller::{Event, Observer, Row};
 use pneudrive_protocol::SensorScale;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
 /// Starts and stops recordings of a run, one at a time. The times in them are those of the run, not of the recording.
-#[derive(Debug)]
 pub struct RecordSwitch {
     boards: Vec<u8>,
     scale: SensorScale,
+    options: RecorderOptions,
     taps: Sender<Option<Box<dyn Observer>>>,
+    notes: Notes,
+    failed: Arc<dyn Fn(&RecordError) + Send + Sync>,
     state: Mutex<State>,
 }
 
@@ -23,6 +25,14 @@ struct State {
     /// Told to stop; its last rows may still be on their way to the disk.
     finishing: Option<Recorder>,
     last: Option<Result<RecordingSummary, RecordError>>,
+    /// The first recording of the run that failed.
+    failure: Option<RecordError>,
+}
+
+impl std::fmt::Debug for RecordSwitch {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RecordSwitch").field("boards", &self.boards).field("state", &self.state).finish()
+    }
 }
 
 /// What a [`RecordSwitch`] is doing.
@@ -63,8 +73,36 @@ impl RecordSwitch {
     /// A switch for a poller of these boards, and the observer that is to be given to it.
     pub fn new(boards: &[u8], scale: SensorScale) -> (Self, Box<dyn Observer>) {
         let (sender, taps) = channel();
-        let switch = Self { boards: boards.to_vec(), scale, taps: sender, state: Mutex::default() };
+        let switch = Self {
+            boards: boards.to_vec(),
+            scale,
+            options: RecorderOptions::default(),
+            taps: sender,
+            notes: Notes::default(),
+            failed: Arc::new(|_| {}),
+            state: Mutex::default(),
+        };
         (switch, Box::new(Switched { taps, tap: None }))
+    }
+
+    /// The same switch, whose recordings say this of themselves.
+    #[must_use]
+    pub fn describe(mut self, description: Description) -> Self {
+        self.options.description = description;
+        self
+    }
+
+    /// The same switch, which calls `failed` as soon as writing a recording fails, on the thread
+    /// that writes. Whoever starts a recording may have gone by then.
+    #[must_use]
+    pub fn on_failure(mut self, failed: impl Fn(&RecordError) + Send + Sync + 'static) -> Self {
+        self.failed = Arc::new(failed);
+        self
+    }
+
+    /// For adding events that do not happen on the bus to whatever is being recorded.
+    pub fn notes(&self) -> Notes {
+        self.notes.clone()
     }
 
     /// Starts recording to a new file, from the next cycle on.
@@ -76,9 +114,12 @@ impl RecordSwitch {
         if let Some((file, _)) = &state.running {
             return Err(SwitchError::Running { file: file.clone() });
         }
-        let (recorder, tap) = Recorder::create(path, &self.boards, self.scale, false)?;
+        let failed = Arc::clone(&self.failed);
+        let failed = Box::new(move |error: &RecordError| failed(error));
+        let (recorder, taps) = Recorder::create_told(path, &self.boards, self.scale, &self.options, failed)?;
         // A poller that has ended has dropped its end, and the recording stays empty.
-        let _ = self.taps.send(Some(tap));
+        taps.into_iter().for_each(|tap| drop(self.taps.send(Some(tap))));
+        self.notes.redirect(&recorder.notes());
         state.running = Some((path.to_owned(), recorder));
         Ok(())
     }
@@ -91,6 +132,7 @@ impl RecordSwitch {
         let mut state = self.settled();
         let Some((_, recorder)) = state.running.take() else { return Err(SwitchError::NotRunning) };
         let _ = self.taps.send(None);
+        recorder.end();
         state.finishing = Some(recorder);
         Ok(())
     }
@@ -106,10 +148,17 @@ impl RecordSwitch {
     }
 
     /// Waits for the recording in progress, if there is one. To be called when the poller has ended.
+    ///
+    /// # Errors
+    /// One of the run's recordings failed: this one, or the first of those before it.
     pub fn finish(&self) -> Option<Result<RecordingSummary, RecordError>> {
         let mut state = self.settled();
         let running = state.running.take().map(|(_, recorder)| recorder);
-        running.or(state.finishing.take()).map(Recorder::finish)
+        let last = running.or(state.finishing.take()).map(Recorder::finish);
+        match state.failure.take() {
+            Some(failure) => Some(Err(failure)),
+            None => last,
+        }
     }
 
     /// The state, after what has ended by itself was put away.
@@ -119,8 +168,12 @@ impl RecordSwitch {
             state.finishing = state.running.take().map(|(_, recorder)| recorder);
             let _ = self.taps.send(None);
         }
-        if let Some(recorder) = state.finishing.take_if(|recorder| recorder.has_failed()) {
-            state.last = Some(recorder.finish());
+        if let Some(recorder) = state.finishing.take_if(|recorder| recorder.has_ended()) {
+            let last = recorder.finish();
+            if let Err(error) = &last {
+                state.failure.get_or_insert_with(|| error.clone());
+            }
+            state.last = Some(last);
         }
         state
     }
@@ -146,6 +199,7 @@ impl Observer for Switched {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::notices::{Notice, NoticeKind};
     use crate::poller::{BoardRow, BoardState, Outcome, VENTED};
     use std::time::{Duration, Instant};
 
@@ -153,6 +207,7 @@ mod tests {
         let board = BoardRow {
             board: 0,
             command: VENTED,
+            wanted: VENTED,
             outcome: Outcome::Lost,
             reading: None,
             state: BoardState::Present,
@@ -188,9 +243,69 @@ mod tests {
         let status = settled(&switch);
         assert_eq!(status.last.unwrap().unwrap().rows, 3);
         let text = std::fs::read_to_string(&file).unwrap();
-        let times: Vec<_> = text.lines().skip(1).filter_map(|line| line.split(',').next()).collect();
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        let times: Vec<_> = lines.skip(1).filter_map(|line| line.split(',').next()).collect();
         assert_eq!(times, ["0.001000000", "0.002000000", "0.003000000"]);
         assert_eq!(switch.start(&file), Err(SwitchError::Record(RecordError::Exists { file: file.clone() })));
+    }
+
+    /// The reader of a pipe goes: nobody asks for the status, and still it is told, at once and in
+    /// the end.
+    #[test]
+    fn a_recording_that_fails_is_told_and_remembered() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("run.csv");
+        let mode = rustix::fs::Mode::from_raw_mode(0o600);
+        rustix::fs::mknodat(rustix::fs::CWD, &file, rustix::fs::FileType::Fifo, mode, 0).unwrap();
+        let theirs = file.clone();
+        // Opening the pipe waits for both ends; what comes before the rows is written at once.
+        let reader = std::thread::spawn(move || {
+            use std::io::Read;
+            std::fs::File::open(theirs).unwrap().read_exact(&mut [0]).unwrap();
+        });
+        let (told, hears) = channel();
+        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let switch = switch.on_failure(move |error| told.send(error.to_string()).unwrap());
+        switch.start(&file).unwrap();
+        reader.join().unwrap();
+        (0..100).for_each(|number| cycle(&mut *observer, number));
+        let error = hears.recv_timeout(Duration::from_secs(60)).unwrap();
+        assert!(error.contains("Broken pipe"), "{error}");
+        // Another one succeeds; the run has failed all the same.
+        settled(&switch);
+        let second = folder.path().join("second.csv");
+        switch.start(&second).unwrap();
+        drop(observer);
+        assert_eq!(switch.finish().unwrap().unwrap_err().to_string(), error);
+        assert!(second.exists());
+    }
+
+    #[test]
+    fn what_is_noted_goes_into_the_recording_in_progress() {
+        let folder = tempfile::tempdir().unwrap();
+        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let switch = switch.describe(Description::default().with("port", "sim"));
+        let note = |text: &str| switch.notes().add(Notice::new(NoticeKind::Page, text));
+        note("before");
+        for name in ["first.csv", "second.csv"] {
+            switch.start(&folder.path().join(name)).unwrap();
+            cycle(&mut *observer, 1);
+            note(name);
+            observer.event(&Event::Vented);
+            cycle(&mut *observer, 2);
+            switch.stop().unwrap();
+            cycle(&mut *observer, 3);
+            settled(&switch);
+            note("between");
+            let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+            assert!(text.starts_with("# pneudrive_recording: 1\n"), "{text}");
+            assert!(text.contains("\n# port: \"sim\"\n"), "{text}");
+            let events: Vec<_> = text.lines().filter(|line| line.starts_with("# event: ")).collect();
+            assert_eq!(events.len(), 2, "{text}");
+            assert!(text.contains(&format!("\"kind\":\"page\",\"text\":\"{name}\"}}\n")), "{text}");
+            // What happens on the bus has the time of its cycle, and stands before its row.
+            assert!(text.contains("{\"t_s\":0.002,\"kind\":\"vented\""), "{text}");
+        }
     }
 
     #[test]

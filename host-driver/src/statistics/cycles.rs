@@ -4,8 +4,11 @@ use super::{CycleTimes, Durations, LoopRate};
 #[derive(Debug, Clone)]
 pub(crate) struct CycleStatistics {
     durations: Durations,
-    count: u64,
+    /// Periods, and their sum, ns.
+    periods: u64,
     total_ns: u64,
+    /// Cycles without a period: those that ended the run, and the time from their start to it, ns.
+    last: (u64, u64),
     /// Welford's recurrence over the rates 1/period, Hz: its mean and sum of squared deviations.
     rate_mean: f64,
     rate_squares: f64,
@@ -13,36 +16,50 @@ pub(crate) struct CycleStatistics {
 
 impl CycleStatistics {
     pub(crate) fn new() -> Self {
-        Self { durations: Durations::new(), count: 0, total_ns: 0, rate_mean: 0.0, rate_squares: 0.0 }
+        Self {
+            durations: Durations::new(),
+            periods: 0,
+            total_ns: 0,
+            last: (0, 0),
+            rate_mean: 0.0,
+            rate_squares: 0.0,
+        }
     }
 
     /// A cycle took `period_ns` from its start to the next one's.
     pub(crate) fn add(&mut self, period_ns: u64) {
         let period_ns = period_ns.max(1);
         self.durations.add(period_ns);
-        self.count += 1;
+        self.periods += 1;
         self.total_ns += period_ns;
         let rate = 1e9 / period_ns as f64;
         let before = rate - self.rate_mean;
-        self.rate_mean += before / self.count as f64;
+        self.rate_mean += before / self.periods as f64;
         self.rate_squares += before * (rate - self.rate_mean);
     }
 
+    /// The last cycle took `took_ns`, and the next one would not have started then: it counts, but
+    /// it has no period.
+    pub(crate) fn end(&mut self, took_ns: u64) {
+        self.last.0 += 1;
+        self.last.1 += took_ns;
+    }
+
     pub(crate) fn count(&self) -> u64 {
-        self.count
+        self.periods + self.last.0
     }
 
     pub(crate) fn seconds(&self) -> f64 {
-        self.total_ns as f64 * 1e-9
+        (self.total_ns + self.last.1) as f64 * 1e-9
     }
 
     pub(crate) fn rate(&self) -> LoopRate {
-        if self.count == 0 {
+        if self.periods == 0 {
             return LoopRate::default();
         }
-        let std = if self.count < 2 { 0.0 } else { (self.rate_squares / (self.count - 1) as f64).sqrt() };
+        let std = if self.periods < 2 { 0.0 } else { (self.rate_squares / (self.periods - 1) as f64).sqrt() };
         LoopRate {
-            mean: self.count as f64 / self.seconds(),
+            mean: self.periods as f64 / (self.total_ns as f64 * 1e-9),
             std,
             min: 1e9 / self.durations.longest_ns() as f64,
         }
@@ -77,6 +94,18 @@ mod tests {
         let times = cycles.times();
         assert!(close(times.p50, 1_000.0, 1e-3) && close(times.p99, 2_000.0, 1e-3), "{times:?}");
         assert!(close(times.p999, 10_000.0, 1e-3) && close(times.max, 10_000.0, 1e-12), "{times:?}");
+    }
+
+    #[test]
+    fn a_cycle_without_a_period_counts_and_changes_no_figure() {
+        let mut cycles = CycleStatistics::new();
+        (0..20).for_each(|_| cycles.add(50_000_000));
+        let before = (cycles.rate(), cycles.times());
+        cycles.end(400_000);
+        assert_eq!((cycles.rate(), cycles.times()), before);
+        assert!(close(before.0.mean, 20.0, 1e-12) && before.0.std.abs() < 1e-9, "{before:?}");
+        assert_eq!(cycles.count(), 21);
+        assert!(close(cycles.seconds(), 1.0004, 1e-12), "{}", cycles.seconds());
     }
 
     #[test]

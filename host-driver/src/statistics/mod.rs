@@ -42,7 +42,8 @@ pub struct Statistics {
 /// Loop rate, Hz.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct LoopRate {
-    /// Cycles / seconds. Not the mean of the cycles' rates, which few short cycles raise.
+    /// Cycles / seconds, up to the start of the last cycle if the next one was not due when the run
+    /// ended. Not the mean of the cycles' rates, which few short cycles raise.
     pub mean: f64,
     /// Standard deviation of the single cycles' rates, 1/period.
     pub std: f64,
@@ -98,12 +99,23 @@ pub struct BoardStatistics {
     pub state: BoardState,
     /// Age of its last answer when these figures were made, us: since it was asked. `None` if it never answered.
     pub age_us: Option<u64>,
+    /// Cycles of which it has no reading: it was not asked, or gave no valid answer in time.
+    pub rows_without_reading: u64,
     /// Which packets it is spoken to in.
     pub frames: Frames,
+    /// Whether it confirmed 0 kPa at the end: by a checked answer, or (a board of the original kind) by its readings. `None` as
+    /// long as the run lasts.
+    pub zero_kpa_confirmed: Option<bool>,
 }
 
 impl BoardStatistics {
-    pub(crate) fn new(row: &BoardRow, counters: Counters, frames: Frames, now_ns: u64) -> Self {
+    pub(crate) fn new(
+        row: &BoardRow,
+        counters: Counters,
+        rows_without_reading: u64,
+        frames: Frames,
+        now_ns: u64,
+    ) -> Self {
         Self {
             board: row.board,
             answered: counters.answered,
@@ -111,7 +123,9 @@ impl BoardStatistics {
             rejected: counters.rejected(),
             state: row.state,
             age_us: row.reading.map(|reading| reading.age_ns(now_ns) / 1000),
+            rows_without_reading,
             frames,
+            zero_kpa_confirmed: None,
         }
     }
 }

@@ -1,7 +1,9 @@
+use crate::poller::AboveLimit;
 use pneudrive_protocol::PressureError;
 use thiserror::Error;
 
-/// A trajectory that cannot be played. Rows are lines of the file: the header is row 1.
+/// A trajectory that cannot be played. Rows are lines of the file, the header and comments among
+/// them; in a bag they are counted.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TrajectoryError {
     /// The file cannot be read.
@@ -24,27 +26,34 @@ pub enum TrajectoryError {
     },
     /// A column that must be there is not.
     #[error(
-        "{file}, row 1: no column {expected}; the header must have t_s and one or more b{{n}}_cmd{{k}}_kpa, such as b0_cmd0_kpa"
+        "{file}, row {row}: no column {expected}; the header must have t_s and one or more b{{n}}_cmd{{k}}_kpa, such as b0_cmd0_kpa"
     )]
     MissingColumn {
         /// The file.
         file: String,
+        /// Row of the header.
+        row: u64,
         /// What was looked for.
         expected: &'static str,
     },
     /// Two columns have one name.
-    #[error("{file}, row 1: column {column} is there twice")]
+    #[error("{file}, row {row}: column {column} is there twice")]
     DuplicateColumn {
         /// The file.
         file: String,
+        /// Row of the header.
+        row: u64,
         /// The column's name.
         column: String,
     },
     /// A column for a board or channel that is not there.
-    #[error("{file}, row 1, column {column}: there are boards 0 to {last_board}, each with channels 0 to 3; see --devices", last_board = boards - 1)]
+    #[error("{file}, {place}column {column}: there are boards 0 to {last_board}, each with channels 0 to 3; see --devices",
+        place = row.map_or_else(String::new, |row| format!("row {row}, ")), last_board = boards - 1)]
     NoSuchChannel {
         /// The file.
         file: String,
+        /// Row of the header; `None` in a bag, which has none.
+        row: Option<u64>,
         /// The column's name.
         column: String,
         /// How many boards are polled.
@@ -92,4 +101,14 @@ pub enum TrajectoryError {
         /// The file.
         file: String,
     },
+}
+
+/// A set point of a trajectory that is not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("at {t_s} s: {refused}")]
+pub struct AboveLimitAt {
+    /// Time of its row, s.
+    pub t_s: f64,
+    /// Which set point, and its limit.
+    pub refused: AboveLimit,
 }

@@ -1,15 +1,20 @@
-//! Set points from a CSV file, as a source of commands.
+//! Set points from a file, as a source of commands.
 //!
-//! Columns: `t_s` (time after the start, s, from 0 on, strictly increasing) and any `b{n}_cmd{k}_kpa` (board n, channel k, kPa
-//! gauge). Other columns are ignored, so a recording can be played again. The whole file is checked before anything
-//! is sent.
+//! A table (CSV, also compressed) has the columns `t_s` (time after the start, s, from 0 on,
+//! strictly increasing) and any `b{n}_cmd{k}_kpa` (board n, channel k, kPa gauge). Other columns
+//! and comments are ignored, so a recording can be played again; so can one that is a bag. The
+//! whole file is checked before anything is sent.
+//!
+//! Before its first row a trajectory commands nothing: channels keep what is commanded otherwise.
 
+#[cfg(feature = "mcap")]
+mod bag;
 mod error;
 mod read;
 
-pub use error::TrajectoryError;
+pub use error::{AboveLimitAt, TrajectoryError};
 
-use crate::poller::{BoardCommand, CommandSource, Supply};
+use crate::poller::{BoardCommand, CommandSource, Limits, Supply};
 use pneudrive_protocol::{Counts, SensorScale};
 
 /// What is commanded between two rows.
@@ -54,12 +59,43 @@ impl Trajectory {
         self.times_ns.last().map_or(0.0, |&ns| ns as f64 * 1e-9)
     }
 
+    /// Time of the first row after the start, s.
+    pub fn first_row_s(&self) -> f64 {
+        self.times_ns.first().map_or(0.0, |&ns| ns as f64 * 1e-9)
+    }
+
+    /// The same trajectory from its first row on, whose time becomes 0: a recording that was begun
+    /// in the middle of a run.
+    #[must_use]
+    pub fn from_first_row(mut self) -> Self {
+        let first_ns = self.times_ns.first().copied().unwrap_or(0);
+        self.times_ns.iter_mut().for_each(|time_ns| *time_ns -= first_ns);
+        self
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.times_ns.len()
     }
 
-    /// A source that plays it. Channels without a column get their value from `others`, one command a board.
+    /// Whether it stays within `limits`; boards are numbered from 0.
+    ///
+    /// # Errors
+    /// The first set point above its channel's limit, with its time.
+    pub fn check(&self, limits: &Limits) -> Result<(), AboveLimitAt> {
+        for channel in &self.channels {
+            let board = u8::try_from(channel.board).unwrap_or(u8::MAX);
+            for (&time_ns, &kpa) in self.times_ns.iter().zip(&channel.kpa) {
+                limits
+                    .check(board, channel.channel, kpa)
+                    .map_err(|refused| AboveLimitAt { t_s: time_ns as f64 * 1e-9, refused })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A source that plays it. Channels without a column, and all of them before the first row, get
+    /// their value from `others`, one command a board.
     pub fn play(
         self,
         interpolation: Interpolation,
@@ -114,6 +150,9 @@ impl CommandSource for TrajectorySource {
         for (command, other) in commands.iter_mut().zip(&self.others) {
             *command = *other;
         }
+        if self.trajectory.times_ns.first().is_some_and(|&first| since_start_ns < first) {
+            return Supply::Continues;
+        }
         for channel in &self.trajectory.channels {
             commands[channel.board][channel.channel] = self.counts(channel, progress);
         }
@@ -164,6 +203,29 @@ mod tests {
         let played = play(Interpolation::Hold, &[2.999, 3.001]);
         assert_eq!([played[0].1, played[1].1], [Supply::Continues, Supply::Ended]);
         near(&played[1..], &[50.0]);
+    }
+
+    /// Nothing is commanded early: 5 s is 5 s.
+    #[test]
+    fn before_its_first_row_a_trajectory_commands_nothing() {
+        let text = "t_s,b0_cmd1_kpa\n5,100\n6,50\n";
+        let trajectory = || Trajectory::parse("late.csv", text.as_bytes(), 1, SCALE).unwrap();
+        assert_eq!(trajectory().first_row_s(), 5.0);
+        let command = |trajectory: Trajectory, interpolation, at_s: f64| {
+            let others = vec![[SCALE.counts(20.0).unwrap(); 4]];
+            let mut source = trajectory.play(interpolation, AtEnd::Stop, SCALE, others);
+            let mut commands = [VENTED];
+            let supply = source.fill((at_s * 1e9) as u64, &mut commands);
+            (SCALE.kpa(commands[0][1]).round(), supply)
+        };
+        for interpolation in [Interpolation::Hold, Interpolation::Linear] {
+            assert_eq!(command(trajectory(), interpolation, 0.0), (20.0, Supply::Continues));
+            assert_eq!(command(trajectory(), interpolation, 4.999), (20.0, Supply::Continues));
+            assert_eq!(command(trajectory(), interpolation, 5.0), (100.0, Supply::Continues));
+        }
+        let at_once = trajectory().from_first_row();
+        assert_eq!((at_once.first_row_s(), at_once.seconds()), (0.0, 1.0));
+        assert_eq!(command(at_once, Interpolation::Hold, 0.0), (100.0, Supply::Continues));
     }
 
     /// A slow bus that misses rows altogether goes on with the right one.

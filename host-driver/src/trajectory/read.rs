@@ -1,7 +1,7 @@
 use super::{Channel, Trajectory, TrajectoryError};
+use crate::stored::Stored;
 use csv::StringRecord;
 use pneudrive_protocol::{CHANNELS, SensorScale};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -16,18 +16,28 @@ struct Column {
 }
 
 impl Trajectory {
-    /// Reads and checks a file for `boards` boards, numbered from 0.
+    /// Reads and checks a file for `boards` boards, numbered from 0: CSV, also compressed (gzip,
+    /// zstd), or with the feature `mcap` a ROS 2 bag. What it is its first bytes say.
     ///
     /// # Errors
     /// The first thing that is wrong with it, by file, row and column.
     pub fn read(path: &Path, boards: usize, scale: SensorScale) -> Result<Self, TrajectoryError> {
         let file = path.display().to_string();
-        let opened = File::open(path)
+        let opened = Stored::open(path)
             .map_err(|error| TrajectoryError::Unreadable { file: file.clone(), reason: error.to_string() })?;
-        Self::parse(&file, opened, boards, scale)
+        match opened {
+            Stored::Text(text) => Self::parse(&file, text, boards, scale),
+            #[cfg(feature = "mcap")]
+            Stored::Bag(content) => super::bag::read(&file, content, boards, scale),
+            #[cfg(not(feature = "mcap"))]
+            Stored::Bag(_) => Err(TrajectoryError::Unreadable {
+                file,
+                reason: "a bag, which needs the feature `mcap`; convert it to CSV".to_owned(),
+            }),
+        }
     }
 
-    /// Like [`read`](Self::read), from anything; `file` is the name for errors.
+    /// Like [`read`](Self::read), from anything that gives CSV; `file` is the name for errors.
     ///
     /// # Errors
     /// As for [`read`](Self::read).
@@ -37,14 +47,19 @@ impl Trajectory {
         boards: usize,
         scale: SensorScale,
     ) -> Result<Self, TrajectoryError> {
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            // What a recording says of itself, and its events.
+            .comment(Some(b'#'))
+            .from_reader(from);
         let header = reader.headers().map_err(|error| not_csv(file, &error))?.clone();
-        let (time, mut columns) = understand(file, &header, boards)?;
+        let header_row = line_of(&header, reader.position());
+        let (time, mut columns) = understand(file, header_row, &header, boards)?;
         let mut times_ns = Vec::new();
         let mut last_s = None;
-        for record in reader.records() {
-            let record = record.map_err(|error| not_csv(file, &error))?;
-            let row = record.position().map_or(0, csv::Position::line);
+        let mut record = StringRecord::new();
+        while reader.read_record(&mut record).map_err(|error| not_csv(file, &error))? {
+            let row = line_of(&record, reader.position());
             let time_s = number(file, &record, row, time, "t_s")?;
             let later = last_s.is_none_or(|last| time_s > last);
             if !(later && (0.0..=LATEST_S).contains(&time_s)) {
@@ -79,9 +94,16 @@ impl Trajectory {
     }
 }
 
+/// The line of a record that ends before `after`. The reader takes comments above it for a part of
+/// it.
+fn line_of(record: &StringRecord, after: &csv::Position) -> u64 {
+    record.position().map_or(1, csv::Position::line).max(after.line().saturating_sub(1))
+}
+
 /// Place of the time column, and the command columns.
 fn understand(
     file: &str,
+    row: u64,
     header: &StringRecord,
     boards: usize,
 ) -> Result<(usize, Vec<Column>), TrajectoryError> {
@@ -92,19 +114,19 @@ fn understand(
         let name = name.trim_start_matches('\u{feff}').to_owned();
         if name == "t_s" {
             if time.replace(place).is_some() {
-                return Err(TrajectoryError::DuplicateColumn { file, column: name });
+                return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
             }
         } else if let Some((board, channel)) = command_column(&name) {
             if board >= boards || channel >= CHANNELS {
-                return Err(TrajectoryError::NoSuchChannel { file, column: name, boards });
+                return Err(TrajectoryError::NoSuchChannel { file, row: Some(row), column: name, boards });
             }
             if columns.iter().any(|other| (other.channel.board, other.channel.channel) == (board, channel)) {
-                return Err(TrajectoryError::DuplicateColumn { file, column: name });
+                return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
             }
             columns.push(Column { place, name, channel: Channel { board, channel, kpa: Vec::new() } });
         }
     }
-    let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), expected };
+    let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), row, expected };
     if columns.is_empty() {
         return Err(missing("b{n}_cmd{k}_kpa"));
     }
@@ -112,7 +134,7 @@ fn understand(
 }
 
 /// Board and channel of a name of the form `b{n}_cmd{k}_kpa`.
-fn command_column(name: &str) -> Option<(usize, usize)> {
+pub(super) fn command_column(name: &str) -> Option<(usize, usize)> {
     let (board, channel) = name.strip_prefix('b')?.strip_suffix("_kpa")?.split_once("_cmd")?;
     Some((plain(board)?, plain(channel)?))
 }
@@ -196,6 +218,14 @@ mod tests {
         let text = "\u{feff}t_s, b0_p0_kpa ,b1_cmd3_kpa\r\n0.5,,10\r\n0.75,3,20\r\n";
         let trajectory = parse(text).unwrap();
         assert_eq!((trajectory.rows(), trajectory.seconds()), (2, 0.75));
+        let recording = "# port: \"x\"\n# boards: [0]\nt_s,b0_cmd0_kpa\n0,1\n# event: {\"t_s\":0.5}\n1,2\n";
+        assert_eq!(parse(recording).unwrap().rows(), 2);
+    }
+
+    #[test]
+    fn rows_are_lines_of_the_file_comments_and_all() {
+        refused("# a\n# b\nt_s,b2_cmd0_kpa\n0,0\n", "row 3, column b2_cmd0_kpa: there are boards");
+        refused("# a\nt_s,b0_cmd0_kpa\n0,1\n# b\n0,2\n", "row 5, column t_s: 0 s");
     }
 
     proptest! {

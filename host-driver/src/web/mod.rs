@@ -1,53 +1,31 @@
-//! A live page of a run, for browsers: pressures of the last minute, losses, venting, recording, set points.
+//! A live page of a run, for browsers: what [`pneudrive_page`] serves, of a poller.
 //!
 //! ```text
-//!   bus thread ──newest row──▶ sampler, 30 Hz ──text──▶ hub ──▶ one thread a client ──▶ browser
-//!        ▲                                                                                │
-//!        └── Override (atomics), RecordSwitch (channel) ◀── POST /api/... ◀───────────────┘
+//!   bus thread ──newest row──▶ Latest ──Monitor──▶ ┌────────────────┐
+//!        ▲                                         │ pneudrive-page │ ◀──▶ browsers
+//!        └── Override (atomics), RecordSwitch ◀────└────────────────┘
 //! ```
 //!
-//! The bus thread does the same work whether somebody looks or not: it leaves its newest row where the sampler finds it
-//! ([`Latest`](crate::poller::Latest)). A client that reads too slowly misses pictures, one that reads nothing is dropped after some
-//! seconds, and neither is waited for by anything but its own thread.
-//!
-//! Pictures go out as server-sent events (WHATWG HTML, 9.2), actions come in as POST requests. `httparse` reads the requests.
-//! Connections are our own (`http.rs`): blocking server libraries have no limit on how long a client may take, or collect what is
-//! streamed in buffers.
-//!
-//! | request | what it does | needs |
-//! | --- | --- | --- |
-//! | `GET /` | the page, whole in one answer | |
-//! | `GET /events` | pictures, 30 a second | |
-//! | `GET /api/state` | one picture with the run's figures | |
-//! | `POST /api/vent` | 0 kPa on all channels until released | |
-//! | `POST /api/token` | nothing: finds out whether the token is right | token |
-//! | `POST /api/release` | ends venting, at 0 kPa | token |
-//! | `POST /api/set` | one set point: `{"board": 0, "channel": 1, "kpa": 50}` | token |
-//! | `POST /api/record/start` | a new recording: `{"name": "grasp"}` or nothing | a folder |
-//! | `POST /api/record/stop` | ends it | |
-//!
-//! `access.rs` says who is let in.
+//! The bus thread does the same work whether somebody looks or not: it leaves its newest row where
+//! the page finds it ([`Latest`](crate::poller::Latest)), and waits for nothing that the page
+//! holds.
 
-mod access;
-mod api;
-mod connections;
-mod history;
-mod http;
-mod hub;
-mod page;
-mod picture;
-mod sampler;
-mod server;
-mod stream;
+mod moment;
+mod recording;
 
-pub use access::{Token, TokenError};
-pub use server::{Listener, Server};
+pub use pneudrive_page::{Control, Token, TokenError};
+pub use recording::Recording;
 
-use crate::poller::Override;
-use crate::record::RecordSwitch;
+use crate::line::Clock;
+use crate::poller::{Commanding, Monitor, Override};
+use crate::record::{RecordError, RecordingSummary};
+use pneudrive_page::{Moment, PageOptions, Refusal, Run, SetPoint};
+use pneudrive_protocol::SensorScale;
+use std::io;
+use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Mutex;
 use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What is served.
 pub struct WebOptions {
@@ -55,11 +33,14 @@ pub struct WebOptions {
     pub port: String,
     /// Numbers of the boards in the poller's order.
     pub boards: Vec<u8>,
-    /// Host names under which the page may be asked for, besides addresses, `localhost` and this computer's own name.
+    /// What pressures mean: the poller's.
+    pub scale: SensorScale,
+    /// Host names under which the page may be asked for, besides addresses, `localhost` and this
+    /// computer's own name.
     pub names: Vec<String>,
     /// Vents and, with `control`, commands.
     pub overriding: Override,
-    /// Set points by hand and release of a vent, for who has the token. `None`: nobody.
+    /// Set points by hand and release of a vent, for clients that have the token. `None`: nobody.
     pub control: Option<Control>,
     /// Recordings by button. `None`: none.
     pub recording: Option<Recording>,
@@ -71,22 +52,126 @@ pub struct WebOptions {
     pub notice: Box<dyn Fn(String) + Send + Sync>,
 }
 
-/// Set points by hand.
-#[derive(Debug, Clone)]
-pub struct Control {
-    /// Who has it may command.
-    pub token: Token,
-    /// Highest pressure that may be commanded from the page, kPa gauge.
-    pub limit_kpa: f64,
+/// An address that is ours, with nobody served yet.
+#[derive(Debug)]
+pub struct Listener(pneudrive_page::Listener);
+
+/// A page that is being served. Ends when dropped.
+pub struct Server {
+    server: pneudrive_page::Server,
+    recording: Option<Arc<Recording>>,
 }
 
-/// Recordings by button.
-#[derive(Debug)]
-pub struct Recording {
-    /// Makes them.
-    pub switch: RecordSwitch,
-    /// Where they go.
-    pub folder: PathBuf,
-    /// Ending of their names, which is their format: `csv.zst`.
-    pub ending: String,
+/// What the page looks at and acts on.
+struct PolledRun {
+    monitor: Monitor,
+    clock: Clock,
+    boards: Vec<u8>,
+    scale: SensorScale,
+    overriding: Override,
+    lines: Option<Mutex<Receiver<String>>>,
+    notice: Box<dyn Fn(String) + Send + Sync>,
+}
+
+impl Listener {
+    /// Takes the address; port 0 is any free one.
+    ///
+    /// # Errors
+    /// What the system says: the port is taken, the address is not ours.
+    pub fn bind(address: SocketAddr) -> io::Result<Self> {
+        pneudrive_page::Listener::bind(address).map(Self)
+    }
+
+    /// The address with its actual port.
+    pub fn address(&self) -> SocketAddr {
+        self.0.address()
+    }
+
+    /// Starts serving the run that `monitor` sees. `clock` is the clock of its rows.
+    ///
+    /// # Errors
+    /// The system has no threads to give.
+    pub fn serve(self, options: WebOptions, monitor: Monitor, clock: Clock) -> io::Result<Server> {
+        let recording = options.recording.map(Arc::new);
+        let recordings = recording.clone().map(recording::by_button);
+        let page = PageOptions {
+            port: options.port,
+            boards: options.boards.clone(),
+            full_scale_kpa: options.scale.full_scale_kpa(),
+            names: options.names,
+            control: options.control,
+            recordings,
+            whole_run: options.whole_run,
+        };
+        let run = PolledRun {
+            monitor,
+            clock,
+            boards: options.boards,
+            scale: options.scale,
+            overriding: options.overriding,
+            lines: options.lines,
+            notice: options.notice,
+        };
+        Ok(Server { server: self.0.serve(page, Arc::new(run))?, recording })
+    }
+}
+
+impl Server {
+    /// The page's address, for people.
+    pub fn url(&self) -> String {
+        self.server.url()
+    }
+
+    /// Tells all clients that the run has ended, with a reason if it was not meant to, and ends. To
+    /// be called when the poller has ended. Returns what became of a recording that was still in
+    /// progress.
+    pub fn end(self, reason: Option<&str>) -> Option<Result<RecordingSummary, RecordError>> {
+        self.server.end(reason);
+        self.recording.and_then(|recording| recording.switch.finish())
+    }
+}
+
+impl Run for PolledRun {
+    fn moment(&self) -> Option<Moment> {
+        moment::of(&self.monitor.latest(), self.clock.now_ns(), self.scale, &self.overriding)
+    }
+
+    fn statistics(&self) -> serde_json::Value {
+        // Statistics are plain figures, which JSON always holds.
+        serde_json::to_value(self.monitor.statistics()).unwrap_or_default()
+    }
+
+    fn lines(&self) -> Vec<String> {
+        let lines = self.lines.as_ref().map(|lines| lines.lock().unwrap_or_else(PoisonError::into_inner));
+        lines.map_or_else(Vec::new, |lines| lines.try_iter().collect())
+    }
+
+    fn vent(&self) -> bool {
+        let is_new = self.overriding.commanding() != Commanding::Vented || self.overriding.returns();
+        self.overriding.vent();
+        is_new
+    }
+
+    fn release(&self) -> bool {
+        let returns = self.overriding.returns();
+        self.overriding.release();
+        returns
+    }
+
+    fn set(&self, set_point: SetPoint) -> Result<f64, Refusal> {
+        let SetPoint { board, channel, kpa } = set_point;
+        let counts = self.scale.counts(kpa).map_err(|error| Refusal::Unusable(error.to_string()))?;
+        let index = self.boards.iter().position(|polled| *polled == board);
+        let unknown = || Refusal::Unusable(format!("board {board} is not polled in this run"));
+        self.overriding.set(index.ok_or_else(unknown)?, channel, counts).map_err(|e| moment::refusal(&e))?;
+        Ok(self.scale.kpa(counts))
+    }
+
+    fn commanding(&self) -> pneudrive_page::Commanding {
+        moment::commanding(&self.overriding)
+    }
+
+    fn notice(&self, line: String) {
+        (self.notice)(line);
+    }
 }

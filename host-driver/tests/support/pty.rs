@@ -1,6 +1,6 @@
 //! Boards behind a pty, as fast as the pty is.
 
-use pneudrive_protocol::{Address, CHANNELS, Counts, RequestDecoder};
+use pneudrive_protocol::{Address, CHANNELS, CheckedPacket, Counts, RequestDecoder};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -85,7 +85,10 @@ fn serve(master: &OwnedFd, boards: u8, stop: &AtomicBool, unplugged: &AtomicBool
                 if unplugged.load(Ordering::Relaxed) && address.board() + 1 == boards {
                     continue;
                 }
-                commands.push((address.board(), request.commands));
+                // A host that leaves says so in the end; tests ask for what it commanded.
+                if request.commands != CheckedPacket::LEAVE {
+                    commands.push((address.board(), request.commands));
+                }
                 let _ = rustix::io::write(master, &request.answer(address, request.commands));
             }
         }

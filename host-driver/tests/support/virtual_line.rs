@@ -16,6 +16,12 @@ pub struct VirtualLine {
     now_ns: u64,
     script: Script,
     pub requests: Vec<(u64, Vec<u8>)>,
+    /// When a guard byte was sent alone, and how many requests had been sent before; no script hears of them.
+    pub guards: Vec<(u64, usize)>,
+    /// An answer begins only when the one before has ended, as those of one board do.
+    pub one_speaker: bool,
+    /// The adapter returns guard bytes, ns after their first bit (what it returns of requests is the script's business).
+    pub guards_echo_after_ns: Option<u64>,
     /// When each byte is complete, in order.
     coming: VecDeque<(u64, u8)>,
     /// The adapter is unplugged: everything fails.
@@ -42,6 +48,9 @@ impl VirtualLine {
             now_ns: 0,
             script: Box::new(script),
             requests: Vec::new(),
+            guards: Vec::new(),
+            one_speaker: false,
+            guards_echo_after_ns: None,
             coming: VecDeque::new(),
             gone: false,
             goes_after: None,
@@ -74,8 +83,16 @@ impl Line for VirtualLine {
         }
         self.working()?;
         let at = self.now_ns;
+        if bytes == [0] {
+            self.guards.push((at, self.requests.len()));
+            if let Some(after_ns) = self.guards_echo_after_ns {
+                self.inject(at + after_ns, bytes);
+            }
+            return Ok(());
+        }
         for (after, reply) in (self.script)(self.requests.len(), bytes) {
-            self.inject(at + after, &reply);
+            let busy_until = self.coming.back().map_or(0, |&(end, _)| end);
+            self.inject((at + after).max(if self.one_speaker { busy_until } else { 0 }), &reply);
         }
         self.requests.push((at, bytes.to_vec()));
         Ok(())

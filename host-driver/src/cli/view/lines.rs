@@ -1,6 +1,8 @@
-use super::{Events, Session};
+use super::{EndedBy, Events, Session};
 use crate::cli::failure::Failure;
+use crate::cli::output::errln;
 use pneudrive_host::poller::{BoardRow, Poller, Snapshot};
+use pneudrive_host::statistics::BoardStatistics;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
@@ -15,36 +17,58 @@ pub fn show(
     poller: &Poller,
     events: &Events,
     stop: impl Fn() -> bool,
-) -> Result<(), Failure> {
+) -> Result<EndedBy, Failure> {
     let mut next = Instant::now() + LINE_EVERY;
     let mut before = Snapshot::default();
-    while !stop() && !poller.is_finished() {
+    let mut without = Vec::new();
+    loop {
+        if stop() {
+            return Ok(EndedBy::Stop);
+        }
+        if poller.is_finished() {
+            return Ok(EndedBy::Poller);
+        }
         std::thread::sleep(LOOK_EVERY);
         while let Some(event) = events.next() {
-            eprintln!("{event}");
+            errln!("{event}");
         }
         if Instant::now() >= next {
             next += LINE_EVERY;
             let now = poller.latest();
-            put(json, &line(&before, &now, session.clock.now_ns()))?;
-            before = now;
+            // As of the line before or a little later: whoever asks gets new figures next time.
+            let counted = poller.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
+            let line = line(&before, &now, session.clock.now_ns(), &newly_without(&without, &counted));
+            (before, without) = (now, counted);
+            if json {
+                errln!("{line}");
+                continue;
+            }
+            match writeln!(std::io::stdout(), "{line}") {
+                Ok(()) => {}
+                Err(error) if reader_is_gone(&error) => return Ok(EndedBy::Terminal),
+                Err(error) => return Err(Failure::running(format!("standard output: {error}"))),
+            }
         }
     }
-    Ok(())
 }
 
-fn put(json: bool, line: &str) -> Result<(), Failure> {
-    if json {
-        eprintln!("{line}");
-        return Ok(());
-    }
-    // A reader that has gone (| head) ends the run like Ctrl-C.
-    writeln!(std::io::stdout(), "{line}")
-        .map_err(|error| Failure::running(format!("standard output: {error}")))
+/// A closed pipe, or a terminal that has closed.
+fn reader_is_gone(error: &std::io::Error) -> bool {
+    const EIO: i32 = rustix::io::Errno::IO.raw_os_error();
+    error.kind() == std::io::ErrorKind::BrokenPipe || error.raw_os_error() == Some(EIO)
 }
 
-/// Time, loop rate since the line before, and command and pressure of every channel, in kPa.
-fn line(before: &Snapshot, now: &Snapshot, now_ns: u64) -> String {
+/// Rows without a reading that have come since `before`, for each board that has some.
+fn newly_without(before: &[BoardStatistics], now: &[BoardStatistics]) -> Vec<(u8, u64)> {
+    let before =
+        |board| before.iter().find(|one| one.board == board).map_or(0, |one| one.rows_without_reading);
+    let new = now.iter().map(|one| (one.board, one.rows_without_reading - before(one.board)));
+    new.filter(|&(_, rows)| rows > 0).collect()
+}
+
+/// Time, loop rate since the line before, and command and pressure of every channel, in kPa; `without` says of which boards how
+/// many rows had no reading.
+fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)]) -> String {
     let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
     let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);
     let seconds = now.since_start_ns.saturating_sub(before.since_start_ns) as f64 * 1e-9;
@@ -54,6 +78,9 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64) -> String {
     for board in &now.boards {
         let _ = write!(line, "  b{}", board.board);
         put_board(&mut line, board, now_ns);
+        if let Some((_, rows)) = without.iter().find(|(one, _)| *one == board.board) {
+            let _ = write!(line, " ({rows} rows without a reading)");
+        }
     }
     line
 }
@@ -87,6 +114,7 @@ mod tests {
         let board = BoardRow {
             board: 2,
             command: VENTED,
+            wanted: VENTED,
             outcome: Outcome::Fresh,
             reading: Some(reading),
             state: BoardState::Present,
@@ -98,9 +126,9 @@ mod tests {
             boards: vec![board],
         };
         let (before, now) = (at(1000, 1_000_000_000), at(3000, 2_000_000_000));
-        let fresh = line(&before, &now, 1_000_200_000);
+        let fresh = line(&before, &now, 1_000_200_000, &[]);
         assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0 2.0/0 3.0/0 4.0/0");
-        let old = line(&before, &now, 2_500_000_000);
-        assert!(old.ends_with("4.0/0 (1.5 s old)"), "{old}");
+        let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)]);
+        assert!(old.ends_with("4.0/0 (1.5 s old) (37 rows without a reading)"), "{old}");
     }
 }

@@ -4,7 +4,7 @@ mod events;
 mod lines;
 mod live;
 
-pub use events::Events;
+pub use events::{EventSender, Events};
 
 use crate::cli::failure::Failure;
 use pneudrive_host::line::Clock;
@@ -12,6 +12,7 @@ use pneudrive_host::poller::{BoardRow, Override, Poller};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use std::io::IsTerminal;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// What does not change while a run lasts.
 #[derive(Debug, Clone)]
@@ -24,9 +25,25 @@ pub struct Session {
     pub clock: Clock,
     /// For venting by key.
     pub overriding: Override,
+    /// Whether the run goes on when the terminal closes.
+    pub keep_running: bool,
 }
 
-/// Shows the run until `stop`, the poller's own end, or the user ends it.
+/// Why nobody looks at the run any more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EndedBy {
+    /// A signal, or a recording that cannot go on.
+    Stop,
+    /// The poller ended by itself: its commands ended, or the line failed.
+    Poller,
+    /// A key.
+    Key,
+    /// The terminal, or whatever read the lines, has closed.
+    Terminal,
+}
+
+/// Shows the run until `stop`, the poller's own end, or the user ends it. A terminal that closes ends it too, unless it is to keep
+/// running: then it goes on without a view.
 pub fn show(
     session: &Session,
     json: bool,
@@ -34,11 +51,31 @@ pub fn show(
     poller: &Poller,
     events: &Events,
     stop: impl Fn() -> bool,
-) -> Result<(), Failure> {
-    if !json && !plain && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
-        live::show(session, poller, events, stop)
+) -> Result<EndedBy, Failure> {
+    let ended = if !json && !plain && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
+        live::show(session, poller, events, &stop)?
     } else {
-        lines::show(session, json, poller, events, stop)
+        lines::show(session, json, poller, events, &stop)?
+    };
+    if ended == EndedBy::Terminal && session.keep_running {
+        return Ok(wait(poller, events, stop));
+    }
+    Ok(ended)
+}
+
+/// Until the end, with nobody looking.
+fn wait(poller: &Poller, events: &Events, stop: impl Fn() -> bool) -> EndedBy {
+    const LOOK_EVERY: Duration = Duration::from_millis(50);
+    loop {
+        if stop() {
+            return EndedBy::Stop;
+        }
+        if poller.is_finished() {
+            return EndedBy::Poller;
+        }
+        // They would pile up.
+        while events.next().is_some() {}
+        std::thread::sleep(LOOK_EVERY);
     }
 }
 

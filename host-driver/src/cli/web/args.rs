@@ -6,14 +6,16 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Args)]
 #[command(next_help_heading = "Live page")]
 pub struct WebArgs {
-    /// Serve a page of the run for browsers, with a vent button. Without an address, or with a port only, this computer alone can see it
-    /// [default address: 127.0.0.1:8080]
+    /// Serve a page of the run for browsers, with a vent button. Without an address, or with a port
+    /// only, this computer alone can see it [default address: 127.0.0.1:8080]
     #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = "8080", value_parser = address)]
     pub web: Option<SocketAddr>,
-    /// Name under which browsers ask for the page, besides addresses, localhost and this computer's own name; may be repeated
+    /// Name under which browsers ask for the page, besides addresses, localhost and this computer's
+    /// own name; may be repeated
     #[arg(long, value_name = "NAME", requires = "web")]
     pub web_name: Vec<String>,
-    /// Let who has the token set pressures on the page and release a vent. The token is part of the address that is printed
+    /// Let clients that have the token set pressures on the page and release a vent. The token is
+    /// part of the address that is printed
     #[arg(long, requires = "web")]
     pub allow_control: bool,
     /// Highest pressure that the page may command, kPa
@@ -22,7 +24,13 @@ pub struct WebArgs {
     /// Take the token from this file's only line, and print none
     #[arg(long, value_name = "FILE", requires = "allow_control")]
     pub control_token_file: Option<PathBuf>,
-    /// Where the page's recording button puts its files [default: the working folder; none if others can reach the page]
+    /// Deadman mode for everybody who sets pressures on the page: all boards vent when the
+    /// operator's page has been closed, hidden or out of reach for this long. Without it, the
+    /// operator may ask for it on the page, with 3 s
+    #[arg(long, value_name = "SECONDS", requires = "allow_control", value_parser = deadman)]
+    pub web_deadman: Option<f64>,
+    /// Where the page's recording button puts its files [default: the working folder; none if
+    /// others can reach the page]
     #[arg(long, value_name = "FOLDER", requires = "web")]
     pub record_folder: Option<PathBuf>,
     /// What the page's recording button makes
@@ -38,6 +46,7 @@ impl Default for WebArgs {
             allow_control: false,
             control_limit: 200.0,
             control_token_file: None,
+            web_deadman: None,
             record_folder: None,
             record_format: RecordFormat::CsvZst,
         }
@@ -86,5 +95,13 @@ fn limit(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(kpa) if kpa > 0.0 && kpa <= full_scale_kpa => Ok(kpa),
         _ => Err(format!("must be above 0 and at most {full_scale_kpa:.1} kPa, the sensor's full scale")),
+    }
+}
+
+/// A page says ten times within this time that it is there.
+fn deadman(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.5..=60.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be 0.5 to 60 s".to_owned()),
     }
 }

@@ -10,6 +10,7 @@ use pneudrive_host::bus::Bus;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Override, Poller, PollerOptions, Supply, VENTED};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::web::{Listener, Server, WebOptions};
+use pneudrive_protocol::SensorScale;
 use serde::Serialize;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -44,16 +45,18 @@ struct Report {
     pairs: Vec<Pair>,
     /// Relative change of the mean loop rate, percent: mean over the pairs and its standard error.
     loop_hz_change_percent: [f64; 2],
-    /// Relative change of the median cycle time, percent: mean over the pairs and its standard error.
+    /// Relative change of the median cycle time, percent: mean over the pairs and its standard
+    /// error.
     median_cycle_change_percent: [f64; 2],
-    /// Relative change of the bus thread's CPU time for a cycle, percent: mean over the pairs and its standard error.
+    /// Relative change of the bus thread's CPU time for a cycle, percent: mean over the pairs and
+    /// its standard error.
     cpu_change_percent: [f64; 2],
 }
 
 /// Measures all `--devices` boards, without and with the page in turn, on one connection.
 pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     let devices = devices(args, 4)?;
-    let stop = StopSignal::install()?;
+    let stop = StopSignal::install(false)?;
     let mut pairs = Vec::new();
     for number in 0..bench.pairs {
         // Whatever changes with time comes first in one pair and second in the next.
@@ -147,6 +150,7 @@ fn start(
         port: "bench".into(),
         overriding: Override::following(boards.len()),
         boards,
+        scale: SensorScale::ORIGINAL,
         names: Vec::new(),
         control: None,
         recording: None,

@@ -7,13 +7,15 @@ pub use args::WebArgs;
 
 use super::failure::Failure;
 use super::view::{Events, Session};
-use pneudrive_host::poller::{Finished, Monitor, Observer, Override, PollerOptions};
-use pneudrive_host::record::{RecordSwitch, Recorder, RecordingSummary};
+use pneudrive_host::notices::{Notice, NoticeKind};
+use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override, PollerOptions};
+use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary};
 use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
 use pneudrive_protocol::SensorScale;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::time::Duration;
 
 /// An address that is taken and options that are checked, with nobody served yet.
 pub struct Prepared {
@@ -23,21 +25,23 @@ pub struct Prepared {
     token_is_ours: bool,
 }
 
-/// Does everything that can fail before the first byte goes to a board. Observers of `events` that shall be heard on the page are made
-/// after this. `None` without `--web`.
+/// Does everything that can fail before the first byte goes to a board. Observers of `events` that
+/// shall be heard on the page are made after this. `None` without `--web`.
 pub fn prepare(
     args: &WebArgs,
     devices: u16,
+    limits: &Limits,
     overriding: &Override,
+    description: &Description,
     events: &mut Events,
 ) -> Result<Option<Prepared>, Failure> {
     let Some(address) = args.web else {
         return Ok(None);
     };
     let boards = PollerOptions::for_devices(devices).boards;
-    let control = control(args)?;
+    let control = control(args, &boards, limits)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
-    let (recording, tap) = recording(args, &boards)?;
+    let (recording, tap) = recording(args, &boards, description, events)?;
     let listener = Listener::bind(address).map_err(|error| {
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
@@ -45,18 +49,20 @@ pub fn prepare(
     let options = WebOptions {
         port: String::new(),
         boards,
+        scale: SensorScale::ORIGINAL,
         names: args.web_name.clone(),
         overriding: overriding.clone(),
         control,
         recording,
         whole_run: None,
         lines: Some(Mutex::new(events.listen())),
-        notice: Box::new(move |line| notices.say(line)),
+        notice: Box::new(move |line| notices.happened(Notice::new(NoticeKind::Page, line))),
     };
     Ok(Some(Prepared { listener, options, tap, token_is_ours }))
 }
 
-fn control(args: &WebArgs) -> Result<Option<Control>, Failure> {
+/// The page's sliders end at the highest pressure that any channel may be commanded.
+fn control(args: &WebArgs, boards: &[u8], limits: &Limits) -> Result<Option<Control>, Failure> {
     if !args.allow_control {
         return Ok(None);
     }
@@ -68,14 +74,22 @@ fn control(args: &WebArgs) -> Result<Option<Control>, Failure> {
             Token::new(text.trim()).map_err(|error| Failure::input(format!("{}: {error}", file.display())))?
         }
     };
-    Ok(Some(Control { token, limit_kpa: args.control_limit }))
+    let deadman = args.web_deadman.map(Duration::from_secs_f64);
+    let channels = boards.iter().flat_map(|board| limits.of(*board));
+    let highest_kpa = channels.map(|limit| limit.max_kpa).fold(0.0, f64::max);
+    Ok(Some(Control { token, limit_kpa: args.control_limit.min(highest_kpa), deadman }))
 }
 
 type RecordingAndTap = (Option<Recording>, Option<Box<dyn Observer>>);
 
-/// The switch for recordings by button, and its end on the bus thread. On an address that others reach, the folder must have been
-/// named: there, everybody who sees the page can fill it.
-fn recording(args: &WebArgs, boards: &[u8]) -> Result<RecordingAndTap, Failure> {
+/// The switch for recordings by button, and its end on the bus thread. On an address that others
+/// reach, the folder must have been named: there, everybody who sees the page can fill it.
+fn recording(
+    args: &WebArgs,
+    boards: &[u8],
+    description: &Description,
+    events: &Events,
+) -> Result<RecordingAndTap, Failure> {
     let local = args.web.is_some_and(|address| address.ip().is_loopback());
     let folder = match &args.record_folder {
         None if !local => return Ok((None, None)),
@@ -88,6 +102,12 @@ fn recording(args: &WebArgs, boards: &[u8]) -> Result<RecordingAndTap, Failure> 
     let ending = args.record_format.ending().to_owned();
     Recorder::check(&folder.join(format!("run.{ending}")), true)?;
     let (switch, tap) = RecordSwitch::new(boards, SensorScale::ORIGINAL);
+    let failures = events.sender();
+    let switch = switch.describe(description.clone()).on_failure(move |error| {
+        let text = format!("a recording from the page failed: {error}");
+        failures.happened(Notice::new(NoticeKind::Recording, text));
+    });
+    events.sender().record(switch.notes());
     Ok((Some(Recording { switch, folder, ending }), Some(tap)))
 }
 
@@ -135,15 +155,14 @@ pub fn end(server: Server, finished: Option<&Finished>) -> Result<(), Failure> {
     let reason = match finished {
         None => Some("the bus thread panicked".to_owned()),
         Some(Finished { error: Some(error), .. }) => Some(error.to_string()),
-        Some(Finished { not_safe, .. }) if !not_safe.is_empty() => {
-            let boards: Vec<_> = not_safe.iter().map(u8::to_string).collect();
-            Some(format!("0 kPa was not confirmed by board(s) {}", boards.join(", ")))
-        }
-        Some(_) => None,
+        Some(finished) => finished.warning(),
     };
     match server.end(reason.as_deref()) {
         Some(Ok(RecordingSummary { file, rows, bytes })) => {
-            eprintln!("{}: {rows} rows, {bytes} bytes (recorded from the page)", file.display());
+            crate::cli::output::errln!(
+                "{}: {rows} rows, {bytes} bytes (recorded from the page)",
+                file.display()
+            );
             Ok(())
         }
         Some(Err(error)) => Err(error.into()),

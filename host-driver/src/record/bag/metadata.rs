@@ -1,12 +1,15 @@
 //! metadata.yaml: what makes a folder with an MCAP file a ROS 2 bag. Version 8 of its format (ROS 2 Jazzy reads up to 9).
 
-use super::topics::{Channel, OFFERED_QOS};
-use crate::messages::JointState;
+use super::topics::{OFFERED_QOS, Topic};
+use crate::record::Description;
 use mcap::records::Metadata;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 pub(super) const FILE_NAME: &str = "metadata.yaml";
+
+/// Name of the record in which a recording says what it is.
+pub(in crate::record) const DESCRIPTION: &str = "pneudrive";
 
 /// First and last time of messages, ns since 1970, and their number.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,9 +28,9 @@ impl Extent {
 }
 
 /// The content of metadata.yaml.
-pub(super) fn yaml<'a>(file: &str, extent: &Extent, channels: impl Iterator<Item = &'a Channel>) -> String {
+pub(super) fn yaml<'a>(file: &str, extent: &Extent, topics: impl Iterator<Item = &'a Topic>) -> String {
     let Extent { messages, first_ns, last_ns } = *extent;
-    let (duration_ns, file, ros_type) = (last_ns - first_ns, quoted(file), JointState::ROS_TYPE);
+    let (duration_ns, file) = (last_ns - first_ns, quoted(file));
     let mut text = format!(
         "rosbag2_bagfile_information:
   version: 8
@@ -40,18 +43,18 @@ pub(super) fn yaml<'a>(file: &str, extent: &Extent, channels: impl Iterator<Item
   topics_with_message_count:
 "
     );
-    for Channel { topic, count, .. } in channels {
+    for Topic { name, ros_type, count, .. } in topics {
         // Writing to a String does not fail.
         let _ = writeln!(
             text,
             "    - topic_metadata:
-        name: {topic}
+        name: {name}
         type: {ros_type}
         serialization_format: cdr
         offered_qos_profiles: '{OFFERED_QOS}'
         type_description_hash: ''
       message_count: {count}",
-            topic = quoted(topic)
+            name = quoted(name)
         );
     }
     let _ = writeln!(
@@ -78,6 +81,12 @@ pub(super) fn record(yaml: String) -> Metadata {
     let metadata =
         BTreeMap::from([("serialized_metadata".to_owned(), yaml), ("ROS_DISTRO".to_owned(), String::new())]);
     Metadata { name: "rosbag2".to_owned(), metadata }
+}
+
+/// What the recording says of itself: key by key, the values as JSON.
+pub(super) fn description(description: &Description) -> Metadata {
+    let entries = description.entries().map(|(key, value)| (key.to_owned(), value.to_owned()));
+    Metadata { name: DESCRIPTION.to_owned(), metadata: entries.collect() }
 }
 
 /// A YAML string of any characters.

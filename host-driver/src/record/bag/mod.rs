@@ -1,28 +1,35 @@
 //! Rows as messages in an MCAP file that is a ROS 2 bag.
 //!
-//! For each board and row one `pressure_state`, also where the board gave no answer: then its pressures are NaN, and its command stands.
-//! A `pressure_command` wherever a command changes, so that a bag can be played to a node. Messages are in CDR,
-//! schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it.
+//! For each board and row one `pressure_state`, also where the board gave no answer: then its
+//! pressures are NaN, and its command stands. A `pressure_command` wherever a command changes, so
+//! that a bag can be played to a node; a line of `events` for whatever happens. Messages are in
+//! CDR, schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it. So
+//! what the recording says of itself is a metadata record.
 //!
-//! A chunk is finished with each block, so the file can be read to its end by a streaming reader at any time; the indexes that others
-//! need come with the end of the recording.
+//! A chunk is finished with each block, so the file can be read to its end by a streaming reader at
+//! any time; the indexes that others need come with the end of the recording.
 
 mod metadata;
 mod pipe;
 mod topics;
 
+#[cfg(feature = "trajectory")]
+pub(super) use metadata::DESCRIPTION as METADATA;
+
 use super::format::Form;
 use super::recorder::RecordedBus;
-use super::rows::Batch;
-use crate::messages::Time;
+use super::rows::{Batch, RecordedEvent};
+use crate::messages::{Log, Time};
+use crate::record::Description;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use metadata::Extent;
 use pipe::Pipe;
 use pneudrive_protocol::{Counts, SensorScale};
+use serde::Serialize;
 use std::io;
-use topics::{BoardTopics, Channel};
+use topics::{BoardTopics, Channel, Topic};
 
 /// A bag in the making.
 pub(super) struct Bag {
@@ -30,6 +37,7 @@ pub(super) struct Bag {
     writer: Writer<NoSeek<Pipe>>,
     pipe: Pipe,
     buses: Vec<Bus>,
+    events: Channel<Log>,
     /// kPa of each code.
     kpa: Vec<f64>,
     extent: Extent,
@@ -48,6 +56,7 @@ impl Bag {
         prefix: &str,
         buses: &[RecordedBus],
         scale: SensorScale,
+        description: &Description,
     ) -> io::Result<Self> {
         let pipe = Pipe::default();
         let options = WriteOptions::new()
@@ -58,7 +67,8 @@ impl Bag {
             .compression_threads(0)
             .disable_seeking(true);
         let mut writer = Writer::with_options(NoSeek::new(pipe.clone()), options).map_err(explain)?;
-        let buses = buses
+        let events = topics::add_events(&mut writer, prefix).map_err(explain)?;
+        let buses: Vec<_> = buses
             .iter()
             .enumerate()
             .map(|(index, bus)| {
@@ -69,22 +79,27 @@ impl Bag {
                 Ok(Bus { unix_offset_ns: bus.unix_offset_ns, boards })
             })
             .collect::<io::Result<_>>()?;
+        writer.write_metadata(&metadata::description(description)).map_err(explain)?;
         let kpa = (0..=Counts::MAX.get()).map(|code| scale.kpa(Counts::saturating(code))).collect();
         let (extent, buffer) = (Extent::default(), Vec::new());
-        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, kpa, extent, buffer })
+        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, kpa, extent, buffer })
     }
 
-    fn channels(&self) -> impl Iterator<Item = &Channel> {
-        self.buses.iter().flat_map(|bus| &bus.boards).flat_map(|board| [&board.state, &board.command])
+    fn topics(&self) -> impl Iterator<Item = &Topic> {
+        let boards = self.buses.iter().flat_map(|bus| &bus.boards);
+        let of_boards = boards.flat_map(|board| [&board.state.topic, &board.command.topic]);
+        of_boards.chain([&self.events.topic])
     }
 
     fn metadata(&self) -> String {
-        metadata::yaml(&self.file_name, &self.extent, self.channels())
+        metadata::yaml(&self.file_name, &self.extent, self.topics())
     }
 }
 
 impl Form for Bag {
     fn add(&mut self, batch: &Batch) -> io::Result<()> {
+        let offset_ns = self.buses.get(batch.bus).map_or(0, |bus| bus.unix_offset_ns);
+        batch.events().try_for_each(|event| self.log(event, offset_ns))?;
         let Some(bus) = self.buses.get_mut(batch.bus) else { return Ok(()) };
         for (at_ns, samples) in batch.iter() {
             let log_ns = at_ns + bus.unix_offset_ns;
@@ -112,6 +127,12 @@ impl Form for Bag {
         Ok(())
     }
 
+    fn happened(&mut self, event: &RecordedEvent) -> io::Result<()> {
+        // Events from elsewhere are dated by the clock that all lines have.
+        let offset_ns = self.buses.first().map_or(0, |bus| bus.unix_offset_ns);
+        self.log(event, offset_ns)
+    }
+
     fn waiting(&self) -> usize {
         // A chunk grows inside the writer; what counts is that blocks end in time, not how long they are.
         self.pipe.waiting()
@@ -134,7 +155,22 @@ impl Form for Bag {
     }
 }
 
-impl Channel {
+impl Bag {
+    /// Writes an event, whose time becomes one of the calendar by `offset_ns`.
+    fn log(&mut self, event: &RecordedEvent, offset_ns: u64) -> io::Result<()> {
+        let at_ns = event.at_ns + offset_ns;
+        let notice = &event.notice;
+        let message = &mut self.events.message;
+        message.stamp = Time::from_unix_ns(at_ns);
+        message.level = if notice.kind.is_warning() { Log::WARN } else { Log::INFO };
+        message.msg.clone_from(&notice.text);
+        message.function = notice.kind.name().to_owned();
+        self.extent.add(at_ns);
+        self.events.write(&mut self.writer, at_ns, &mut self.buffer)
+    }
+}
+
+impl<M: Serialize> Channel<M> {
     fn write(
         &mut self,
         writer: &mut Writer<NoSeek<Pipe>>,
@@ -148,13 +184,13 @@ impl Channel {
         cdr_encoding::to_writer::<_, byteorder::LittleEndian, _>(&mut *buffer, &self.message)
             .map_err(io::Error::other)?;
         let header = MessageHeader {
-            channel_id: self.id,
-            sequence: self.count as u32,
+            channel_id: self.topic.id,
+            sequence: self.topic.count as u32,
             log_time: log_ns,
             publish_time: log_ns,
         };
         writer.write_to_known_channel(&header, buffer).map_err(explain)?;
-        self.count += 1;
+        self.topic.count += 1;
         Ok(())
     }
 }

@@ -1,22 +1,29 @@
-use crate::messages::JointState;
+use crate::messages::{JointState, Log};
 use crate::poller::BoardCommand;
 use mcap::{McapResult, Writer};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
-/// A topic in the file.
-pub(super) struct Channel {
-    pub(super) id: u16,
-    pub(super) topic: String,
-    pub(super) count: u64,
+/// A topic in the file, and what is serialised into it.
+pub(super) struct Channel<M> {
+    pub(super) topic: Topic,
     /// The message, to be filled in again and again.
-    pub(super) message: JointState,
+    pub(super) message: M,
+}
+
+/// A topic in the file.
+pub(super) struct Topic {
+    pub(super) id: u16,
+    pub(super) name: String,
+    pub(super) ros_type: &'static str,
+    /// Messages so far.
+    pub(super) count: u64,
 }
 
 /// The topics of one board.
 pub(super) struct BoardTopics {
-    pub(super) state: Channel,
-    pub(super) command: Channel,
+    pub(super) state: Channel<JointState>,
+    pub(super) command: Channel<JointState>,
     /// What was commanded last.
     pub(super) last_command: Option<BoardCommand>,
 }
@@ -25,6 +32,21 @@ pub(super) struct BoardTopics {
 /// empty, because nothing was offered to anybody.
 pub(super) const OFFERED_QOS: &str = "";
 
+impl<M> Channel<M> {
+    fn add<W: Write + Seek>(
+        writer: &mut Writer<W>,
+        (ros_type, definition): (&'static str, &str),
+        name: String,
+        message: M,
+    ) -> McapResult<Self> {
+        // A schema that is there already is not written again.
+        let schema = writer.add_schema(ros_type, "ros2msg", definition.as_bytes())?;
+        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned())]);
+        let id = writer.add_channel(schema, &name, "cdr", &metadata)?;
+        Ok(Self { topic: Topic { id, name, ros_type, count: 0 }, message })
+    }
+}
+
 impl BoardTopics {
     pub(super) fn add<W: Write + Seek>(
         writer: &mut Writer<W>,
@@ -32,12 +54,9 @@ impl BoardTopics {
         joint: u16,
         bus: usize,
     ) -> McapResult<Self> {
-        let schema = writer.add_schema(JointState::ROS_TYPE, "ros2msg", JointState::DEFINITION.as_bytes())?;
-        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned())]);
         let mut channel = |name: &str, message| {
-            let topic = format!("{prefix}/joint_{joint}/{name}");
-            let id = writer.add_channel(schema, &topic, "cdr", &metadata)?;
-            McapResult::Ok(Channel { id, topic, count: 0, message })
+            let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION);
+            Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message)
         };
         Ok(Self {
             state: channel("pressure_state", JointState::state(joint, bus))?,
@@ -45,4 +64,10 @@ impl BoardTopics {
             last_command: None,
         })
     }
+}
+
+/// The topic of what happens.
+pub(super) fn add_events<W: Write + Seek>(writer: &mut Writer<W>, prefix: &str) -> McapResult<Channel<Log>> {
+    let message = Log { name: prefix.trim_start_matches('/').replace('/', "."), ..Log::default() };
+    Channel::add(writer, (Log::ROS_TYPE, Log::DEFINITION), format!("{prefix}/events"), message)
 }

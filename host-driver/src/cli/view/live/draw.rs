@@ -16,6 +16,9 @@ const LABEL_WIDTH: u16 = 24;
 /// Least full scale of the picture of the last pressures, kPa.
 const SMALLEST_SCALE_KPA: f64 = 50.0;
 
+/// Fits into 80 columns.
+const KEYS: &str = "v or Space vent all   r release   q or Ctrl-C end   up/down other boards";
+
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let [head, boards, events, foot] = Layout::vertical([
         Constraint::Length(3),
@@ -29,8 +32,12 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let newest: Vec<_> = model.events().rev().take(usize::from(EVENT_LINES)).collect();
     let lines: Vec<_> = newest.into_iter().rev().map(|event| Line::raw(event.as_str())).collect();
     frame.render_widget(Paragraph::new(lines).style(Style::new().fg(Color::Yellow)), events);
-    let keys = "q quit (boards go to 0 kPa)   v vent all   up/down other boards   bar: pressure, │ command; right: last pressures";
-    frame.render_widget(Paragraph::new(keys).style(Style::new().add_modifier(Modifier::DIM)), foot);
+    let keys = match model.question {
+        Some(question) => Paragraph::new(super::words(question, &model.session))
+            .style(Style::new().fg(Color::Yellow).add_modifier(Modifier::REVERSED)),
+        None => Paragraph::new(KEYS).style(Style::new().add_modifier(Modifier::DIM)),
+    };
+    frame.render_widget(keys, foot);
 }
 
 fn summary(model: &Model) -> Vec<Line<'static>> {
@@ -45,7 +52,7 @@ fn summary(model: &Model) -> Vec<Line<'static>> {
     let mut lines =
         vec![Line::from(vec![Span::styled("PneuDrive", bold), Span::raw(first)]), Line::styled(rate, bold)];
     if model.session.overriding.commanding() == Commanding::Vented {
-        lines[0].push_span(Span::styled("  VENTED", bold.fg(Color::Red)));
+        lines[0].push_span(Span::styled("  VENTED (r releases)", bold.fg(Color::Red)));
     }
     if let Some(statistics) = &model.statistics {
         let cycle = &statistics.cycle_us;
@@ -93,7 +100,13 @@ fn title(board: &BoardRow, model: &Model) -> String {
         BoardState::Missing => "MISSING",
     };
     let figures = model.statistics.as_ref().and_then(|s| s.boards.iter().find(|b| b.board == board.board));
-    let figures = figures.map_or_else(String::new, |b| format!(", {} answered, {} lost", b.answered, b.lost));
+    let figures = figures.map_or_else(String::new, |b| {
+        let without = match b.rows_without_reading {
+            0 => String::new(),
+            rows => format!(", {rows} rows without a reading"),
+        };
+        format!(", {} answered, {} lost{without}", b.answered, b.lost)
+    });
     let age = match board.reading.map(|reading| reading.age_ns(model.now_ns)) {
         Some(age_ns) if age_ns > Model::OLD_NS => format!(", last seen {:.1} s ago", age_ns as f64 * 1e-9),
         _ => String::new(),
@@ -164,13 +177,25 @@ mod tests {
 
     fn screen(now_ns: u64, width: u16, height: u16) -> String {
         let overriding = Override::following(1);
-        let session =
-            Session { port: "sim".into(), recording: Some("run.csv".into()), clock: Clock, overriding };
+        let session = Session {
+            port: "sim".into(),
+            recording: Some("run.csv".into()),
+            clock: Clock,
+            overriding,
+            keep_running: false,
+        };
         let mut model = Model::new(session);
         let command = [SensorScale::ORIGINAL.counts(344.7).unwrap(); CHANNELS];
         let reading = Reading { counts: [Counts::MIN; 4], kpa: [100.0, 200.0, 300.0, 689.0], asked_ns: 0 };
         let state = if now_ns > Model::OLD_NS { BoardState::Missing } else { BoardState::Present };
-        let board = BoardRow { board: 0, command, outcome: Outcome::Fresh, reading: Some(reading), state };
+        let board = BoardRow {
+            board: 0,
+            command,
+            wanted: command,
+            outcome: Outcome::Fresh,
+            reading: Some(reading),
+            state,
+        };
         for cycle in [0, 500] {
             let since_start_ns = cycle * 1_000_000;
             let snapshot = Snapshot { cycle: Some(cycle), at_ns: 0, since_start_ns, boards: vec![board] };

@@ -1,4 +1,4 @@
-use super::Session;
+use super::{Question, Session};
 use pneudrive_host::poller::Snapshot;
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::CHANNELS;
@@ -10,6 +10,8 @@ pub struct Model {
     pub snapshot: Snapshot,
     pub statistics: Option<Statistics>,
     pub now_ns: u64,
+    /// What the user has been asked.
+    pub question: Option<Question>,
     /// First board shown, for buses with more boards than the screen has room for.
     pub first_board: usize,
     /// Pressures of each board's channels at each picture, kPa; `None` where the board had not answered lately.
@@ -34,6 +36,7 @@ impl Model {
             snapshot: Snapshot::default(),
             statistics: None,
             now_ns: 0,
+            question: None,
             first_board: 0,
             history: Vec::new(),
             progress: VecDeque::new(),

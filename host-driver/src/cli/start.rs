@@ -1,0 +1,80 @@
+//! What is checked and said before a run starts.
+
+use crate::cli::args::{BusArgs, RunArgs};
+use crate::cli::failure::Failure;
+use crate::cli::view::Events;
+use pneudrive_host::notices::{Notice, NoticeKind};
+use pneudrive_host::poller::Limits;
+use pneudrive_host::record::Description;
+use pneudrive_host::rig::Rig;
+use std::path::Path;
+
+/// Refuses to replace a file that is read, under whatever name.
+pub fn not_read_from(record: &Path, run: &RunArgs) -> Result<(), Failure> {
+    use std::os::unix::fs::MetadataExt;
+    let identity = |path: &Path| path.metadata().ok().map(|status| (status.dev(), status.ino()));
+    let written = identity(record);
+    for (option, path) in [("--trajectory", &run.trajectory), ("--rig", &run.limits.rig)] {
+        if let (Some(written), Some(path)) = (written, path)
+            && identity(path) == Some(written)
+        {
+            return Err(Failure::input(format!(
+                "--record {}: it is the file of {option} {}, which would be lost; choose another name",
+                record.display(),
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What recordings say of the run.
+pub fn description(
+    args: &BusArgs,
+    run: &RunArgs,
+    devices: u16,
+    rig: Option<&Rig>,
+    limits: &Limits,
+) -> Description {
+    let command_line: Vec<_> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let name = |path: &Path| path.to_string_lossy().into_owned();
+    let mut description = Description::default()
+        .with("command_line", command_line)
+        .with("port", args.port.as_deref().map(name))
+        .with("baud", args.baud)
+        .with("rate_hz", run.rate);
+    if *limits != Limits::default() {
+        // One who is not limited has an infinite limit, which is null in JSON.
+        let of = |board| limits.of(board).map(|limit| (limit.max_kpa, limit.max_rate_kpa_s));
+        let boards: Vec<_> = (0..=u8::MAX).take(usize::from(devices)).map(of).collect();
+        let max_kpa: Vec<_> = boards.iter().map(|board| board.map(|limit| limit.0)).collect();
+        let max_rate: Vec<_> = boards.iter().map(|board| board.map(|limit| limit.1)).collect();
+        description = description.with("max_kpa", max_kpa).with("max_rate_kpa_s", max_rate);
+    }
+    if let Some(rig) = rig {
+        description =
+            description.with("rig_file", run.limits.rig.as_deref().map(name)).with("rig", &rig.text);
+    }
+    description
+}
+
+/// Says why the boards may not do at once what they are commanded.
+#[cfg_attr(
+    not(feature = "sim"),
+    allow(unused_variables, reason = "only virtual boards were just powered up")
+)]
+pub fn tell(args: &BusArgs, first_row_s: Option<f64>, events: &Events) {
+    let happened = |text: String| events.happened(Notice::new(NoticeKind::Information, text));
+    #[cfg(feature = "sim")]
+    if super::connect::is_sim(args) {
+        let seconds = super::sim::power_up_vent_s();
+        happened(format!(
+            "the virtual boards vent for {seconds} s after power-up, then follow their commands"
+        ));
+    }
+    if let Some(seconds) = first_row_s.filter(|&seconds| seconds > 0.0) {
+        happened(format!(
+            "the trajectory begins at {seconds:.3} s; --from-first-row begins with its first row at once"
+        ));
+    }
+}

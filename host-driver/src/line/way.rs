@@ -1,0 +1,133 @@
+//! Which way of waiting for an answer is the fastest on this machine, found by trying.
+
+/// A way of waiting for an answer, the cheapest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// The kernel wakes the thread.
+    Sleep,
+    /// The thread sleeps until shortly before the answer is due, and looks from then on.
+    LookWhenDue,
+    /// The thread looks from the request on. It keeps its core awake, which on a virtual machine or with a deep idle state saves
+    /// more than a wake-up: the kernel's own threads, which carry a pty's or an adapter's bytes, start sooner too.
+    Look,
+}
+
+/// The ways, tried in turn on the first answers.
+#[derive(Debug, Clone)]
+pub(super) struct Trial {
+    /// How long answers took, ns, by way.
+    delays_ns: [Vec<u64>; 3],
+    chosen: Option<Way>,
+}
+
+impl Default for Trial {
+    fn default() -> Self {
+        Self { delays_ns: [const { Vec::new() }; 3], chosen: None }
+    }
+}
+
+impl Trial {
+    /// Answers to a turn, of which the second half counts: how soon cores wake up follows from how long they slept lately.
+    const TURN: usize = 128;
+    /// Turns of each way; their order takes slow changes of the machine out of the comparison.
+    const TURNS: usize = 3;
+    /// What a dearer way has to save to be chosen: less is within what one trial and the next differ by.
+    const WORTHWHILE: f64 = 0.02;
+    const WAYS: [Way; 3] = [Way::Sleep, Way::LookWhenDue, Way::Look];
+
+    /// How to wait for the next answer.
+    pub(super) fn way(&self) -> Way {
+        self.chosen.unwrap_or_else(|| Self::WAYS[self.turn()])
+    }
+
+    fn turn(&self) -> usize {
+        let seen: usize = self.delays_ns.iter().map(Vec::len).sum();
+        seen / Self::TURN % Self::WAYS.len()
+    }
+
+    /// An answer was complete so long after its request, ns.
+    pub(super) fn seen(&mut self, delay_ns: u64) {
+        if self.chosen.is_some() {
+            return;
+        }
+        let turn = self.turn();
+        self.delays_ns[turn].push(delay_ns);
+        if self.delays_ns.iter().all(|delays| delays.len() == Self::TURN * Self::TURNS) {
+            let usual = std::mem::take(&mut self.delays_ns).map(usual_delay);
+            self.chosen = Some(Self::best(usual));
+            log::debug!(
+                "answers by way of waiting, us: {:?}; chosen: {:?}",
+                usual.map(|ns| ns / 1e3),
+                self.chosen
+            );
+        }
+    }
+
+    fn best(usual_ns: [f64; 3]) -> Way {
+        let mut best = 0;
+        for dearer in 1..usual_ns.len() {
+            if usual_ns[dearer] < (1.0 - Self::WORTHWHILE) * usual_ns[best] {
+                best = dearer;
+            }
+        }
+        Self::WAYS[best]
+    }
+}
+
+/// Half of the answers that count came sooner.
+#[expect(clippy::cast_precision_loss, reason = "nanoseconds of an exchange, far below 2^53")]
+fn usual_delay(delays_ns: Vec<u64>) -> f64 {
+    let settled = delays_ns.into_iter().enumerate().filter(|(n, _)| n % Trial::TURN >= Trial::TURN / 2);
+    let mut delays_ns: Vec<u64> = settled.map(|(_, ns)| ns).collect();
+    delays_ns.sort_unstable();
+    delays_ns[delays_ns.len() / 2] as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Trial, Way};
+
+    /// What a trial chooses on a machine where answers take so long, ns, by way, and every tenth ten times as long.
+    fn choice(delay_ns: [u64; 3]) -> (Option<Way>, usize) {
+        let mut trial = Trial::default();
+        let mut answers = 0;
+        while trial.chosen.is_none() && answers < 10_000 {
+            let ns = delay_ns[trial.way() as usize];
+            trial.seen(if answers % 10 == 0 { 10 * ns } else { ns });
+            answers += 1;
+        }
+        (trial.chosen, answers)
+    }
+
+    #[test]
+    fn the_way_with_the_soonest_answers_is_kept() {
+        assert_eq!(choice([250_000, 240_000, 228_000]).0, Some(Way::Look));
+        assert_eq!(choice([250_000, 228_000, 229_000]).0, Some(Way::LookWhenDue));
+        assert_eq!(choice([228_000, 230_000, 260_000]).0, Some(Way::Sleep));
+    }
+
+    #[test]
+    fn the_first_answers_of_a_turn_do_not_count() {
+        let mut trial = Trial::default();
+        let mut of_this_turn = (trial.way(), 0);
+        while trial.chosen.is_none() {
+            let way = trial.way();
+            of_this_turn = if of_this_turn.0 == way { (way, of_this_turn.1 + 1) } else { (way, 0) };
+            // Looking is slow at first, and the fastest once the cores are awake.
+            let looking = if of_this_turn.1 < 40 { 300_000 } else { 226_000 };
+            trial.seen(if way == Way::Look { looking } else { 245_000 });
+        }
+        assert_eq!(trial.chosen, Some(Way::Look));
+    }
+
+    #[test]
+    fn a_core_is_not_spent_on_less_than_two_percent() {
+        assert_eq!(choice([230_000, 228_000, 226_500]).0, Some(Way::Sleep));
+    }
+
+    #[test]
+    fn it_is_over_within_1200_answers() {
+        let (_, answers) = choice([250_000, 240_000, 228_000]);
+        assert!(answers <= 1200, "{answers}");
+    }
+}

@@ -1,0 +1,209 @@
+//! What happens in a run, in a sentence and a word: for people, and for the events of a recording.
+
+use crate::bus::OpenBusError;
+use crate::line::{LineError, OpenError};
+use crate::poller::{BoardCommand, BoardState, Event};
+use pneudrive_protocol::{CHANNELS, SensorScale};
+use std::collections::BTreeSet;
+
+/// Something that happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Notice {
+    /// What sort of thing.
+    pub kind: NoticeKind,
+    /// The board's number, where it is about one.
+    pub board: Option<u8>,
+    /// A sentence for people.
+    pub text: String,
+}
+
+/// What sort of thing happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum NoticeKind {
+    /// A board does not answer any more.
+    BoardMissing,
+    /// It answers again.
+    BoardBack,
+    /// The line failed.
+    LineLost,
+    /// The line cannot be opened yet.
+    LineNotBack,
+    /// The line is back.
+    LineBack,
+    /// The host stood still.
+    Stalled,
+    /// Nobody renews the commands.
+    CommandsStale,
+    /// The commands are renewed again.
+    CommandsBack,
+    /// A set point is sent one count lower than it was given.
+    CommandLowered,
+    /// 0 kPa is commanded to all boards until somebody releases them.
+    Vented,
+    /// The boards were released.
+    Released,
+    /// Something was done from the page.
+    Page,
+    /// Something was done from the keyboard.
+    Key,
+    /// About a recording.
+    Recording,
+    /// Boards did not confirm the final 0 kPa.
+    NotSafe,
+    /// Anything else that people are told.
+    Information,
+    /// The run ended; the text begins with the reason's word.
+    End,
+}
+
+impl NoticeKind {
+    /// Its name in recordings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BoardMissing => "board_missing",
+            Self::BoardBack => "board_back",
+            Self::LineLost => "line_lost",
+            Self::LineNotBack => "line_not_back",
+            Self::LineBack => "line_back",
+            Self::Stalled => "stalled",
+            Self::CommandsStale => "commands_stale",
+            Self::CommandsBack => "commands_back",
+            Self::CommandLowered => "command_lowered",
+            Self::Vented => "vented",
+            Self::Released => "released",
+            Self::Page => "page",
+            Self::Key => "key",
+            Self::Recording => "recording",
+            Self::NotSafe => "not_safe",
+            Self::Information => "information",
+            Self::End => "end",
+        }
+    }
+
+    /// Whether somebody should look after it.
+    pub fn is_warning(self) -> bool {
+        matches!(
+            self,
+            Self::BoardMissing
+                | Self::LineLost
+                | Self::LineNotBack
+                | Self::Stalled
+                | Self::CommandsStale
+                | Self::NotSafe
+        )
+    }
+}
+
+impl Notice {
+    /// About the run.
+    pub fn new(kind: NoticeKind, text: impl Into<String>) -> Self {
+        Self { kind, board: None, text: text.into() }
+    }
+}
+
+/// Turns the events of one bus into notices. One lost answer is none: a board becomes news when it
+/// stays away, and when it comes back.
+#[derive(Debug, Clone, Default)]
+pub struct Narrator {
+    /// Boards that have been reported missing.
+    missing: BTreeSet<u8>,
+}
+
+impl Narrator {
+    /// What there is to say about `event`, if anything.
+    pub fn notice(&mut self, event: &Event<'_>) -> Option<Notice> {
+        let new = |kind, text: String| Some(Notice::new(kind, text));
+        match event {
+            Event::Board { board, state: BoardState::Missing, error } if self.missing.insert(*board) => {
+                let why = error.map_or_else(String::new, |error| format!(" ({error})"));
+                let text = format!("board {board} is missing{why}");
+                Some(Notice { kind: NoticeKind::BoardMissing, board: Some(*board), text })
+            }
+            Event::Board { board, state: BoardState::Present, .. } if self.missing.remove(board) => {
+                let text = format!("board {board} answers again");
+                Some(Notice { kind: NoticeKind::BoardBack, board: Some(*board), text })
+            }
+            Event::LineLost { error, holding } => new(NoticeKind::LineLost, line_lost(error, holding)),
+            Event::CommandLowered { board, wanted, sent } => {
+                let text = lowered(*board, wanted, sent);
+                Some(Notice { kind: NoticeKind::CommandLowered, board: Some(*board), text })
+            }
+            Event::LineNotBack { error: OpenBusError::Port(OpenError::NotFound { .. }) } => None,
+            Event::LineNotBack { error } => {
+                new(NoticeKind::LineNotBack, format!("the port cannot be used yet: {error}"))
+            }
+            Event::LineBack { gone_ns } => new(
+                NoticeKind::LineBack,
+                format!("the port is back after {:.1} s, polling goes on", seconds(*gone_ns)),
+            ),
+            Event::Stalled { by_ns } => new(
+                NoticeKind::Stalled,
+                format!(
+                    "the host stood still for {:.1} s: it was stopped, or the machine is overloaded",
+                    seconds(*by_ns)
+                ),
+            ),
+            Event::CommandsStale => {
+                new(NoticeKind::CommandsStale, "nobody renews the commands: 0 kPa is commanded".to_owned())
+            }
+            Event::CommandsBack => new(NoticeKind::CommandsBack, "the commands are renewed again".to_owned()),
+            Event::Vented => {
+                new(NoticeKind::Vented, "0 kPa is commanded to all boards until they are released".to_owned())
+            }
+            Event::Released => new(NoticeKind::Released, "the boards are released".to_owned()),
+            _ => None,
+        }
+    }
+}
+
+fn line_lost(error: &LineError, holding: &[u8]) -> String {
+    if holding.is_empty() {
+        return format!("{error}; waiting for it to come back, the boards vent by their own command timeout");
+    }
+    let boards: Vec<_> = holding.iter().map(u8::to_string).collect();
+    format!(
+        "{error}; waiting for it to come back. WARNING: board(s) {} may be of the original kind, which has no command timeout, and \
+         may stay under pressure",
+        boards.join(", ")
+    )
+}
+
+fn lowered(board: u8, wanted: &BoardCommand, sent: &BoardCommand) -> String {
+    let scale = SensorScale::ORIGINAL;
+    let [wanted, sent] = [wanted, sent].map(|command| command[CHANNELS - 1]);
+    format!(
+        "the set point of channel 3 of board {board} ({:.1} kPa, {} counts) is sent as {} counts ({:.1} kPa), because board 0 may be \
+         of the original kind and would take it for its address; the same holds for 255, 511, 767 and 1023 counts on channel 3 of \
+         every board",
+        scale.kpa(wanted),
+        wanted.get(),
+        sent.get(),
+        scale.kpa(sent),
+    )
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_is_news_when_it_stays_away_and_when_it_is_back() {
+        let mut narrator = Narrator::default();
+        let mut tell = |state| {
+            let notice = narrator.notice(&Event::Board { board: 2, state, error: None });
+            notice.map(|notice| (notice.kind.name(), notice.board, notice.text))
+        };
+        assert_eq!(tell(BoardState::Present), None);
+        assert_eq!(tell(BoardState::Doubtful), None);
+        let missing = ("board_missing", Some(2), "board 2 is missing".to_owned());
+        assert_eq!(tell(BoardState::Missing), Some(missing));
+        assert_eq!(tell(BoardState::Missing), None, "once");
+        let back = ("board_back", Some(2), "board 2 answers again".to_owned());
+        assert_eq!(tell(BoardState::Present), Some(back));
+    }
+}

@@ -1,0 +1,34 @@
+//! Files as they are stored: plain, compressed, or bags, told apart by their first bytes.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+
+/// An open file.
+pub(crate) enum Stored {
+    /// Text, decompressed.
+    Text(Box<dyn Read>),
+    /// MCAP.
+    Bag(Box<dyn Read>),
+}
+
+const GZIP: &[u8] = &[0x1f, 0x8b];
+const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+const MCAP: &[u8] = b"\x89MCAP0\r\n";
+
+impl Stored {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
+        let mut stored = BufReader::new(File::open(path)?);
+        let head = stored.fill_buf()?;
+        let (gzip, zstd, bag) = (head.starts_with(GZIP), head.starts_with(ZSTD), head.starts_with(MCAP));
+        Ok(if bag {
+            Self::Bag(Box::new(stored))
+        } else if gzip {
+            Self::Text(Box::new(flate2::bufread::MultiGzDecoder::new(stored)))
+        } else if zstd {
+            Self::Text(Box::new(zstd::stream::read::Decoder::with_buffer(stored)?))
+        } else {
+            Self::Text(Box::new(stored))
+        })
+    }
+}

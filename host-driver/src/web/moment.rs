@@ -1,0 +1,98 @@
+//! A poller's newest row as the page shows it.
+
+use crate::poller::{BoardRow, BoardState, Commanding, Override, OverrideError, Snapshot};
+use pneudrive_page::{BoardMoment, Moment, ReadingMoment, Refusal};
+use pneudrive_protocol::{Counts, SensorScale};
+
+/// The newest cycle at `now_ns` on the clock of its rows; `None` before the first.
+pub(super) fn of(
+    snapshot: &Snapshot,
+    now_ns: u64,
+    scale: SensorScale,
+    overriding: &Override,
+) -> Option<Moment> {
+    Some(Moment {
+        cycle: snapshot.cycle?,
+        since_start_ns: snapshot.since_start_ns,
+        age_ns: now_ns.saturating_sub(snapshot.at_ns),
+        commanding: commanding(overriding),
+        release_returns: overriding.returns(),
+        boards: snapshot.boards.iter().map(|row| board(row, now_ns, scale)).collect(),
+    })
+}
+
+/// Whose commands the boards get, in the page's words.
+pub(super) fn commanding(overriding: &Override) -> pneudrive_page::Commanding {
+    match overriding.commanding() {
+        Commanding::Following => pneudrive_page::Commanding::Trajectory,
+        Commanding::Vented => pneudrive_page::Commanding::Vented,
+        Commanding::Manual => pneudrive_page::Commanding::SetPoints,
+    }
+}
+
+/// Why a set point was not taken.
+pub(super) fn refusal(error: &OverrideError) -> Refusal {
+    match error {
+        OverrideError::Vented | OverrideError::Following => Refusal::Conflict(error.to_string()),
+        OverrideError::AboveLimit(_)
+        | OverrideError::NoSuchBoard(_)
+        | OverrideError::NoSuchChannel { .. } => Refusal::Unusable(error.to_string()),
+    }
+}
+
+fn board(row: &BoardRow, now_ns: u64, scale: SensorScale) -> BoardMoment {
+    // The count of 0 kPa lies a little below it; a command below 0 does not exist.
+    let command = |counts: Counts| scale.kpa(counts).max(0.0);
+    BoardMoment {
+        state: match row.state {
+            BoardState::Unseen => pneudrive_page::BoardState::Unseen,
+            BoardState::Present => pneudrive_page::BoardState::Present,
+            BoardState::Doubtful => pneudrive_page::BoardState::Doubtful,
+            BoardState::Missing => pneudrive_page::BoardState::Missing,
+        },
+        command_kpa: row.command.map(command),
+        target_kpa: row.wanted.map(command),
+        reading: row.reading.map(|reading| ReadingMoment {
+            age_ns: reading.age_ns(now_ns),
+            kpa: reading.kpa,
+            // Boards answer the first or the last code for a sensor that cannot be right.
+            faulty: reading.counts.map(|counts| [Counts::MIN, Counts::MAX].contains(&counts)),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::poller::{Outcome, Reading, VENTED};
+
+    #[test]
+    fn commands_set_points_and_pressures_in_kpa() {
+        let scale = SensorScale::ORIGINAL;
+        let counts = [102, 221, 0, 1023].map(|value| Counts::new(value).unwrap());
+        let row = BoardRow {
+            board: 0,
+            command: [Counts::ATMOSPHERE, Counts::saturating(221), VENTED[0], Counts::MAX],
+            wanted: [Counts::saturating(340), Counts::saturating(221), VENTED[0], Counts::MAX],
+            outcome: Outcome::Fresh,
+            reading: Some(Reading { counts, kpa: counts.map(|counts| scale.kpa(counts)), asked_ns: 1_000 }),
+            state: BoardState::Doubtful,
+        };
+        let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };
+        let overriding = Override::manual(&[VENTED]);
+        let moment = of(&snapshot, 1_500, scale, &overriding).unwrap();
+        assert_eq!((moment.cycle, moment.since_start_ns, moment.age_ns), (7, 800, 600));
+        assert_eq!(moment.commanding, pneudrive_page::Commanding::SetPoints);
+        let board = moment.boards[0];
+        assert_eq!(board.state, pneudrive_page::BoardState::Doubtful);
+        let tenths = |kpa: [f64; 4]| kpa.map(|kpa| (kpa * 10.0).round() as i32);
+        assert_eq!(tenths(board.command_kpa), [0, 998, 0, 7748]);
+        assert_eq!(tenths(board.target_kpa), [2000, 998, 0, 7748]);
+        let reading = board.reading.unwrap();
+        assert_eq!((reading.age_ns, reading.faulty), (500, [false, false, true, true]));
+        assert_eq!(tenths(reading.kpa)[1], 998);
+        overriding.vent();
+        assert_eq!(commanding(&overriding), pneudrive_page::Commanding::Vented);
+        assert!(of(&Snapshot::default(), 0, scale, &overriding).is_none(), "before the first cycle");
+    }
+}

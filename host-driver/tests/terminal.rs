@@ -1,0 +1,210 @@
+//! The program on a terminal: a real pty, which closes, and keys.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::poller::VENTED;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use std::fs::File;
+use std::io::{Read as _, Write as _};
+use std::os::fd::OwnedFd;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use support::counts;
+use support::pty::PtyBoards;
+
+/// Longer than anything here should take, on any machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A terminal of 80x24 characters with the program on it.
+struct Terminal {
+    keyboard: Option<File>,
+    screen: Arc<Mutex<vt100::Parser>>,
+    closes: Arc<AtomicBool>,
+    reader: Option<JoinHandle<()>>,
+    child: Child,
+}
+
+impl Terminal {
+    fn run(args: &[&str]) -> Self {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        grantpt(&master).unwrap();
+        unlockpt(&master).unwrap();
+        tcsetwinsize(&master, Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
+        let name = ptsname(&master, Vec::new()).unwrap();
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let slave: OwnedFd = rustix::fs::open(name.as_c_str(), flags, Mode::empty()).unwrap();
+        let stdio = || Stdio::from(slave.try_clone().unwrap());
+        let child = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"))
+            .args(args)
+            .env("TERM", "xterm-256color")
+            .stdin(stdio())
+            .stdout(stdio())
+            .stderr(stdio())
+            .spawn()
+            .unwrap();
+        let screen = Arc::new(Mutex::new(vt100::Parser::new(24, 80, 0)));
+        let closes = Arc::new(AtomicBool::new(false));
+        let keyboard = File::from(master);
+        let (output, shown, stop) = (keyboard.try_clone().unwrap(), Arc::clone(&screen), Arc::clone(&closes));
+        let reader = std::thread::spawn(move || read(output, &shown, &stop));
+        Self { keyboard: Some(keyboard), screen, closes, reader: Some(reader), child }
+    }
+
+    fn press(&mut self, keys: &str) {
+        self.keyboard.as_mut().unwrap().write_all(keys.as_bytes()).unwrap();
+    }
+
+    fn wait_for(&self, text: &str) {
+        let started = Instant::now();
+        loop {
+            let contents = self.screen.lock().unwrap().screen().contents();
+            if contents.contains(text) {
+                return;
+            }
+            assert!(started.elapsed() < PATIENCE, "{text:?} not in\n{contents}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Closes the window.
+    fn close(&mut self) {
+        self.closes.store(true, Ordering::Relaxed);
+        self.reader.take().map(JoinHandle::join);
+        self.keyboard = None;
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    fn end(&mut self) -> ExitStatus {
+        let started = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            if started.elapsed() > PATIENCE {
+                self.child.kill().unwrap();
+                panic!("the program did not end");
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        self.close();
+    }
+}
+
+/// Shows what the program writes, until the window closes.
+fn read(mut output: File, screen: &Mutex<vt100::Parser>, closes: &AtomicBool) {
+    let mut bytes = [0; 4096];
+    while !closes.load(Ordering::Relaxed) {
+        let mut files = [PollFd::new(&output, PollFlags::IN)];
+        let patience = Timespec { tv_sec: 0, tv_nsec: 20_000_000 };
+        if poll(&mut files, Some(&patience)).unwrap() == 0 {
+            continue;
+        }
+        let Ok(count @ 1..) = output.read(&mut bytes) else { return };
+        screen.lock().unwrap().process(&bytes[..count]);
+    }
+}
+
+/// Boards, and the arguments of a run that commands them 511 counts.
+fn boards() -> (PtyBoards, Vec<String>) {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let args = ["--port", &port, "--rate", "50", "--command", "343.9", "--late-us", "1000"];
+    let args = args.map(str::to_owned).to_vec();
+    (boards, args)
+}
+
+fn run(args: &[String], more: &[&str]) -> Terminal {
+    let all: Vec<&str> = args.iter().map(String::as_str).chain(more.iter().copied()).collect();
+    Terminal::run(&all)
+}
+
+#[test]
+fn a_terminal_that_closes_ends_the_run_with_the_boards_at_zero() {
+    for hang_ups in [0, 1, 3] {
+        let (boards, args) = boards();
+        let mut terminal = run(&args, &[]);
+        terminal.wait_for("board 0: present");
+        terminal.close();
+        // The kernel sends one, a shell one more to its jobs.
+        (0..hang_ups).for_each(|_| terminal.signal(Signal::HUP));
+        let status = terminal.end();
+        assert_eq!(status.code(), Some(0), "{hang_ups} hang-ups: {status}");
+        let commanded = boards.stop();
+        assert!(commanded.iter().any(|(_, command)| *command == counts(511)));
+        assert_vented(commanded.last().unwrap().1);
+    }
+}
+
+/// 0 kPa, or whatever the host ends with that is no more than that.
+fn assert_vented(command: [pneudrive_protocol::Counts; 4]) {
+    assert!(command.iter().zip(VENTED).all(|(counts, vented)| *counts <= vented), "{command:?}");
+}
+
+#[test]
+fn with_keep_running_it_goes_on_without_a_view_and_without_a_load() {
+    let (boards, args) = boards();
+    let mut terminal = run(&args, &["--keep-running"]);
+    terminal.wait_for("board 0: present");
+    terminal.close();
+    terminal.signal(Signal::HUP);
+    std::thread::sleep(Duration::from_millis(500));
+    let before = cpu_ticks(&terminal.child);
+    std::thread::sleep(Duration::from_secs(2));
+    assert!(terminal.child.try_wait().unwrap().is_none(), "it has ended");
+    // A loop that spins takes 200 ticks of 10 ms; 50 cycles a second take a few.
+    let ticks = cpu_ticks(&terminal.child) - before;
+    assert!(ticks < 50, "{ticks} ticks in 2 s");
+    terminal.signal(Signal::TERM);
+    assert_eq!(terminal.end().code(), Some(0));
+    assert_vented(boards.stop().last().unwrap().1);
+}
+
+/// Time on a core, in ticks of 10 ms.
+fn cpu_ticks(child: &Child) -> u64 {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    fields[11].parse::<u64>().unwrap() + fields[12].parse::<u64>().unwrap()
+}
+
+#[test]
+fn keys_vent_release_and_end() {
+    let (boards, args) = boards();
+    let mut terminal = run(&args, &[]);
+    terminal.wait_for("board 0: present");
+    terminal.press(" ");
+    terminal.wait_for("VENTED");
+    terminal.press("r");
+    terminal.wait_for("Release? Set points stay at 0 kPa.");
+    terminal.press("y");
+    terminal.wait_for("the boards are released");
+    terminal.press("\u{1b}");
+    terminal.wait_for("End the run?");
+    terminal.press("n");
+    terminal.wait_for("v or Space vent all");
+    terminal.press("\u{1b}");
+    terminal.wait_for("End the run?");
+    terminal.press("y");
+    assert_eq!(terminal.end().code(), Some(0));
+    let commanded = boards.stop();
+    let last_pressure = commanded.iter().rposition(|(_, command)| *command == counts(511)).unwrap();
+    assert!(last_pressure < commanded.len() - 1, "vented, and not back after the release");
+    assert_vented(commanded.last().unwrap().1);
+}
