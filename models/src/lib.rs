@@ -8,12 +8,40 @@
 //! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`fit`]: finding their parameters, and how well the data determine them;
 //! * [`experiment`]: the three models on one recording: fitted, judged, compared;
+//! * [`simulation`]: a recording simulated with what a fit or a diagnosis found;
 //! * [`effects`]: the catalogue of physical effects, and channels simulated with them;
 //! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
 //! * [`store`]: parameter files;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
-//! Nothing here reads a clock or prints; the binary `pneudrive-model` (`main.rs` and `cli/`) does.
+//! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing here prints; the binary
+//! `pneudrive-model` (`main.rs` and `cli/`) does.
+//!
+//! Four things that most callers want, each an example of its own (`cargo run -p pneudrive-model --example fit`):
+//!
+//! # Fit
+//!
+//! ```
+#![doc = include_str!("../examples/fit.rs")]
+//! ```
+//!
+//! # Simulate
+//!
+//! ```
+#![doc = include_str!("../examples/simulate.rs")]
+//! ```
+//!
+//! # Compare
+//!
+//! ```
+#![doc = include_str!("../examples/compare.rs")]
+//! ```
+//!
+//! # Diagnose
+//!
+//! ```
+#![doc = include_str!("../examples/diagnose.rs")]
+//! ```
 
 pub mod data;
 pub mod diagnosis;
@@ -25,4 +53,5 @@ pub mod numeric;
 pub mod report;
 pub mod rig;
 pub mod rollout;
+pub mod simulation;
 pub mod store;

@@ -87,6 +87,11 @@ fn drives_that_do_not_fit_together() {
 
 #[test]
 fn a_cell_that_is_no_number() {
+    // Rows are lines of the file, also behind the comments of a recording.
+    assert_message(
+        "# port: \"sim\"\n# rate_hz: 100.0\nt_s,b0_p0_kpa\n0,1\n# event: {\"t_s\":0.01}\n0.01,x\n",
+        "run.csv, row 6, column b0_p0_kpa: expected a number, found \"x\"; correct the cell, or leave it empty to have it masked",
+    );
     assert_message(
         "# a comment\nt_s,b0_p0_kpa\n0,1\n0.01,1;2\n",
         "run.csv, row 4, column b0_p0_kpa: expected a number, found \"1;2\"; correct the cell, or leave it empty to have it masked",

@@ -9,7 +9,7 @@ mod common;
 use cli::run;
 use common::Folder;
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
-use pneudrive_model::diagnosis::{Correction, ExtendedFile, Variable, diagnose};
+use pneudrive_model::diagnosis::{Correction, ExtendedFile, Request, Variable, diagnose};
 use pneudrive_model::rig::Rig;
 
 const RIG: &str = "[supply]\npressure_kpa = 550.0\n[chamber]\nradius_m = 0.024\nlength_m = 0.2\n\
@@ -107,7 +107,7 @@ fn what_a_diagnosis_measured_is_what_its_file_simulates() {
     let folder = Folder::new();
     folder.write("run.csv", regulator(6).as_bytes());
     let recording = load(&folder.path("run.csv"), LoadOptions::default()).unwrap().recording;
-    let diagnosis = diagnose(&recording, &Rig::default(), None, &|_, _| {}).unwrap();
+    let diagnosis = diagnose(&recording, &Rig::default(), Request::default(), &|_, _| {}).unwrap();
     let named: Vec<&str> = diagnosis.report.causes.iter().map(|c| c.effect.as_str()).collect();
     assert_eq!(named, ["transport_delay"], "{}", diagnosis.report.sentence);
     let mut extended = diagnosis.extended.clone();

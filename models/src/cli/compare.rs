@@ -6,7 +6,7 @@ use std::sync::Mutex;
 
 use pneudrive_model::data::{QualityReport, Source, write};
 use pneudrive_model::experiment::{
-    CompareSettings, Comparison, ModelKind, Origin, Split, compare, comparison_page, comparison_text,
+    CompareSettings, CompareWatch, Comparison, ModelKind, Origin, compare, comparison_page, comparison_text,
 };
 use pneudrive_model::fit::Control;
 use pneudrive_model::rig::Rig;
@@ -40,9 +40,6 @@ pub struct Args {
     fit: FitArgs,
 }
 
-/// Share of the recording that is fitted unless something else is said.
-const FIT_FRACTION: f64 = 0.8;
-
 #[derive(Serialize)]
 struct Output<'a> {
     schema: &'static str,
@@ -60,13 +57,11 @@ impl Args {
     pub fn run(self) -> Result<(), Failure> {
         let rig = self.input.load_rig()?;
         let loaded = self.input.load(&rig)?;
-        let mut models: Vec<ModelKind> = self.models.iter().map(|m| (*m).into()).collect();
-        if models.is_empty() {
-            models = ModelKind::ALL.to_vec();
-        }
+        let usual = CompareSettings::default();
+        let models: Vec<ModelKind> = self.models.iter().map(|m| (*m).into()).collect();
         let settings = CompareSettings {
-            models,
-            split: self.split.split().unwrap_or(Split::FitFraction(FIT_FRACTION)),
+            models: if models.is_empty() { usual.models } else { models },
+            split: self.split.split().unwrap_or(usual.split),
             objective: self.fit.objective(),
             controller: self.setup.controller.into(),
             drive: self.setup.drive.into(),
@@ -93,7 +88,8 @@ impl Args {
         };
         let progress = |p| with_bar(&|bar| bar.set(p));
         let control = Control { progress: &progress, cancel };
-        let comparison = compare(&loaded.recording, &rig, &settings, control, &origin::seconds, &announce)?;
+        let watch = CompareWatch { control, clock: &origin::seconds, announce: &announce };
+        let comparison = compare(&loaded.recording, &rig, &settings, watch)?;
         with_bar(&FitBar::finish);
 
         println!("{}", comparison_text(&comparison));

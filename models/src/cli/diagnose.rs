@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, write};
 use pneudrive_model::diagnosis::{
-    Diagnosis, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, diagnose_with, page,
+    Diagnosis, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, diagnose, page,
 };
 use pneudrive_model::report::Table;
 use pneudrive_model::rig::Rig;
@@ -67,7 +67,7 @@ impl Args {
         };
         let pair = reference.as_ref().map(|file| (name.as_str(), file));
         let request = Request { reference: pair, highest_kpa: self.highest_kpa };
-        let mut diagnosis = diagnose_with(&recording, &rig, request, &progress).map_err(Failure::input)?;
+        let mut diagnosis = diagnose(&recording, &rig, request, &progress).map_err(Failure::input)?;
         if let Some(bar) = &spinner {
             bar.finish_and_clear();
         }

@@ -5,6 +5,7 @@ use pneudrive_model::data::import::ImportError;
 use pneudrive_model::experiment::{CompareError, FitChannelsError, SplitError};
 use pneudrive_model::report::PlotError;
 use pneudrive_model::rig::{InputError, RigError};
+use pneudrive_model::simulation::SimulationError;
 use pneudrive_model::store::StoreError;
 
 /// A failed command: what to print and the exit status.
@@ -94,6 +95,17 @@ impl From<FitChannelsError> for Failure {
 impl From<CompareError> for Failure {
     fn from(error: CompareError) -> Self {
         Self::input(error)
+    }
+}
+
+impl From<SimulationError> for Failure {
+    fn from(error: SimulationError) -> Self {
+        match error {
+            SimulationError::Parameters(error) => error.into(),
+            SimulationError::Recording(error) => error.into(),
+            SimulationError::RunsAway { .. } => Self::running(error),
+            SimulationError::Extended(_) | SimulationError::Inputs(_) => Self::input(error),
+        }
     }
 }
 

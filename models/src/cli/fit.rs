@@ -67,7 +67,8 @@ impl Args {
             form: self.setup.form(),
             fit: self.fit.options(self.profiles),
         };
-        let ranges = settings.ranges(recording)?;
+        // Before the progress bar: what cannot be divided is said at once.
+        settings.ranges(recording)?;
         let cancel = interrupt::watch()?;
         let bar = FitBar::new(format!(
             "fitting the {} model to {} channel(s)",
@@ -80,11 +81,10 @@ impl Args {
         let fitted = fit_channels(recording, &rig, &settings, control)?;
         bar.finish();
         let fit_s = origin::seconds() - began;
-        let rows = &ranges[0];
-        let fit_seconds = recording.time_s[rows.end - 1] - recording.time_s[rows.start];
         let stopped = cancel.load(std::sync::atomic::Ordering::SeqCst);
-        let provenance = origin::provenance(&recording.source, self.input.rig.as_deref());
-        let file = ParameterFile::of(provenance, rig, &settings, &fitted, (fit_seconds, stopped));
+        let mut file = ParameterFile::of(recording, &rig, &settings, &fitted)?;
+        file.provenance = origin::provenance(&recording.source, self.input.rig.as_deref());
+        file.settings.stopped = stopped;
         let outputs: BTreeMap<ChannelId, FittedChannel> =
             fitted.into_iter().map(|f| (f.channel, f)).collect();
         print(&outputs);

@@ -73,7 +73,9 @@ pub(crate) fn read(file: &str, text: &mut dyn Read, plan: &mut ReadPlan<'_>) -> 
         if let Some(error) = pending {
             return Err(error);
         }
-        line = record.position().map_or(line + 1, csv::Position::line);
+        // The reader takes comments above a row for a part of it.
+        let begin = record.position().map_or(line + 1, csv::Position::line);
+        line = begin.max(reader.position().line().saturating_sub(1));
         if record.len() != header.width {
             let (expected, found) = (header.width, record.len());
             let ragged = DataError::Ragged { file: file.to_owned(), line, expected, found };

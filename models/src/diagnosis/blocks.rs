@@ -71,3 +71,61 @@ pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
     }
     blocks
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::channel;
+    use super::*;
+    use std::sync::Arc;
+
+    /// Rows at 100 Hz, with starts at some of them.
+    fn inputs(rows: usize, starts: &[usize]) -> ChannelInputs {
+        let (data, _) = channel(false);
+        ChannelInputs {
+            time_s: (0..rows).map(|k| 0.01 * k as f64).collect(),
+            duration_s: 0.01 * (rows - 1) as f64,
+            starts: Arc::from(starts),
+            ..data.inputs
+        }
+    }
+
+    fn count(blocks: &[Block], role: Role) -> usize {
+        blocks.iter().filter(|b| b.role == role).count()
+    }
+
+    #[test]
+    fn half_of_the_blocks_fit_and_a_quarter_each_select_and_test() {
+        let blocks = split(&inputs(24_000, &[0]));
+        assert_eq!(blocks.len(), 48);
+        assert_eq!([Role::Fit, Role::Select, Role::Test].map(|role| count(&blocks, role)), [24, 12, 12]);
+        // All three in every third of the recording: what changes slowly is in all of them.
+        for third in blocks.chunks(16) {
+            assert_eq!([Role::Fit, Role::Select, Role::Test].map(|role| count(third, role)), [8, 4, 4]);
+        }
+    }
+
+    #[test]
+    fn blocks_cover_all_rows_without_overlap_and_compare_all_but_a_gap() {
+        let blocks = split(&inputs(24_000, &[0]));
+        assert_eq!((blocks[0].start, blocks[blocks.len() - 1].end), (0, 24_000));
+        assert!(blocks.windows(2).all(|pair| pair[0].end == pair[1].start));
+        // Five seconds each; the first forgets its start longer.
+        assert!(blocks.iter().all(|b| b.end - b.start == 500));
+        assert_eq!((blocks[0].compared - blocks[0].start, blocks[1].compared - blocks[1].start), (125, 30));
+    }
+
+    #[test]
+    fn no_block_crosses_a_start_and_a_short_rest_is_left_out() {
+        // Stretches of 10.5 s and 109.5 s in blocks of 5 s: half a second is too little, 4.5 s are not.
+        let blocks = split(&inputs(12_000, &[0, 1050]));
+        assert_eq!(blocks.iter().filter(|b| b.start < 1050).map(|b| b.end).collect::<Vec<_>>(), [500, 1000]);
+        let second: Vec<&Block> = blocks.iter().filter(|b| b.start >= 1050).collect();
+        assert_eq!((second[0].start, second[0].compared), (1050, 1175));
+        assert_eq!((second[second.len() - 1].start, second[second.len() - 1].end), (11_550, 12_000));
+    }
+
+    #[test]
+    fn short_recordings_have_short_blocks() {
+        assert_eq!([10.0, 60.0, 1000.0].map(block_length_s), [1.0, 2.5, 5.0]);
+    }
+}

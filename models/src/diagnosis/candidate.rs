@@ -171,3 +171,59 @@ pub fn bootstrap(a: &[f64], b: &[f64], run: usize, statistic: impl Fn(f64, f64) 
     values.sort_by(f64::total_cmp);
     [0.025, 0.05, 0.5, 0.95, 0.975].map(|q| quantile(&values, q))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{channel, measured, with};
+    use super::*;
+    use crate::effects::catalogue::index_of;
+
+    #[test]
+    fn a_bootstrap_of_equal_blocks_is_certain_and_one_of_different_blocks_is_not() {
+        assert_eq!(bootstrap(&[2.0; 12], &[1.0; 12], 1, |a, b| 1.0 - b / a), [0.5; 5]);
+        let a: Vec<f64> = (0..40).map(|k| 1.0 + 0.5 * f64::from(k % 4)).collect();
+        let quantiles = bootstrap(&a, &[1.0; 40], 1, |a, b| (a - b) / 40.0);
+        assert!(quantiles.windows(2).all(|pair| pair[0] < pair[1]), "{quantiles:?}");
+        // The mean is 0.75; the standard deviation of the blocks 0.56, that of the mean 0.088.
+        let half = 0.5 * (quantiles[4] - quantiles[0]);
+        assert!(
+            (quantiles[2] - 0.75).abs() < 0.03 && (half / (1.96 * 0.088) - 1.0).abs() < 0.15,
+            "{quantiles:?}"
+        );
+    }
+
+    /// Two channels of which the first has a lag of this size and the second another, each with its noise.
+    fn refitted(lags: [f64; 2]) -> (Candidate, usize) {
+        let (data, base) = channel(false);
+        let lag = index_of("valve_lag").unwrap();
+        let channels: Vec<ChannelData> = lags
+            .iter()
+            .zip(0..)
+            .map(|(&size, seed)| measured(data.clone(), &with(&data, &base, "valve_lag", &[size]), seed))
+            .collect();
+        let stages: Vec<ChannelStage> =
+            channels.iter().map(|data| ChannelStage::new(data, base.clone(), (0..7).collect())).collect();
+        let trials: Vec<Vec<Trial>> = channels
+            .iter()
+            .zip(&stages)
+            .map(|(data, stage)| super::super::probe::Probing::new(data, stage).try_effect(lag, &|| None))
+            .collect();
+        (refit_effect(&channels, &stages, &trials, lag, None, 20), lag)
+    }
+
+    #[test]
+    fn an_effect_is_refitted_where_it_acts_and_left_away_where_it_does_not() {
+        let (candidate, lag) = refitted([0.02, 0.0]);
+        assert_eq!(candidate.acts, [true, false]);
+        let (data, _) = channel(false);
+        let sizes: Vec<f64> = candidate.models.iter().map(|model| size(&data, model, lag)).collect();
+        assert!((sizes[0] / 0.02 - 1.0).abs() < 0.05 && sizes[1] == 0.0, "{sizes:?}");
+    }
+
+    #[test]
+    fn a_trace_beside_a_large_size_does_not_count_and_the_same_size_everywhere_does() {
+        // A fortieth of the other's size is below what is worth a name, 2.5 ms.
+        assert_eq!(refitted([0.04, 0.001]).0.acts, [true, false]);
+        assert_eq!(refitted([0.02, 0.02]).0.acts, [true, true]);
+    }
+}

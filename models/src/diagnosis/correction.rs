@@ -170,3 +170,55 @@ fn moved(data: &ChannelData, stage: &ChannelStage, model: &Extended, step: &[f64
     }
     next
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::channel;
+    use super::*;
+
+    fn correction(heights: [f64; HATS]) -> Correction {
+        Correction {
+            variable: Variable::Drive,
+            knots: vec![-0.7, -0.4, -0.1, 0.1, 0.3, 0.6],
+            heights: heights.to_vec(),
+        }
+    }
+
+    #[test]
+    fn only_as_many_finite_heights_as_ascending_knots_are_usable() {
+        let good = correction([1.0; HATS]);
+        assert!(good.is_usable());
+        let mut descending = good.clone();
+        descending.knots.swap(0, 5);
+        let mut infinite = good.clone();
+        infinite.heights[2] = f64::NAN;
+        let mut short = good.clone();
+        short.heights.pop();
+        let level = Correction { knots: vec![0.0; HATS], ..good };
+        for wrong in [descending, infinite, short, level] {
+            assert!(!wrong.is_usable(), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn its_rate_is_the_height_at_a_knot_and_between_two_their_mean() {
+        let (data, model) = channel(false);
+        let mut trace = data.trace(&model);
+        for (row, drive) in [(0, -0.4), (1, 0.2), (2, 0.9)] {
+            trace[row][1] = drive;
+        }
+        let rates = correction([0.0, 3.0, 0.0, 2.0, 4.0, 7.0]).rates(&data, &trace);
+        assert_eq!((rates[0], rates[2]), (3.0, 7.0));
+        assert!((rates[1] - 3.0).abs() < 1e-12, "{}", rates[1]);
+    }
+
+    #[test]
+    fn a_rate_fills_the_chamber_over_its_interval() {
+        let (data, base) = channel(false);
+        let mut model = base.clone();
+        model.correction = Some(correction([2.0; HATS]));
+        // 2 kPa/s over the 10 ms of row 0; what flows in row 0 does not know of it yet.
+        let rise = data.trace(&model)[1][0] - data.trace(&base)[1][0];
+        assert!((rise - 0.02).abs() < 1e-9, "{rise}");
+    }
+}

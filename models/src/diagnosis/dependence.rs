@@ -273,3 +273,6 @@ pub fn rows_of(data: &ChannelData, roles: &[Role]) -> Vec<usize> {
     let chosen = data.blocks.iter().zip(&data.spans).filter(|(b, _)| roles.contains(&b.role));
     chosen.flat_map(|(_, span)| span.clone()).collect()
 }
+
+#[cfg(test)]
+mod tests;

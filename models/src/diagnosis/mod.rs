@@ -67,7 +67,7 @@ pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA};
 pub use found::{Found, Withheld};
 pub use prepare::{Purpose, prepare, prepare_for};
 pub use round::Considered;
-pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose, diagnose_with};
+pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose};
 pub use search::{Outcome, Progress, search};
 pub use simulation::{SimulatedChannel, simulate_extended};
 pub use stage::ChannelStage;

@@ -215,3 +215,65 @@ pub fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &
     }
     scores
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{channel, fitted, measured, with};
+    use super::*;
+    use crate::effects::catalogue::index_of;
+
+    fn no_cycle() -> Option<Cycle> {
+        None
+    }
+
+    #[test]
+    fn the_scores_of_a_blocks_quarters_add_up_to_its_product_and_closed_blocks_have_none() {
+        let (data, _) = channel(false);
+        let series = |hz: f64| (0..data.rows.len()).map(|k| (hz * k as f64).sin()).collect::<Vec<_>>();
+        let (a, b) = (series(0.11), series(0.13));
+        let scores = scores(&data, &a, &b, &[Role::Select]);
+        assert_eq!(scores.len(), PARTS * data.blocks.len());
+        for (block, (span, parts)) in data.blocks.iter().zip(data.spans.iter().zip(scores.chunks(PARTS))) {
+            let product: f64 = span.clone().map(|row| a[row] * b[row]).sum();
+            let expected = if block.role == Role::Select { product } else { 0.0 };
+            assert!((parts.iter().sum::<f64>() - expected).abs() < 1e-9, "{parts:?} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_probe_of_the_size_that_is_there_takes_most_of_the_error() {
+        let (data, base) = channel(false);
+        let data = measured(data.clone(), &with(&data, &base, "valve_lag", &[0.03]), 1);
+        let stage = ChannelStage::new(&data, base.clone(), (0..base.values.len()).collect());
+        let lag = index_of("valve_lag").unwrap();
+        let trials = Probing::new(&data, &stage).try_effect(lag, &no_cycle);
+        let sizes = CATALOGUE[lag].probes;
+        assert_eq!(trials.len(), sizes.len());
+        let best = trials.iter().min_by(|a, b| a.loss.total_cmp(&b.loss)).unwrap();
+        assert_eq!(sizes[best.probe], [0.03]);
+        let [own, ..] = products(&data, &stage.residuals, &stage.residuals);
+        let rows = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
+        let rows: usize = rows.map(|(_, span)| span.len()).sum();
+        // It takes most of what the noise does not explain.
+        assert!(own - best.loss > 0.8 * (own - rows as f64), "{own}, then {} in {rows} rows", best.loss);
+        for trial in &trials {
+            // A lag is there or not; no trial promises less than it leaves.
+            assert!(trial.one_sided && trial.promise <= trial.loss, "{trial:?}");
+            assert_eq!(trial.start.effects, [lag]);
+        }
+        // Where it is, the score speaks for it.
+        assert!(best.scores.iter().sum::<f64>() > 0.0);
+    }
+
+    #[test]
+    fn what_the_base_parameters_can_do_as_well_is_no_direction_of_an_effect() {
+        // A valve that opens more is another gain: nothing is left of it.
+        let (data, base) = channel(false);
+        let data = measured(data.clone(), &with(&data, &base, "valve_gain", &[1.2]), 2);
+        let stage = fitted(&data, &base);
+        for trial in Probing::new(&data, &stage).try_effect(index_of("valve_gain").unwrap(), &no_cycle) {
+            let score: f64 = trial.scores.iter().sum();
+            assert!(score.abs() < 0.01 * products(&data, &stage.residuals, &stage.residuals)[0], "{score}");
+        }
+    }
+}

@@ -62,24 +62,11 @@ pub struct Request<'a> {
     pub highest_kpa: Option<f64>,
 }
 
-/// Diagnoses a recording.
+/// Diagnoses a recording. `progress` is told what is being done, and of some work how far it is.
 ///
 /// # Errors
 /// [`DiagnosisError`] when the data cannot carry a diagnosis, or the reference does not fit.
 pub fn diagnose(
-    recording: &Recording,
-    rig: &Rig,
-    reference: Option<(&str, &ExtendedFile)>,
-    progress: &Progress<'_>,
-) -> Result<Diagnosis, DiagnosisError> {
-    diagnose_with(recording, rig, Request { reference, highest_kpa: None }, progress)
-}
-
-/// As [`diagnose`], with everything that can be asked.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_with(
     recording: &Recording,
     rig: &Rig,
     request: Request<'_>,

@@ -290,3 +290,6 @@ fn eliminate(
     }
     share_draws(channels, &models_of(stages));
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,15 @@
 //! A channel for tests: twenty seconds of steps, measured by its own simulation.
 
+use rand::RngExt;
+
 use super::blocks::split;
 use super::channel::{ChannelData, Extended, compared_rows};
+use super::fit::refit;
+use super::random::generator;
+use super::stage::ChannelStage;
+use super::whiten::Whitening;
 use crate::data::ChannelId;
+use crate::effects::catalogue::index_of;
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
 use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
 
@@ -75,4 +82,35 @@ pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
     let model = Extended::base(BASE.to_vec());
     data.measured_kpa = data.readings(&model).into();
     (data, model)
+}
+
+/// The model with an effect of the catalogue.
+pub fn with(data: &ChannelData, model: &Extended, id: &str, values: &[f64]) -> Extended {
+    model.with(&data.plant, index_of(id).unwrap(), values)
+}
+
+/// The channel as if a model had been measured, with noise of the size that the channel is said to have.
+pub fn measured(mut data: ChannelData, model: &Extended, seed: u64) -> ChannelData {
+    let noise = normals(seed, data.rows.len());
+    let readings = data.readings(model);
+    data.measured_kpa = readings.iter().zip(noise).map(|(y, n)| y + data.noise_kpa * n).collect();
+    data
+}
+
+/// A base model fitted to what was measured, from where it stands.
+pub fn fitted(data: &ChannelData, base: &Extended) -> ChannelStage {
+    let free: Vec<usize> = (0..base.values.len()).collect();
+    let whitening = Whitening::new(data, &data.disturbances(base));
+    let (model, _) = refit(data, &whitening, base, &free, 40);
+    ChannelStage::new(data, model, free)
+}
+
+/// Standard normal numbers, by Box and Muller.
+pub fn normals(seed: u64, count: usize) -> Vec<f64> {
+    let mut rng = generator(1000 + seed);
+    let normal = |_| {
+        let (a, b): (f64, f64) = (rng.random(), rng.random());
+        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
+    };
+    (0..count).map(normal).collect()
 }

@@ -110,3 +110,131 @@ fn start_kpa(data: &ChannelData) -> f64 {
     // A channel without a compared row has no range.
     if low < high { (START_SHARE * (high - low)).min(START_KPA) } else { START_KPA }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Cholesky, DVector};
+
+    use super::super::testing::{channel, normals};
+    use super::*;
+
+    /// Two blocks with derivatives of no particular kind.
+    const SPANS: [std::ops::Range<usize>; 2] = [0..9, 9..21];
+    const ROWS: usize = 21;
+
+    fn blocks() -> (ChannelData, Vec<[f64; 3]>) {
+        let (mut data, _) = channel(false);
+        data.spans = SPANS.to_vec();
+        let numbers = normals(1, 3 * ROWS);
+        let row = |k: usize| [0.3 * numbers[3 * k], 40.0 * numbers[3 * k + 1], 60.0 * numbers[3 * k + 2]];
+        (data, (0..ROWS).map(row).collect())
+    }
+
+    /// The covariance of a block's residuals, kPa^2.
+    fn covariance(data: &ChannelData, derivatives: &[[f64; 3]]) -> DMatrix<f64> {
+        let deviations = [start_kpa(data), LEVEL, SLOPE];
+        DMatrix::from_fn(derivatives.len(), derivatives.len(), |i, j| {
+            let wander: f64 =
+                (0..3).map(|k| derivatives[i][k] * derivatives[j][k] * deviations[k] * deviations[k]).sum();
+            wander + if i == j { data.noise_kpa * data.noise_kpa } else { 0.0 }
+        })
+    }
+
+    /// The whitening of one block as a matrix.
+    fn matrix(whitening: &Whitening, span: &std::ops::Range<usize>) -> DMatrix<f64> {
+        let column = |k: usize| {
+            let mut unit = vec![0.0; ROWS];
+            unit[k] = 1.0;
+            whitening.apply(&mut unit);
+            assert!(unit.iter().enumerate().all(|(row, v)| span.contains(&row) || *v == 0.0), "other blocks");
+            DVector::from_column_slice(&unit[span.clone()])
+        };
+        DMatrix::from_columns(&span.clone().map(column).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn whitening_turns_the_covariance_into_that_of_white_noise() {
+        let (data, derivatives) = blocks();
+        let whitening = Whitening::new(&data, &derivatives);
+        for span in SPANS {
+            let w = matrix(&whitening, &span);
+            let white = &w * covariance(&data, &derivatives[span.clone()]) * w.transpose();
+            let variance = data.noise_kpa * data.noise_kpa;
+            let error = (white / variance - DMatrix::identity(span.len(), span.len())).abs().max();
+            assert!(error < 1e-10, "{error:e}");
+            // It does something.
+            assert!((w - DMatrix::identity(span.len(), span.len())).abs().max() > 0.1);
+        }
+    }
+
+    #[test]
+    fn whitened_draws_have_the_identity_for_their_covariance() {
+        const DRAWS: usize = 20_000;
+        let (data, derivatives) = blocks();
+        let whitening = Whitening::new(&data, &derivatives);
+        let factors: Vec<DMatrix<f64>> = SPANS
+            .iter()
+            .map(|span| Cholesky::new(covariance(&data, &derivatives[span.clone()])).unwrap().l())
+            .collect();
+        let numbers = normals(2, DRAWS * ROWS);
+        let mut sum = DMatrix::<f64>::zeros(ROWS, ROWS);
+        for draw in numbers.chunks(ROWS) {
+            let mut series = Vec::with_capacity(ROWS);
+            for (span, factor) in SPANS.iter().zip(&factors) {
+                series
+                    .extend_from_slice((factor * DVector::from_column_slice(&draw[span.clone()])).as_slice());
+            }
+            whitening.apply(&mut series);
+            let series = DVector::from_vec(series) / data.noise_kpa;
+            sum += &series * series.transpose();
+        }
+        let error = (sum / DRAWS as f64 - DMatrix::identity(ROWS, ROWS)).abs().max();
+        // Standard error of a variance: the root of two over the draws.
+        assert!(error < 5.0 * (2.0 / DRAWS as f64).sqrt(), "{error}");
+    }
+
+    #[test]
+    fn the_logarithm_of_the_determinant_is_that_of_a_dense_cholesky_factor() {
+        let (data, derivatives) = blocks();
+        let whitening = Whitening::new(&data, &derivatives);
+        for (span, shrink) in SPANS.iter().zip(&whitening.shrink) {
+            let factor = Cholesky::new(covariance(&data, &derivatives[span.clone()])).unwrap();
+            let dense = 2.0 * factor.l().diagonal().iter().map(|v| (v / data.noise_kpa).ln()).sum::<f64>();
+            let own: f64 = -2.0 * shrink.iter().map(|s| (1.0 - s).ln()).sum::<f64>();
+            assert!((own - dense).abs() < 1e-9 * dense, "{own} {dense}");
+        }
+    }
+
+    #[test]
+    fn columns_are_whitened_as_series_are() {
+        let (data, derivatives) = blocks();
+        let whitening = Whitening::new(&data, &derivatives);
+        let columns = [normals(3, ROWS), normals(4, ROWS)];
+        let mut together: Vec<f64> = (0..ROWS).flat_map(|row| [columns[0][row], columns[1][row]]).collect();
+        whitening.apply_columns(&mut together, 2);
+        for (k, mut column) in columns.into_iter().enumerate() {
+            whitening.apply(&mut column);
+            let apart = together.iter().skip(k).step_by(2).zip(&column).map(|(a, b)| (a - b).abs());
+            assert!(apart.fold(0.0, f64::max) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_a_wrong_start_does_is_taken_out_entirely_and_nothing_else() {
+        let (data, derivatives) = blocks();
+        let whitening = Whitening::start_only(&data, &derivatives);
+        let mut start: Vec<f64> = derivatives.iter().map(|d| 3.0 * d[0]).collect();
+        let mut level: Vec<f64> = derivatives.iter().map(|d| d[1]).collect();
+        for span in SPANS {
+            // The part of the level that no start explains.
+            let rows = || span.clone().map(|row| (derivatives[row][0], derivatives[row][1]));
+            let along = rows().map(|(s, l)| s * l).sum::<f64>() / rows().map(|(s, _)| s * s).sum::<f64>();
+            span.for_each(|row| level[row] -= along * derivatives[row][0]);
+        }
+        let before = level.clone();
+        whitening.apply(&mut start);
+        whitening.apply(&mut level);
+        assert!(start.iter().all(|v| v.abs() < 5e-3), "{start:?}");
+        assert!(level.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-9 * 60.0), "{level:?}");
+    }
+}

@@ -3,6 +3,9 @@
 //! One pressure is advanced by the exponential Rosenbrock-Euler step (Hochbruck and Ostermann, Acta Numerica 2010, section
 //! 2.4): second order, and stable where the flow's slope near equal pressures is steep. Two coupled pressures (a tube) take the
 //! two-stage Rosenbrock step ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999), which is L-stable.
+//!
+//! Both use the slope of the flow by the pressure. It depends on the parameters too: a derivative of the step that leaves that out is wrong in
+//! fast transients, and grows without bound where the step is much longer than the time in which a tube fills.
 
 use super::hook::{Areas, Stretch, Structure};
 use super::outlet::{Outflow, Outlet, Venting};
@@ -110,8 +113,8 @@ impl<S: Scalar> Chamber<S> {
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
         let rate = (fill * inflow - vent * outflow - swelling * self.pressure) / room;
-        let slope = (fill.real() * in_by - vent.real() * out_by - swelling.real()) / room.real();
-        self.pressure = self.pressure + rate.scale(phi1(slope.times(h)).times(h));
+        let slope = (fill * in_by - vent * out_by - swelling) / room;
+        self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
         c.areas.fill.real() * inflow.real()
     }
 
@@ -142,9 +145,8 @@ impl<S: Scalar> Chamber<S> {
         let wall = (-mean).plus(t0) / tau.times(t0 / HEAT_REFERENCE_PA);
         let mean_root = mean.times(1.0 / t0).sqrt();
         let rate = driven(mean_root) + wall;
-        let slope =
-            fill.real() * in_by - vent.real() * out_by * mean_root.real() - swelling.real().times(GAMMA);
-        self.pressure = p + rate.scale(phi1(slope.times(h)).times(h));
+        let slope = fill * in_by - vent * out_by * mean_root - swelling.times(GAMMA);
+        self.pressure = p + rate * phi1(slope.times(h)).times(h);
         self.temperature = next;
         c.areas.fill.real() * inflow.real()
     }
@@ -163,23 +165,17 @@ impl<S: Scalar> Chamber<S> {
             let room = c.stretch.factor + (chamber * c.stretch.by_pressure).times(GAMMA);
             let at_port = (fill * inflow - vent * outflow - tube * through) / fraction;
             let in_chamber = (tube * through - swelling * chamber) / room;
-            let (tube, fraction, room) = (tube.real(), fraction.real(), room.real());
             let jacobian = [
-                [
-                    (fill.real() * in_by - vent.real() * out_by - tube * by_port) / fraction,
-                    -tube * by_chamber / fraction,
-                ],
-                [tube * by_port / room, (tube * by_chamber - swelling.real()) / room],
+                [(fill * in_by - vent * out_by - tube * by_port) / fraction, -tube * by_chamber / fraction],
+                [tube * by_port / room, (tube * by_chamber - swelling) / room],
             ];
             ([at_port, in_chamber], jacobian, fill.real().times(1.0 / per_area) * inflow.real(), after)
         };
         let (f1, j, draw, after) = rates(self.port, self.pressure);
-        let one = |slope: S::Real| slope.times(-G * h).plus(1.0);
+        let one = |slope: S| slope.times(-G * h).plus(1.0);
         let (a, b, cc, d) = (one(j[0][0]), j[0][1].times(-G * h), j[1][0].times(-G * h), one(j[1][1]));
         let inverse = (a * d - b * cc).recip();
-        let solve = |r: [S; 2]| {
-            [(r[0].scale(d) - r[1].scale(b)).scale(inverse), (r[1].scale(a) - r[0].scale(cc)).scale(inverse)]
-        };
+        let solve = |r: [S; 2]| [(r[0] * d - r[1] * b) * inverse, (r[1] * a - r[0] * cc) * inverse];
         let k1 = solve(f1);
         let (f2, _, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
         let k2 = solve([f2[0] - k1[0].times(2.0), f2[1] - k1[1].times(2.0)]);
@@ -205,10 +201,22 @@ impl<S: Scalar> Chamber<S> {
 
 /// `(exp(z) - 1) / z`.
 #[inline(always)]
-pub fn phi1<R: Real>(z: R) -> R {
+pub fn phi1<S: Scalar>(z: S) -> S {
+    let x = z.real();
     // The next term is below 2e-10.
-    let near = taylor(z, [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]);
-    far_or(near, z, f64::exp_m1)
+    let near = taylor(x, [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]);
+    let value = far_or(near, x, f64::exp_m1);
+    // phi1' = phi1 - phi2, phi2 = (phi1 - 1) / z.
+    let phi2 = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5];
+    z.chain(value, value - next(value, 1.0, x, phi2))
+}
+
+/// The next of these functions from one, `(value - at_zero) / z`; by its Taylor series near zero. Arithmetic only, so that the compiler
+/// removes it where derivatives are not wanted.
+#[inline(always)]
+pub fn next<R: Real>(value: R, at_zero: f64, z: R, series: [f64; 6]) -> R {
+    let near = z.abs().below(R::constant(0.1));
+    R::select(near, taylor(z, series), value.plus(-at_zero) / z)
 }
 
 /// A polynomial in Horner's order.

@@ -5,10 +5,10 @@
 //! The chamber sees the mean over that step, and how the mean follows the chamber. For a space of almost no volume that is
 //! one Newton step towards equal flows.
 
-use super::chamber::{far_or, phi1, taylor};
+use super::chamber::{far_or, next, phi1, taylor};
 use super::ports::Ports;
 use crate::model::GAMMA;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::Scalar;
 
 /// What is behind the vent port.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +48,7 @@ pub struct Outflow<S: Scalar> {
     /// Flow pressure of the port, mean over the step, Pa.
     pub flow: S,
     /// Its slope by the pressure in front of the port.
-    pub by_port: S::Real,
+    pub by_port: S,
     /// The space at the end of the step; none without a restriction.
     pub after: Option<Outlet<S>>,
 }
@@ -70,23 +70,27 @@ impl<S: Scalar> Outlet<S> {
         let per_area = self.parameters.volume_ratio.recip().times(venting.h * venting.per_area / GAMMA);
         let (port_area, restriction) = (venting.port_area * per_area, venting.restriction * per_area);
         let change = port_area * inflow - restriction * out;
-        let slope = port_area.real() * by_before - restriction.real() * out_by;
+        let slope = port_area * by_before - restriction * out_by;
         let (whole, mean) = (phi1(slope), phi2(slope));
         let highest = port.max(before).max(ambient);
         let within = |pressure: S| pressure.max(ambient).min(highest);
-        let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change.scale(mean)));
+        let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change * mean));
         Outflow {
             flow,
-            by_port: by_port_alone + by_mean * mean * port_area.real() * by_port,
-            after: Some(Self { pressure: within(before + change.scale(whole)), ..*self }),
+            by_port: by_port_alone + by_mean * mean * port_area * by_port,
+            after: Some(Self { pressure: within(before + change * whole), ..*self }),
         }
     }
 }
 
 /// `(phi1(z) - 1) / z`: the mean of the exponential step over its length, as `phi1` is its end.
 #[inline(always)]
-fn phi2<R: Real>(z: R) -> R {
+fn phi2<S: Scalar>(z: S) -> S {
+    let x = z.real();
     // The next term is below 3e-11.
-    let near = taylor(z, [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5]);
-    far_or(near, z, |z| phi1(z) - 1.0)
+    let near = taylor(x, [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5]);
+    let value = far_or(near, x, |x| phi1(x) - 1.0);
+    // phi2' = phi2 - 2 phi3, phi3 = (phi2 - 1/2) / z.
+    let phi3 = [1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0];
+    z.chain(value, value - next(value, 0.5, x, phi3).times(2.0))
 }

@@ -13,12 +13,13 @@ pub struct Ports<S> {
 }
 
 impl<S: Scalar> Ports<S> {
-    /// Flow pressure (Pa) from one absolute pressure (Pa) to another, and its partial derivatives by the two.
+    /// Flow pressure (Pa) from one absolute pressure (Pa) to another, and its partial derivatives by the two; of another flow function than
+    /// the rig's, those of the rig's, which are close enough for a step of the integration.
     #[inline(always)]
-    pub fn flow_pressure(&self, from: S, to: S) -> (S, S::Real, S::Real) {
-        let (value, by_from, by_to) = self.own.with_partials(from.real(), to.real());
+    pub fn flow_pressure(&self, from: S, to: S) -> (S, S, S) {
+        let (value, by_from, by_to) = self.own.with_partials(from, to);
         match self.general {
-            None => (S::chain2(value, from, by_from, to, by_to), by_from, by_to),
+            None => (value, by_from, by_to),
             Some((ratio, exponent)) => (general_flow_pressure(from, to, ratio, exponent), by_from, by_to),
         }
     }

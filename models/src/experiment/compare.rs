@@ -1,6 +1,8 @@
 //! The paper's experiment: three models, fitted on one part of a recording, judged on the other.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
+use std::time::Instant;
 
 use crate::data::{Channel, ChannelId, Recording};
 use crate::fit::{Control, Fit, FitError, FitOptions};
@@ -32,6 +34,21 @@ pub struct CompareSettings {
     pub fit: FitOptions,
 }
 
+impl Default for CompareSettings {
+    /// All three models, fitted on rollouts of the first 80 % of the recording and judged on the rest.
+    fn default() -> Self {
+        Self {
+            models: ModelKind::ALL.to_vec(),
+            split: Split::FitFraction(0.8),
+            objective: Objective::default(),
+            controller: ControllerUse::default(),
+            drive: DriveKind::default(),
+            form: FlowForm::default(),
+            fit: FitOptions::default(),
+        }
+    }
+}
+
 /// A comparison that cannot be made at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
@@ -61,8 +78,33 @@ pub enum CompareError {
     },
 }
 
-/// Fits and judges all models on all channels that have a measured pressure. `clock` returns seconds of a steady clock, for the
-/// timings; `announce` is told which model is being fitted, on how many channels.
+/// How a caller watches and stops a comparison.
+#[derive(Clone, Copy)]
+pub struct CompareWatch<'a> {
+    /// Watches and stops the fits.
+    pub control: Control<'a>,
+    /// Seconds of a steady clock, for the timings.
+    pub clock: &'a dyn Fn() -> f64,
+    /// Told which model is being fitted, on how many channels.
+    pub announce: &'a dyn Fn(ModelKind, usize),
+}
+
+impl std::fmt::Debug for CompareWatch<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("CompareWatch").field("control", &self.control).finish_non_exhaustive()
+    }
+}
+
+impl CompareWatch<'static> {
+    /// Nobody watches; timings by the system's clock.
+    #[must_use]
+    pub fn none() -> Self {
+        static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
+        Self { control: Control::none(), clock: &|| BEGAN.elapsed().as_secs_f64(), announce: &|_, _| {} }
+    }
+}
+
+/// Fits and judges all models on all channels that have a measured pressure.
 ///
 /// # Errors
 /// [`CompareError`] when no channel can be compared with any model. What only some models or channels lack is said in their
@@ -71,10 +113,9 @@ pub fn compare(
     recording: &Recording,
     rig: &Rig,
     settings: &CompareSettings,
-    control: Control<'_>,
-    clock: &dyn Fn() -> f64,
-    announce: &dyn Fn(ModelKind, usize),
+    watch: CompareWatch<'_>,
 ) -> Result<Comparison, CompareError> {
+    let CompareWatch { control, clock, announce } = watch;
     let [fitted, judging] = settings.split.rows(recording)?;
     let channels: Vec<&Channel> = recording.channels.iter().filter(|c| c.pressure_kpa.is_some()).collect();
     if channels.is_empty() {

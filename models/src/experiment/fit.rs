@@ -16,7 +16,7 @@ use super::{
 };
 
 /// How a model is fitted to a recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitSettings {
     /// Which model.
     pub model: ModelKind,

@@ -7,12 +7,13 @@ use crate::model::ValveDrive;
 use crate::rig::{InputError, Needs, Rig, RigError};
 
 /// One of the three models.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ModelKind {
     /// First-order lag of the command: [`crate::model::Linear`].
     Linear,
     /// Valve and chamber from first principles: [`crate::model::Nonlinear`].
+    #[default]
     Nonlinear,
     /// End pressure and rate as functions of the drive: [`crate::model::Parametric`].
     Parametric,

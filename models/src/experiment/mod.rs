@@ -18,7 +18,7 @@ mod split;
 mod subject;
 mod table;
 
-pub use compare::{CompareError, CompareSettings, channels_at_once, compare};
+pub use compare::{CompareError, CompareSettings, CompareWatch, channels_at_once, compare};
 pub use fit::{FitChannelsError, FitSettings, FittedChannel, fit_channels};
 pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
 pub use page::{Origin, comparison_page};

@@ -19,7 +19,7 @@
 //! segment is joined by taking the smaller of the two.
 
 use super::gas::psi_max;
-use crate::numeric::{Real, Scalar};
+use crate::numeric::Scalar;
 
 /// The subsonic branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -95,13 +95,14 @@ impl FlowFunction {
 
     /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
     #[inline(always)]
-    pub(crate) fn with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
+    pub(crate) fn with_partials<S: Scalar>(&self, from: S, to: S) -> (S, S, S) {
         let (mean, by_from, by_to) = self.mean_with_partials(from, to);
         (mean.times(self.gain), by_from.times(self.gain), by_to.times(self.gain))
     }
 
+    /// Over numbers with derivatives, those of the partial derivatives are the second ones.
     #[inline(always)]
-    fn mean_with_partials<R: Real>(&self, from: R, to: R) -> (R, R, R) {
+    fn mean_with_partials<S: Scalar>(&self, from: S, to: S) -> (S, S, S) {
         let drop = from - to;
         let choking = from.max(to).times(self.choking_drop);
         let effective = drop.abs().min(choking);
@@ -112,28 +113,28 @@ impl FlowFunction {
         let mean = mean.sqrt();
         let line = drop.abs().times(self.laminar_slope);
         // Without a drop both are zero; there only the line has a slope.
-        let turbulent = mean.below(line);
-        let value = mean.min(line).with_sign_of(drop);
+        let turbulent = mean.less(line);
+        // The drop falls with `to`; the higher pressure is `from`, or backwards, when the flow is negative, `to`.
+        let backwards = from.less(to);
+        let value = mean.min(line);
+        let value = S::select(backwards, -value, value);
 
         // The mean times its derivatives by the drop, zero when choked, and by the drop that chokes.
         let (by_drop, by_choking) = match self.form {
             FlowForm::Iso6358 => (choking - effective, effective),
             FlowForm::Printed => {
-                let choked = choking.below(drop.abs());
+                let choked = choking.less(drop.abs());
                 let half = effective.times(0.5);
-                (R::select(choked, R::zero(), choking.times(0.5)), R::select(choked, effective, half))
+                (S::select(choked, S::zero(), choking.times(0.5)), S::select(choked, effective, half))
             }
         };
-        let inverse = R::constant(1.0) / mean;
-        let by_drop = R::select(turbulent, by_drop * inverse, R::constant(self.laminar_slope));
-        let by_high = R::select(turbulent, by_choking.times(self.choking_drop) * inverse, R::zero());
-
-        // The drop falls with `to`; the higher pressure is `from`, or backwards, when the flow is negative, `to`.
-        let backwards = from.below(to);
+        let inverse = S::constant(1.0) / mean;
+        let by_drop = S::select(turbulent, by_drop * inverse, S::constant(self.laminar_slope));
+        let by_high = S::select(turbulent, by_choking.times(self.choking_drop) * inverse, S::zero());
         (
             value,
-            by_drop + R::select(backwards, R::zero(), by_high),
-            -(by_drop + R::select(backwards, by_high, R::zero())),
+            by_drop + S::select(backwards, S::zero(), by_high),
+            -(by_drop + S::select(backwards, by_high, S::zero())),
         )
     }
 }

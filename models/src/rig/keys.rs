@@ -1,6 +1,6 @@
 //! The known tables and keys, and the nearest one to a misspelt one.
 
-use super::RigError;
+use super::{RigError, limits};
 
 /// Every table with its keys. A test holds this list against the structures.
 pub(super) const TABLES: [(&str, &[&str]); 6] = [
@@ -19,7 +19,7 @@ pub(super) fn refuse_unknown(file: &str, rig: &toml::Table) -> Result<(), RigErr
         let Some((table, keys)) = TABLES.iter().find(|(table, _)| table == name) else {
             // A key of some table, written outside it, is the likelier mistake than a misspelt table.
             let home = TABLES.iter().find(|(_, keys)| keys.contains(&name.as_str()));
-            let tables: Vec<&str> = TABLES.iter().map(|(table, _)| *table).collect();
+            let tables: Vec<&str> = TABLES.iter().map(|(table, _)| *table).chain(limits::TABLES).collect();
             let advice = match home {
                 Some((table, _)) => format!("it belongs under [{table}]"),
                 None => suggestion(name, &tables, "tables"),
@@ -73,6 +73,7 @@ mod tests {
             valve: Some(Valve::default()),
             controller: Some(Controller { rate_hz: 1e3, kp: 10.0, kd: 0.0, saturation: 400.0, filter: 0.0 }),
             sensor: Some(Sensor { bits: 10, zero_counts: 102.4, kpa_per_count: 0.84 }),
+            highest_set_point_kpa: None,
         };
         let written = toml::Table::try_from(&rig).unwrap();
         assert_eq!(written.len(), TABLES.len());

@@ -14,6 +14,7 @@ mod error;
 mod input_error;
 mod inputs;
 mod keys;
+mod limits;
 mod sensor;
 mod valve;
 
@@ -51,6 +52,9 @@ pub struct Rig {
     /// The pressure sensors and their converter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensor: Option<Sensor>,
+    /// Highest pressure that may be commanded to every channel, kPa gauge: the lowest `max_kpa` of the file's limits.
+    #[serde(skip)]
+    pub highest_set_point_kpa: Option<f64>,
 }
 
 impl Rig {
@@ -71,11 +75,12 @@ impl Rig {
     /// [`RigError`], naming the file, the key and its value.
     pub fn parse(file: &str, text: &str) -> Result<Self, RigError> {
         let syntax = |e: toml::de::Error| RigError::Syntax { file: file.to_owned(), message: e.to_string() };
-        let table: toml::Table = text.parse().map_err(syntax)?;
+        let mut table: toml::Table = text.parse().map_err(syntax)?;
+        let highest_set_point_kpa = limits::take(&mut table, file)?;
         keys::refuse_unknown(file, &table)?;
         let rig: Self = toml::from_str(text).map_err(syntax)?;
         rig.check(file)?;
-        Ok(rig)
+        Ok(Self { highest_set_point_kpa, ..rig })
     }
 
     /// Checks every value against its range.

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Provenance, StoreError};
-use crate::data::{ChannelId, write};
-use crate::experiment::{FitSettings, FittedChannel, Objective, Setup, Subject};
+use crate::data::{ChannelId, Recording, write};
+use crate::experiment::{FitChannelsError, FitSettings, FittedChannel, Objective, Setup, Subject};
 use crate::fit::Fit;
 use crate::model::FlowForm;
 use crate::rig::Rig;
@@ -125,31 +125,32 @@ impl ParameterFile {
     /// More Runge-Kutta steps a tick than any fit has chosen; a simulation takes proportionally longer.
     pub const MOST_SUBSTEPS: usize = 1_000;
 
-    /// What is kept of the fits of a recording. `fit_seconds` is the length of the fitted part, `stopped` whether the fits were
-    /// stopped early.
-    #[must_use]
+    /// What is kept of the fits of a recording.
+    ///
+    /// # Errors
+    /// [`FitChannelsError`] where the settings do not fit the recording, and the fits cannot be of it.
     pub fn of(
-        provenance: Provenance,
-        rig: Rig,
+        recording: &Recording,
+        rig: &Rig,
         settings: &FitSettings,
         fitted: &[FittedChannel],
-        (fit_seconds, stopped): (f64, bool),
-    ) -> Self {
+    ) -> Result<Self, FitChannelsError> {
+        let rows = &settings.ranges(recording)?[0];
         let objective = if settings.objective == Objective::Rollout { "rollout" } else { "rate" };
-        Self {
+        Ok(Self {
             schema: Self::SCHEMA.to_owned(),
-            provenance,
+            provenance: Provenance::now(&recording.source),
             settings: Settings {
                 objective: objective.to_owned(),
                 starts: settings.fit.starts,
                 seed: settings.fit.seed,
-                fit_seconds,
+                fit_seconds: recording.time_s[rows.end - 1] - recording.time_s[rows.start],
                 printed_flow: settings.form == FlowForm::Printed,
-                stopped,
+                stopped: false,
             },
-            rig,
+            rig: rig.clone(),
             channels: fitted.iter().map(|f| (f.channel, ChannelParameters::of(f.setup, &f.fit))).collect(),
-        }
+        })
     }
 
     /// Reads a parameter file.

@@ -1,5 +1,7 @@
 //! Where parameters came from.
 
+use std::time::SystemTime;
+
 use serde::{Deserialize, Serialize};
 
 use crate::data::Source;
@@ -18,6 +20,20 @@ pub struct Provenance {
     /// The rig file, if one was given; its content is in the file too.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rig: Option<RigSource>,
+}
+
+impl Provenance {
+    /// Of something made now from `data` by a program that calls this library.
+    #[must_use]
+    pub fn now(data: &Source) -> Self {
+        Self {
+            program: concat!("pneudrive-model ", env!("CARGO_PKG_VERSION")).to_owned(),
+            created: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            command: std::env::args().next().unwrap_or_default(),
+            data: data.clone(),
+            rig: None,
+        }
+    }
 }
 
 /// The rig file as given.

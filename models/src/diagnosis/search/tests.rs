@@ -1,0 +1,69 @@
+//! The search on channels whose truth is known.
+
+use super::*;
+use crate::diagnosis::testing::{channel, measured, with};
+use crate::effects::catalogue::CATALOGUE;
+
+/// The search on two channels with the same in both; names, with the models that it ended with.
+fn searched(
+    truth: impl Fn(&ChannelData, &Extended) -> Extended,
+    fixed: bool,
+) -> (Vec<&'static str>, Outcome) {
+    let (data, base) = channel(false);
+    let truth = truth(&data, &base);
+    let mut channels: Vec<ChannelData> = (0..2).map(|seed| measured(data.clone(), &truth, seed)).collect();
+    let outcome = search(&mut channels, fixed.then(|| vec![base.clone(); 2]), &|_, _| {});
+    (outcome.causes.iter().map(|cause| CATALOGUE[cause.effect].id).collect(), outcome)
+}
+
+#[test]
+fn what_is_missing_is_named_and_fitted() {
+    let (names, outcome) = searched(|data, base| with(data, base, "valve_lag", &[0.03]), false);
+    assert_eq!(names, ["valve_lag"]);
+    for stage in &outcome.stages {
+        assert!((stage.model.values[7] / 0.03 - 1.0).abs() < 0.1, "{:?}", stage.model);
+    }
+    // The first round considered it, and nothing passed after it.
+    assert!(!outcome.rounds.is_empty() && outcome.withheld.is_none());
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_missing() {
+    let (names, outcome) = searched(|_, base| base.clone(), false);
+    assert_eq!(names, Vec::<&str>::new());
+    assert!(outcome.stages.iter().all(|stage| stage.model.effects.is_empty()));
+}
+
+#[test]
+fn against_a_reference_what_has_moved_is_named_and_the_base_stays() {
+    let (names, outcome) = searched(|data, base| with(data, base, "exhaust_leak", &[0.1]), true);
+    assert_eq!(names, ["exhaust_leak"]);
+    let (_, base) = channel(false);
+    for stage in &outcome.stages {
+        assert_eq!(stage.model.values[..7], base.values[..]);
+        assert!((stage.model.values[7] / 0.1 - 1.0).abs() < 0.1, "{:?}", stage.model);
+    }
+}
+
+#[test]
+fn a_cause_that_another_has_made_needless_is_dropped() {
+    let (data, base) = channel(false);
+    let truth = with(&data, &base, "valve_lag", &[0.03]);
+    let mut channels = vec![measured(data.clone(), &truth, 1)];
+    let both = with(&data, &truth, "wall_compliance", &[0.001]);
+    let mut stages = settle(&mut channels, &[both], false);
+    let cause = |id: &str| Found {
+        effect: crate::effects::catalogue::index_of(id).unwrap(),
+        acts: vec![true],
+        before: vec![base.clone()],
+        equivalent: Vec::new(),
+        rivals: Vec::new(),
+        gained: 1.0,
+        p_value: 0.001,
+    };
+    let mut causes = vec![cause("wall_compliance"), cause("valve_lag")];
+    eliminate(&mut channels, &mut stages, &mut causes, false);
+    let left: Vec<&str> = causes.iter().map(|c| CATALOGUE[c.effect].id).collect();
+    assert_eq!(left, ["valve_lag"]);
+    assert_eq!(stages[0].model.effects.len(), 1);
+}
