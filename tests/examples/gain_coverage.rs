@@ -10,7 +10,7 @@
 use std::process::ExitCode;
 
 use pneudrive_model::data::{LoadOptions, Recording, read};
-use pneudrive_model::diagnosis::diagnose;
+use pneudrive_model::diagnosis::{Request, diagnose};
 use pneudrive_model::rig::{Rig, Sensor};
 use pneudrive_sim::plant::{Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
@@ -99,7 +99,7 @@ fn one(effect: &str, seed: u64) -> Result<Option<Line>> {
     let rig = Rig::parse("rig.toml", &rig_toml(&settings)?)?;
     let (first, second) = split(&text, (PARTS_S[0] * RATE_HZ) as usize)?;
     let (first, second) = (recording(&first, &rig)?, recording(&second, &rig)?);
-    let diagnosis = diagnose(&first, &rig, None, &|_, _| {})?;
+    let diagnosis = diagnose(&first, &rig, Request::default(), &|_, _| {})?;
     if diagnosis.report.causes.is_empty() {
         return Ok(None);
     }

@@ -10,6 +10,8 @@ use std::{env, fs};
 /// What `rustup target add` must have been told; `rust-toolchain.toml` names it, so rustup normally has.
 const TARGET: &str = "thumbv6m-none-eabi";
 const PACKAGE: &str = "pneudrive-firmware";
+/// Where the boot loader finds the program.
+const VECTOR_TABLE: u32 = 0x1000_0100;
 
 /// The firmware for the RP2040, as it is flashed.
 ///
@@ -74,27 +76,77 @@ fn workspace() -> PathBuf {
 /// If there is not exactly one such function.
 pub fn with_broken(function: &str, instruction: u16) -> Vec<u8> {
     let mut elf = elf().to_vec();
-    let offset = file_offset_of(&elf, function);
+    let offset = file_offset_of_address(&elf, address_of_function(function))
+        .unwrap_or_else(|| panic!("{function} is in no segment"));
     elf[offset..offset + 2].copy_from_slice(&instruction.to_le_bytes());
     elf
 }
 
-fn file_offset_of(bytes: &[u8], function: &str) -> usize {
-    let fail = |why: &str| -> ! { panic!("looking for {function} in the firmware: {why}") };
-    let Ok(file) = ElfBytes::<AnyEndian>::minimal_parse(bytes) else { fail("not an ELF file") };
-    let Ok(Some((symbols, names))) = file.symbol_table() else { fail("no symbols") };
-    let found: Vec<u64> = symbols
-        .iter()
-        .filter(|symbol| symbol.st_symtype() == elf::abi::STT_FUNC)
-        .filter(|symbol| names.get(symbol.st_name as usize).is_ok_and(|name| name.contains(function)))
-        // Bit 0 says that it is Thumb code.
-        .map(|symbol| symbol.st_value & !1)
-        .collect();
-    let [address] = found[..] else { fail(&format!("{} functions have this name", found.len())) };
-    let Some(segments) = file.segments() else { fail("no segments") };
-    segments
-        .iter()
-        .find(|segment| (segment.p_vaddr..segment.p_vaddr + segment.p_filesz).contains(&address))
-        .map(|segment| (segment.p_offset + address - segment.p_vaddr) as usize)
-        .unwrap_or_else(|| fail("it is in no segment"))
+/// The firmware with another function as handler of an interrupt: what its handler would do if it called this.
+///
+/// `function` is a part of its mangled name.
+///
+/// # Panics
+/// If there is not exactly one such function.
+pub fn with_handler(irq: usize, function: &str) -> Vec<u8> {
+    let mut elf = elf().to_vec();
+    let handler = address_of_function(function) | 1;
+    let table = file_offset_of_address(&elf, VECTOR_TABLE).unwrap_or_else(|| panic!("no vector table"));
+    let vector = table + 4 * (16 + irq);
+    elf[vector..vector + 4].copy_from_slice(&handler.to_le_bytes());
+    elf
+}
+
+/// The functions of the firmware: mangled names and the addresses at which they run.
+///
+/// # Panics
+/// If the firmware has no symbols.
+pub fn functions() -> Vec<(String, u32)> {
+    // Bit 0 says that it is Thumb code.
+    symbols(elf(), elf::abi::STT_FUNC).into_iter().map(|(name, address)| (name, address & !1)).collect()
+}
+
+/// Where the only variable with this name is.
+///
+/// # Panics
+/// If there is not exactly one.
+pub fn address_of_variable(name: &str) -> u32 {
+    let mut found = symbols(elf(), elf::abi::STT_OBJECT);
+    found.retain(|(symbol, _)| symbol == name);
+    let [(_, address)] = found[..] else { panic!("{} variables are called {name}", found.len()) };
+    address
+}
+
+fn symbols(bytes: &[u8], kind: u8) -> Vec<(String, u32)> {
+    let file = ElfBytes::<AnyEndian>::minimal_parse(bytes).ok();
+    let Some(Some((symbols, names))) = file.and_then(|file| file.symbol_table().ok()) else {
+        panic!("the firmware has no symbols")
+    };
+    let name =
+        |symbol: &elf::symbol::Symbol| names.get(symbol.st_name as usize).unwrap_or_default().to_owned();
+    let of_kind = symbols.iter().filter(|symbol| symbol.st_symtype() == kind);
+    of_kind.map(|symbol| (name(&symbol), symbol.st_value as u32)).collect()
+}
+
+/// Where the only function is that has this name, or this in its mangled name.
+///
+/// # Panics
+/// If there is not exactly one.
+pub fn address_of_function(part_of_name: &str) -> u32 {
+    let all = functions();
+    let exactly: Vec<_> = all.iter().filter(|(name, _)| name == part_of_name).collect();
+    let found = if exactly.is_empty() {
+        all.iter().filter(|(name, _)| name.contains(part_of_name)).collect()
+    } else {
+        exactly
+    };
+    let [&(_, address)] = found[..] else { panic!("{} functions are called {part_of_name}", found.len()) };
+    address
+}
+
+fn file_offset_of_address(elf: &[u8], address: u32) -> Option<usize> {
+    let segments = ElfBytes::<AnyEndian>::minimal_parse(elf).ok()?.segments()?;
+    let address = u64::from(address);
+    let segment = segments.iter().find(|s| (s.p_vaddr..s.p_vaddr + s.p_filesz).contains(&address))?;
+    Some((segment.p_offset + address - segment.p_vaddr) as usize)
 }

@@ -18,12 +18,19 @@ pub struct VirtualBus {
     rig: pneudrive_sim::bus::Bus,
     /// Bytes that have come and were not asked for yet.
     heard: Vec<u8>,
+    /// Bytes that somebody else puts on the wire before everything that the host sends.
+    before_each: Vec<u8>,
 }
 
 impl VirtualBus {
     /// The host's end of `rig`, as it stands.
     pub fn new(rig: pneudrive_sim::bus::Bus) -> Self {
-        Self { rig, heard: Vec::new() }
+        Self { rig, heard: Vec::new(), before_each: Vec::new() }
+    }
+
+    /// From now on somebody else puts `bytes` on the wire before everything that the host sends.
+    pub fn before_each_request(&mut self, bytes: &[u8]) {
+        self.before_each = bytes.to_vec();
     }
 
     /// What has happened on the wire.
@@ -55,6 +62,7 @@ impl Line for VirtualBus {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        self.rig.send(self.rig.now_ns(), &self.before_each);
         self.rig.send(self.rig.now_ns(), bytes);
         Ok(())
     }

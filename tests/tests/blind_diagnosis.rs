@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use pneudrive_model::data::{LoadOptions, load};
-use pneudrive_model::diagnosis::diagnose;
+use pneudrive_model::diagnosis::{Request, diagnose};
 use pneudrive_model::rig::Rig;
 use pneudrive_sim::plant::{Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
@@ -57,7 +57,7 @@ fn report_of(
     let rig = Rig::parse("rig.toml", &rig_toml(&settings).unwrap()).unwrap();
     let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
     let loaded = load(&file, LoadOptions { limits, ..LoadOptions::default() }).unwrap();
-    let diagnosis = diagnose(&loaded.recording, &rig, None, &|_, _| {}).unwrap();
+    let diagnosis = diagnose(&loaded.recording, &rig, Request::default(), &|_, _| {}).unwrap();
     let report = serde_json::to_value(&diagnosis.report).unwrap();
     let case = Case {
         number: 0,

@@ -15,7 +15,7 @@ use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply, V
 use pneudrive_host::record::Recorder;
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, LoadOptions, Recording, load};
-use pneudrive_model::diagnosis::{Diagnosis, Request, diagnose_with};
+use pneudrive_model::diagnosis::{Diagnosis, Request, diagnose};
 use pneudrive_model::rig::Rig;
 use pneudrive_protocol::SensorScale;
 use pneudrive_sim::rig::RigOptions;
@@ -73,7 +73,7 @@ impl HiddenRig {
     }
 
     fn diagnose(&self, recording: &Recording) -> Diagnosis {
-        diagnose_with(recording, &self.nominal, Request::default(), &|_, _| {}).unwrap()
+        diagnose(recording, &self.nominal, Request::default(), &|_, _| {}).unwrap()
     }
 }
 

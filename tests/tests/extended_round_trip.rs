@@ -5,7 +5,7 @@
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{
-    Diagnosis, ExtendedFile, Purpose, Role, SimulatedChannel, diagnose, simulate_extended,
+    Diagnosis, ExtendedFile, Purpose, Request, Role, SimulatedChannel, diagnose, simulate_extended,
 };
 use pneudrive_model::rig::Rig;
 use pneudrive_sim::plant::{Effect, Nuisances};
@@ -32,7 +32,7 @@ fn round_trip(effect: &str, control_loop: Loop, drive: bool) -> (Diagnosis, Vec<
     write_csv(&file, 2, settings.columns, Recorder::new(&settings).unwrap()).unwrap();
     let rig = Rig::parse("rig.toml", &rig_toml(&settings).unwrap()).unwrap();
     let recording = load(&file, LoadOptions::default()).unwrap().recording;
-    let diagnosis = diagnose(&recording, &rig, None, &|_, _| {}).unwrap();
+    let diagnosis = diagnose(&recording, &rig, Request::default(), &|_, _| {}).unwrap();
 
     let saved = folder.path().join("extended.toml");
     diagnosis.extended.save(&saved).unwrap();

@@ -95,6 +95,24 @@ fn so_do_checked_answers() {
     assert_eq!(answer, Ok(request), "at 102 counts, as commanded");
 }
 
+/// A host puts a byte 0x00 before a request where the byte before was 0xFF: alone, or (adapters may do that) in one run with it.
+#[test]
+fn a_guard_byte_before_a_request_costs_nothing() {
+    let mut bench = ChipBench::booted(0);
+    for n in 0..200_u16 {
+        // Another board's answer that ends in 0xFF.
+        bench.send(&packet(1, [n, 300, 300, 511]).encode());
+        let end = bench.send(&[0x00]);
+        let glued = n % 2 == 0;
+        if !glued {
+            bench.chip.run_until(end + Ticks::from_micros(134));
+        }
+        let answer = bench.exchange(packet(0, [n; 4]));
+        assert_on_time_and_back_to_back(&answer.unwrap_or_else(|| panic!("request {n} was not answered")));
+    }
+    assert_eq!(bench.chip.uart_overruns(BUS), 0);
+}
+
 #[test]
 fn the_switch_sets_the_address_and_nobody_else_is_answered() {
     for own in 0..4 {

@@ -2,7 +2,7 @@
 //!
 //! `cargo test -p system-tests --test firmware_loop -- --nocapture` prints the figures that docs/firmware.md states.
 
-use pneudrive_chip::{Chip, Level, Ticks};
+use pneudrive_chip::{Level, Ticks};
 use system_tests::chip_bench::{BOOT, ChipBench, DIR, PWM, packet};
 use system_tests::firmware;
 
@@ -55,12 +55,25 @@ fn the_loop_runs_at_1_khz_with_little_jitter_on_a_busy_bus() {
     }
 }
 
+/// Until the DMA says that it has them all: the ADC goes on until it is told to stop, and what it converts then is thrown away.
 #[test]
 fn a_step_reads_each_sensor_sixteen_times() {
+    const DMA_IRQ_0: usize = 11;
     let mut bench = ChipBench::booted(0);
-    let before = bench.chip.adc_conversions(3).count;
-    bench.run(Ticks::from_millis(100));
-    assert_eq!(bench.chip.adc_conversions(3).count - before, 100 * 16);
+    let to_the_end_of_the_readings = |bench: &mut ChipBench| {
+        let before = bench.chip.interrupts_taken(DMA_IRQ_0);
+        bench.run_until_seen(PERIOD * 2, |bench| bench.chip.interrupts_taken(DMA_IRQ_0) > before);
+    };
+    to_the_end_of_the_readings(&mut bench);
+    for step in 0..100 {
+        bench.run(PERIOD - Ticks::from_micros(500));
+        let count = |bench: &ChipBench| [0, 1, 2, 3].map(|input| bench.chip.adc_conversions(input).count);
+        let before = count(&bench);
+        to_the_end_of_the_readings(&mut bench);
+        let after = count(&bench);
+        // The first input's next conversion has begun already.
+        assert_eq!([1, 2, 3].map(|input| after[input] - before[input]), [16; 3], "step {step}");
+    }
 }
 
 /// The voltage changes in the middle of each step's readings: what is answered is their average.
@@ -103,25 +116,32 @@ fn the_pwm_runs_at_about_31_khz() {
     }
 }
 
-/// The pins are floating (pulled up on the board) or high, from power-on to the end of the power-up vent.
+/// Whether all eight valve pins are driven.
+fn drives_valves(bench: &ChipBench) -> bool {
+    DIR.iter().chain(&PWM).all(|pin| bench.chip.pin_output(*pin) != Level::Floating)
+}
+
+/// The pins are driven high from the program's first instructions on, but for the moment in which Embassy resets them; then they float
+/// (pulled up on the board). Until the end of the power-up vent none is ever low.
 #[test]
-fn no_valve_pin_is_ever_low_before_the_loop_says_so() {
+fn valve_pins_are_driven_high_from_the_first_instructions_on() {
     let mut bench = ChipBench::power_on(0);
     bench.chip.watch_pins(DIR.into_iter().chain(PWM).fold(0, |pins, pin| pins | 1 << pin));
-    let driven =
-        |chip: &Chip| DIR.iter().chain(&PWM).filter(|pin| chip.pin_output(**pin) != Level::Floating).count();
-    let mut first = None;
-    while bench.chip.now() < BOOT {
-        bench.run(Ticks::from_micros(10));
-        if driven(&bench.chip) == 8 && first.is_none() {
-            first = Some(bench.chip.now());
-        }
-        assert_eq!(bench.coils(), VENT, "at {:.0} us", bench.chip.now().as_micros());
+    let us = Ticks::as_micros;
+    let program = bench.run_until_seen(PERIOD, |bench| bench.chip.program_counter() >> 28 == 1);
+    let driven = bench.run_until_seen(PERIOD, drives_valves);
+    println!("boot loader {:.0} us, then {:.0} us until all valve pins are driven", us(program), us(driven));
+    assert!(driven < Ticks::from_micros(150) && program + driven < Ticks::from_micros(250));
+
+    let held = bench.run_until_seen(BOOT, |bench| !drives_valves(bench));
+    let let_go = bench.run_until_seen(PERIOD, drives_valves);
+    println!("driven for {:.1} ms, then let go for {:.0} us by Embassy", us(held) / 1e3, us(let_go));
+    assert!(let_go < Ticks::from_micros(700));
+    while bench.chip.now() < BOOT + PERIOD * 1_980 {
+        bench.run(Ticks::from_micros(100));
+        assert!(drives_valves(&bench), "at {:.0} us", us(bench.chip.now()));
+        assert_eq!(bench.coils(), VENT, "at {:.0} us", us(bench.chip.now()));
     }
-    let Some(first) = first else { panic!("the valve pins are not driven") };
-    println!("all valve pins driven {:.2} ms after the start of the program", first.as_micros() / 1e3);
-    bench.run(Ticks::from_millis(1_980));
-    assert_eq!(bench.coils(), VENT);
     assert_eq!(bench.chip.take_pin_edges(), []);
 }
 

@@ -78,9 +78,19 @@ fn from_a_broken_sensor_to_a_vented_valve() {
         let mut bench = filling(&running, Ticks::from_micros(n * 53));
         bench.chip.set_adc(2, code);
         let (dir, pwm) = (DIR[2], PWM[2]);
-        times.push(bench.run_until_seen(MS * 20, |bench| {
+        let vents = |bench: &ChipBench| {
             bench.chip.pin_output(dir) == Level::High && bench.chip.pwm_duty(pwm) == Some(1.0)
-        }));
+        };
+        let mut time = bench.run_until_seen(MS * 20, vents);
+        // A sensor that breaks within a step's readings has, on their average, just a high pressure: that step vents, the next one
+        // does not.
+        let mut next_step = bench.clone();
+        next_step.run(MS);
+        if !vents(&next_step) {
+            time += MS + next_step.run_until_seen(MS * 20, vents);
+            bench = next_step;
+        }
+        times.push(time);
         assert_eq!(bench.coils(), [1.0, 1.0, -1.0, 1.0], "the others go on");
     }
     let (least, most) = report("sensor broken: to both pins of its valve high", &times);

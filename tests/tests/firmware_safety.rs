@@ -27,6 +27,27 @@ fn it_holds_for_two_seconds_when_the_host_dies_and_then_vents() {
     assert_eq!(bench.coils(), FILL, "a request revives it");
 }
 
+/// The original's client is obeyed as soon as a host that checks has left.
+#[test]
+fn it_forgets_a_host_that_leaves_at_once() {
+    let mut bench = ChipBench::running(0);
+    let checked =
+        |packet, number| CheckedPacket { packet, sequence: Sequence::new(number) }.encode(Direction::Request);
+    assert!(bench.exchange_bytes(&checked(packet(0, [500; 4]), 1)).is_some());
+    bench.run(MS * 5);
+    assert_eq!(bench.coils(), FILL);
+    assert!(bench.exchange(packet(0, [700; 4])).is_none(), "an unchecked client beside a host that checks");
+    let leave = CheckedPacket::leave(packet(0, [0; 4]).address, Sequence::new(2));
+    let answer = bench.exchange_bytes(&leave.encode(Direction::Request)).map(|answer| answer.bytes());
+    let answer = answer.and_then(|bytes| CheckedPacket::decode(&bytes, Direction::Answer).ok());
+    assert_eq!(answer.map(|answer| answer.sequence.get()), Some(2));
+    bench.run(MS * 2);
+    assert_eq!(bench.coils(), VENT);
+    assert!(bench.exchange(packet(0, [500; 4])).is_some());
+    bench.run(MS * 2);
+    assert_eq!(bench.coils(), FILL, "the unchecked client is obeyed");
+}
+
 #[test]
 fn a_broken_sensor_vents_its_chamber_and_the_answer_says_so() {
     let mut bench = ChipBench::filling();
@@ -105,6 +126,28 @@ fn the_watchdog_resets_a_control_loop_that_stops() {
 #[test]
 fn the_watchdog_resets_a_bus_interrupt_that_stops() {
     is_reset_and_vents("DMA_IRQ_1", RETURN);
+}
+
+/// The bus's interrupts are not masked in critical sections, so they must not take any. If one does, the board stops before
+/// anything is shared: without the check it would go on until the watchdog's time is over.
+#[test]
+fn a_critical_section_in_a_bus_interrupt_stops_the_board() {
+    const DMA_IRQ_1: usize = 12;
+    const TIMER_IRQ_1: usize = 1;
+    for irq in [DMA_IRQ_1, TIMER_IRQ_1] {
+        let broken = firmware::with_handler(irq, "_critical_section_1_0_acquire");
+        let mut bench = ChipBench::power_on_with(&broken, 0);
+        bench.run(BOOT);
+        let resets = bench.chip.resets().len();
+        let _ = bench.exchange(packet(0, [500; 4]));
+        let taken = bench.chip.interrupts_taken(irq);
+        assert!(taken > 0);
+        bench.run(MS * 20);
+        assert_eq!(bench.chip.interrupts_taken(irq), taken, "interrupt {irq} is not handled again");
+        bench.run(MS * 60);
+        assert!(bench.chip.resets().len() > resets);
+        assert_eq!(bench.coils(), VENT);
+    }
 }
 
 /// A program that hangs or faults in this function: the watchdog resets the chip again and again, and no valve pin is

@@ -4,7 +4,7 @@
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::json::Report;
-use pneudrive_model::diagnosis::{Diagnosis, diagnose};
+use pneudrive_model::diagnosis::{Diagnosis, Request, diagnose};
 use pneudrive_model::rig::Rig;
 use system_tests::regulator::{Defect, HIGHEST_KPA, recording};
 
@@ -13,7 +13,7 @@ fn diagnosed(defect: Defect, seed: u64) -> Diagnosis {
     let file = folder.path().join("regulator.csv");
     std::fs::write(&file, recording(defect, 120.0, 50.0, seed)).unwrap();
     let loaded = load(&file, LoadOptions::default()).unwrap();
-    diagnose(&loaded.recording, &Rig::default(), None, &|_, _| {}).unwrap()
+    diagnose(&loaded.recording, &Rig::default(), Request::default(), &|_, _| {}).unwrap()
 }
 
 fn named(report: &Report) -> Vec<Vec<&str>> {

@@ -79,11 +79,12 @@ fn resident_bytes() -> u64 {
 /// Rows below the header, each later than the one before.
 fn rows_in(file: &Path) -> u64 {
     let decoder = zstd::Decoder::new(std::fs::File::open(file).unwrap()).unwrap();
-    let mut lines = BufReader::new(decoder).lines();
-    let columns = lines.next().unwrap().unwrap().split(',').count();
+    let lines = BufReader::new(decoder).lines().map(Result::unwrap);
+    // Without what the recording says of itself and of what happened.
+    let mut lines = lines.filter(|line| !line.starts_with('#'));
+    let columns = lines.next().unwrap().split(',').count();
     let (mut rows, mut before) = (0, -1.0);
     for line in lines {
-        let line = line.unwrap();
         assert_eq!(line.split(',').count(), columns, "row {rows}: {line}");
         let time_s: f64 = line.split(',').next().unwrap().parse().unwrap();
         assert!(time_s > before, "row {rows} at {time_s} s, after {before} s");

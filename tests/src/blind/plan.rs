@@ -126,3 +126,61 @@ pub fn round(seed: u64, size: usize, drive: bool) -> Vec<Case> {
     }
     cases
 }
+
+/// Channels of the table's recordings.
+pub const TABLE_CHANNELS: usize = 2;
+
+/// The rounds of the table of what the diagnosis says: seed, size and whether the drive is recorded.
+const TABLE: [(u64, usize, bool); 4] = [(901, 1, true), (902, 2, true), (903, 1, false), (904, 2, false)];
+
+/// The cases of the table with their names, four rounds of about eleven: a third of the catalogue each, so that every effect comes at
+/// least once and play and stiction in closed loop, where they matter most; one with nothing hidden, a pair, an effect off the catalogue
+/// and, where the round has one on a channel that is recorded, an effect on one channel.
+#[must_use]
+pub fn table() -> Vec<(String, Case)> {
+    let mut table = Vec::new();
+    for (k, (seed, size, drive)) in TABLE.into_iter().enumerate() {
+        let cases = round(seed, size, drive);
+        // Thirds 0 and 1 with the drive, 1 and 2 without.
+        let third = k - k / 2;
+        let singles = cases.iter().filter(|c| c.kind == Kind::Single && c.number % 3 == third);
+        let first = |kind: Kind| cases.iter().find(|c| c.kind == kind && exists(&c.arguments));
+        let off = cases.iter().find(|c| c.effects == [OFF_CATALOGUE[k]]);
+        let chosen = singles
+            .chain([Kind::Null, Kind::OneChannel, Kind::Pair].into_iter().filter_map(first))
+            .chain(off);
+        table.extend(chosen.map(|case| (format!("r{k}c{:03}", case.number), case.clone())));
+    }
+    table
+}
+
+/// Does a short recording have the channels that the arguments name?
+fn exists(arguments: &[String]) -> bool {
+    let channel = |argument: &String| argument.split_once("@b0c").and_then(|(_, k)| k.parse().ok());
+    arguments.iter().filter_map(channel).all(|k: usize| k < TABLE_CHANNELS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_hides_every_effect_and_every_kind_in_both_ways() {
+        let table = table();
+        for drive in [true, false] {
+            let of =
+                |kind: Kind| table.iter().filter(move |(_, c)| c.drive == drive && c.kind == kind).count();
+            assert_eq!([Kind::Null, Kind::Pair, Kind::OffCatalogue, Kind::Single].map(of), [2, 2, 2, 14]);
+            assert!(of(Kind::OneChannel) > 0);
+        }
+        for (id, _) in CATALOGUE {
+            let hidden = |(_, case): &&(String, Case)| case.kind == Kind::Single && case.effects[0] == id;
+            assert!(table.iter().any(|entry| hidden(&entry)), "{id}");
+        }
+        let hunts =
+            |id: &str| table.iter().any(|(_, c)| !c.drive && c.kind == Kind::Single && c.effects[0] == id);
+        assert!(hunts("valve_hysteresis") && hunts("valve_stiction"));
+        let names: std::collections::BTreeSet<&String> = table.iter().map(|(name, _)| name).collect();
+        assert_eq!(names.len(), table.len());
+    }
+}

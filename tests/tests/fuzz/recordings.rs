@@ -107,6 +107,7 @@ fn bag() -> Vec<u8> {
             let board = |board: u8| BoardRow {
                 board,
                 command: counts,
+                wanted: counts,
                 outcome: Outcome::Fresh,
                 reading: Some(Reading {
                     counts,

@@ -5,13 +5,16 @@
 //!                                        --size limit|moderate|gross and --loop drive|closed only some
 //! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`
 //! blind score DIR                        the confusion matrix, from truth.json and report.json
+//! blind table [FILE]                     whether the diagnosis still says of fixed recordings what the table says
 //! ```
+
+mod recording;
+mod table;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use pneudrive_sim::plant::{Effect, Nuisances};
-use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
+use recording::{Extent, record};
 use system_tests::blind::plan::{Case, SIZES, round};
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
@@ -19,14 +22,21 @@ const USAGE: &str = "usage: blind COMMAND DIR
   generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed]
                                             recordings and truth.json, by the truth plant alone
   diagnose DIR [--program pneudrive-model]  report.json beside each; goes on where it was stopped
-  score DIR                                 tables, from truth.json and report.json";
+  score DIR                                 tables, from truth.json and report.json
+  table [FILE] [--share 0.1] [--only TEXT] [--write]
+                                            makes and diagnoses the recordings of the committed table and compares: exit status 1
+                                            when a name differs or a number moves by more than this share of its interval;
+                                            --only those with TEXT in their name (r0, r2c005), --write replaces the table";
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Exit status where the table says something else.
+const DIFFERENT: u8 = 1;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match run(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(status) => status,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::from(2)
@@ -34,14 +44,24 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &[String]) -> Result<()> {
+fn run(arguments: &[String]) -> Result<ExitCode> {
     let option = |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1));
     if arguments.iter().any(|a| a == "--help" || a == "-h") {
         println!("{USAGE}");
-        return Ok(());
+        return Ok(ExitCode::SUCCESS);
     }
-    let directory = arguments.get(1).filter(|a| !a.starts_with('-')).ok_or(USAGE)?;
-    let directory = PathBuf::from(directory);
+    let path = arguments.get(1).filter(|a| !a.starts_with('-')).map(PathBuf::from);
+    if arguments.first().is_some_and(|command| command == "table") {
+        let request = table::Request {
+            file: path,
+            share: option("--share").map_or(Ok(table::SHARE), |text| text.parse())?,
+            only: option("--only").cloned(),
+            write: arguments.iter().any(|a| a == "--write"),
+        };
+        let same = table::run(&request)?;
+        return Ok(if same { ExitCode::SUCCESS } else { ExitCode::from(DIFFERENT) });
+    }
+    let directory = path.ok_or(USAGE)?;
     match arguments[0].as_str() {
         "generate" => {
             let rounds: u64 = option("--rounds").map_or(Ok(1), |text| text.parse())?;
@@ -50,12 +70,13 @@ fn run(arguments: &[String]) -> Result<()> {
                 option("--size").is_none_or(|size| *size == case.size)
                     && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
             };
-            generate(&directory, seed, rounds, wanted)
+            generate(&directory, seed, rounds, wanted)?;
         }
-        "diagnose" => diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str)),
-        "score" => print_score(&directory),
-        other => Err(format!("no command {other}: generate, diagnose or score").into()),
+        "diagnose" => diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str))?,
+        "score" => print_score(&directory)?,
+        other => return Err(format!("no command {other}: generate, diagnose, score or table").into()),
     }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on the board.
@@ -64,33 +85,10 @@ fn generate(directory: &Path, seed: u64, rounds: u64, wanted: impl Fn(&Case) -> 
         let size = [1, 2, 0][(k as usize / 2) % SIZES.len()];
         for case in round(seed + k, size, k % 2 == 0).into_iter().filter(&wanted) {
             let folder = directory.join(format!("r{k:03}c{:03}", case.number));
-            record(&folder, &case)?;
+            record(&folder, &case, Extent::default())?;
             println!("{}", folder.display());
         }
     }
-    Ok(())
-}
-
-fn record(folder: &Path, case: &Case) -> Result<()> {
-    std::fs::create_dir_all(folder)?;
-    let defaults = RecordingSettings::default();
-    let mut plant = defaults.plant.clone();
-    plant.nuisances = Nuisances::laboratory();
-    let effects =
-        case.arguments.iter().map(|text| text.parse()).collect::<std::result::Result<Vec<Effect>, _>>()?;
-    let settings = RecordingSettings {
-        plant,
-        effects,
-        seed: case.seed,
-        seconds: 220.0,
-        rate_hz: 100.0,
-        control_loop: if case.drive { Loop::Row } else { defaults.control_loop },
-        columns: Columns { drive: case.drive, ..Columns::default() },
-        ..defaults
-    };
-    write_csv(&folder.join("run.csv"), settings.plant.channels, settings.columns, Recorder::new(&settings)?)?;
-    std::fs::write(folder.join("rig.toml"), rig_toml(&settings)?)?;
-    std::fs::write(folder.join("truth.json"), serde_json::to_string_pretty(case)?)?;
     Ok(())
 }
 
