@@ -14,6 +14,8 @@ use pyo3::prelude::*;
 /// The compiled part of `pneudrive_py`; import that.
 #[pymodule]
 mod _pneudrive {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::bus::{Poller, PressureController};
 
@@ -22,6 +24,12 @@ mod _pneudrive {
         Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose,
         effects, fit, load, model_parameters, simulate, simulate_batch,
     };
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::toolkit::imported();
+        crate::bus::register_atexit(module)
+    }
 
     #[pymodule_export]
     #[allow(non_upper_case_globals)]

@@ -1,10 +1,14 @@
 """The bus, against virtual boards behind a real pty."""
 
+import itertools
+import subprocess
+import sys
 import threading
 import time
 
 import numpy as np
 import pytest
+from boards import Boards
 
 from pneudrive_py import (
     CommandError,
@@ -13,6 +17,7 @@ from pneudrive_py import (
     PortError,
     PressureController,
     StaleDataError,
+    VentWarning,
 )
 
 ATMOSPHERE = np.zeros(4)
@@ -36,8 +41,8 @@ def test_the_papers_script_runs_unchanged():
         pressures = controller.get_pressure_data(0)
     assert pressures.shape == (4,)
     assert pressures.dtype == np.float64
-    # Powered up a moment ago, the boards still vent.
-    assert np.all(np.abs(pressures) < 20.0)
+    # Powered up a moment ago, the boards still vent, or are on their way.
+    assert np.all((pressures > -5.0) & (pressures < 55.0))
 
 
 def test_pressures_follow_their_commands(controller):
@@ -97,7 +102,7 @@ def test_an_unplugged_board_is_an_error_and_not_its_last_pressure():
         port = boards.port
         boards.close()
         # The same line, with one board more than there is.
-        with PressureController(port, 2, timeout=0.2) as controller:
+        with pytest.warns(VentWarning, match=r"board\(s\) \[1\]"), PressureController(port, 2, timeout=0.2) as controller:
             controller.set_pressure_commands(0, ATMOSPHERE)
             with pytest.raises(NoAnswerError) as failure:
                 controller.set_pressure_commands(1, ATMOSPHERE)
@@ -122,8 +127,57 @@ def test_a_port_that_is_not_there():
 
 
 def test_a_second_controller_on_the_same_port_is_refused(controller):
-    with pytest.raises(PortError, match="in use by another process"):
+    with pytest.raises(PortError, match="another PressureController of this program has it; close that one first"):
         PressureController(controller.port, 2)
+
+
+def test_another_program_that_has_the_port_is_named_as_such(controller):
+    program = "import sys, pneudrive_py as p\ntry:\n    p.PressureController(sys.argv[1], 2)\nexcept p.PortError as e:\n    print(e)"
+    said = subprocess.run([sys.executable, "-c", program, controller.port], capture_output=True, text=True).stdout
+    assert "in use by another process" in said
+
+
+def test_what_is_polled_is_not_used_by_hand(controller):
+    with controller.poll(rate_hz=100) as poller:
+        for call in (
+            controller.ping_devices,
+            lambda: controller.set_pressure_commands(0, ATMOSPHERE),
+            lambda: controller.exchange_all(np.zeros((2, 4))),
+            controller.poll,
+        ):
+            with pytest.raises(PortError, match="this controller is being polled: use the poller's .* or stop the poller first"):
+                call()
+        with pytest.raises(StaleDataError, match="board 0: this controller is being polled"):
+            controller.get_pressure_data(0)
+        assert "polling" in repr(poller) and "polled" in repr(controller)
+    assert "ended: it was stopped" in repr(poller)
+    controller.set_pressure_commands(0, ATMOSPHERE)
+    with controller.poll(rate_hz=100) as poller:
+        poller.set_pressure_commands(0, ATMOSPHERE)
+
+
+def test_a_lost_answer_is_asked_for_again():
+    """The board answers every third request only."""
+
+    requests = itertools.count(1)
+
+    def obeys(board, counts):
+        return next(requests) % 3 == 0
+
+    with Boards(obeys=obeys) as boards, PressureController(boards.port, 1, timeout=0.1) as controller:
+        for _ in range(3):
+            controller.set_pressure_commands(0, [50.0] * 4)
+        np.testing.assert_allclose(controller.get_pressure_data(0), 50.0, atol=0.5)
+        controller.close()
+        requests = itertools.count(1)
+        with PressureController(boards.port, 1, timeout=0.1, retries=0) as controller, pytest.raises(NoAnswerError):
+            controller.set_pressure_commands(0, [50.0] * 4)
+
+
+@pytest.mark.parametrize("retries", [-1, 101])
+def test_numbers_of_retries_that_cannot_be(retries):
+    with pytest.raises(CommandError, match=f"retries is {retries}; it must be 0 to 100"):
+        PressureController("sim", 1, retries=retries)
 
 
 @pytest.mark.parametrize("devices", [0, -1, 256])
@@ -173,7 +227,7 @@ def test_exchanges_do_not_hold_the_interpreter():
     with PressureController("sim", 1, timing="instant") as boards:
         port = boards.port
         boards.close()
-        with PressureController(port, 2, timeout=0.5) as controller:
+        with pytest.warns(VentWarning), PressureController(port, 2, timeout=0.5, retries=0) as controller:
             ticks = []
             done = threading.Event()
 
@@ -190,6 +244,26 @@ def test_exchanges_do_not_hold_the_interpreter():
             done.set()
             thread.join()
     assert during > 20
+
+
+def test_a_close_ends_another_threads_exchange():
+    with Boards(obeys=lambda board, counts: counts == [102] * 4) as boards:
+        controller = PressureController(boards.port, 1, timeout=1.0, retries=100)
+        failures = []
+
+        def work():
+            try:
+                controller.set_pressure_commands(0, [50.0] * 4)
+            except PneuDriveError as error:
+                failures.append(str(error))
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        time.sleep(0.2)
+        controller.close()
+        thread.join()
+        assert failures == ["this controller is closed"]
+        assert boards.is_vented()
 
 
 def test_threads_may_share_a_controller(controller):

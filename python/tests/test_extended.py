@@ -48,7 +48,7 @@ def test_an_effect_acts_on_its_channel_alone(plain, with_play, recording):
     assert difference[0] > 5.0
     assert difference[1] == 0.0
     assert play.scores["b0c0"]["rmse_kpa"] > 2.0 * without.scores["b0c0"]["rmse_kpa"]
-    assert "nonlinear with valve_hysteresis" in repr(play) and "with" not in repr(without)
+    assert "nonlinear model with valve_hysteresis" in repr(play) and "with" not in repr(without)
     assert "b0c0 with valve_hysteresis; b0c1" in repr(with_play)
     assert "<table" in with_play._repr_html_() and "half_width" in with_play._repr_html_()
 

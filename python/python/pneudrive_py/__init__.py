@@ -41,6 +41,7 @@ from .exceptions import (
     PneuDriveError,
     PortError,
     StaleDataError,
+    VentWarning,
 )
 
 __version__ = _pneudrive.__version__
@@ -56,5 +57,6 @@ __all__ = [
     "PneuDriveError",
     "PortError",
     "StaleDataError",
+    "VentWarning",
     "exceptions",
 ]

@@ -304,8 +304,9 @@ class Poller:
     """
     Polls all boards of a controller in the background; made by ``PressureController.poll``.
 
-    Set points may be changed and pressures read at any time, from any thread, without waiting for the bus. When it is stopped
-    (or its ``with`` block ends) all boards are commanded to 0 kPa, and the controller can be used by hand again.
+    Set points may be changed and pressures read at any time, from any thread, without waiting for the bus. When it is stopped,
+    its ``with`` block or its controller's ends, or it is deleted, all boards are commanded to 0 kPa, and the controller can be used by
+    hand again.
     """
     def __enter__(self, /) -> Poller: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
@@ -339,6 +340,11 @@ class Poller:
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
             (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
         """
+    def release(self, /) -> None:
+        """
+        Follows set points again after ``vent``, or after a port that was gone has come back. What was commanded before does not return:
+        all set points are 0 kPa until they are set. Does nothing if the boards are not vented.
+        """
     def set_pressure_commands(self, /, device: "int", pressures: ArrayLike) -> None:
         """
         Changes the set points of one board, from its next exchange on.
@@ -349,6 +355,14 @@ class Poller:
             Board number, from 0.
         pressures : array_like of float, shape (4,)
             Set points of channels 0 to 3, kPa gauge.
+
+        Raises
+        ------
+        CommandError
+            A pressure that cannot or may not be commanded, a wrong shape, no such board, or the boards are vented; the old set points
+            stand.
+        PortError
+            The poller has ended.
         """
     def statistics(self, /) -> dict[str, Any] | None:
         """
@@ -368,12 +382,31 @@ class Poller:
         ------
         PortError
             The port failed while polling.
+
+        Warns
+        -----
+        VentWarning
+            A board did not confirm 0 kPa.
+        """
+    def vent(self, /) -> None:
+        """
+        Commands 0 kPa to all boards at once, until ``release``; polling goes on.
+
+        Raises
+        ------
+        PortError
+            The poller has ended; its boards were commanded 0 kPa then.
+        """
+    @property
+    def vented(self, /) -> bool:
+        """
+        Whether 0 kPa is commanded until ``release``: by ``vent``, or because the port was gone and has come back.
         """
 
 @final
 class PressureController:
     """
-    Host of up to 256 boards with four chambers each, on one serial port.
+    Host of up to 255 boards with four chambers each, on one serial port.
 
     Parameters
     ----------
@@ -385,6 +418,20 @@ class PressureController:
         Line rate.
     timeout : float, optional
         How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
+    retries : int, default 3
+        How often a board that did not answer is asked again before an exception says so, 0 to 100. A desktop that is busy for some
+        milliseconds makes an answer late.
+    max_kpa : float, optional
+        Highest set point of every channel, kPa gauge: what is above it is refused.
+    max_rate_kpa_s : float, optional
+        Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A poller ramps what is faster; by hand
+        it is refused.
+    rig : str or os.PathLike, optional
+        Rig file (TOML) with limits of boards and channels: ``[limits]``, ``[boards.0.limits]``, ``[boards.0.channels.3.limits]``, each
+        with ``max_kpa`` and ``max_rate_kpa_s``. Of several limits the strictest holds.
+    resume : bool, default False
+        Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
+        vented until ``Poller.release`` is called.
     timing : {"wire", "instant"}, default "wire"
         Only for ``"sim"``: whether bytes take as long as on a wire.
 
@@ -392,19 +439,37 @@ class PressureController:
     ------
     PortError
         The port does not exist, is used by another process, or may not be opened.
+    CommandError
+        An argument that makes no sense.
+    DataError, FileError
+        The rig file cannot be used or read.
 
     Notes
     -----
-    Usable as a context manager: at the end all boards are commanded to 0 kPa and the port is closed. All methods may be called
-    from several threads; exchanges then wait for each other.
+    All boards are commanded to 0 kPa and the port is closed when the ``with`` block ends, by ``close``, when the controller is
+    deleted, and when the interpreter ends (also by ``sys.exit``, an exception or Ctrl-C). A poller is ended by the same. Python cannot
+    do so when it is killed, as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own command timeout, and
+    boards without one keep their pressure. A forked child cannot use the controller, and its end changes nothing.
+
+    All methods may be called from several threads; exchanges then wait for each other. Ctrl-C ends every wait.
     """
     def __enter__(self, /) -> PressureController: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
-    def __new__(cls, /, uart_port: str | PathLike[str], num_devices: SupportsIndex, *, baud: SupportsIndex = 1000000, timeout: SupportsFloat | SupportsIndex | None = None, timing: str = "wire") -> PressureController: ...
+    def __new__(cls, /, uart_port: str | PathLike[str], num_devices: SupportsIndex, *, baud: SupportsIndex = 1000000, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, timing: str = "wire") -> PressureController: ...
     def __repr__(self, /) -> str: ...
     def close(self, /) -> None:
         """
-        Commands 0 kPa to all boards and closes the port. Further calls do nothing.
+        Ends a poller, commands 0 kPa to all boards and closes the port. Further calls do nothing.
+
+        Raises
+        ------
+        PortError
+            The port failed before the boards were commanded 0 kPa.
+
+        Warns
+        -----
+        VentWarning
+            A board did not confirm 0 kPa.
         """
     def exchange_all(self, /, pressures: ArrayLike) -> NDArray[float64]:
         """
@@ -484,7 +549,13 @@ class PressureController:
         Returns
         -------
         Poller
-            Has the bus until it is stopped; use it as a context manager.
+            Has the bus until it ends: by its ``stop``, by the end of its ``with`` block or of the controller's, or when either of the
+            two is deleted. Meanwhile the controller cannot be used by hand.
+
+        Raises
+        ------
+        PortError
+            The controller is closed or polled already.
         """
     @property
     def port(self, /) -> Path:
@@ -505,7 +576,8 @@ class PressureController:
         Raises
         ------
         CommandError
-            A pressure that cannot be commanded, a wrong shape, or no such board; nothing was sent.
+            A pressure that cannot or may not be commanded, a change that is too fast, a wrong shape, or no such board; nothing was
+            sent.
         NoAnswerError, GarbledAnswerError
             The exchange failed; ``get_pressure_data`` then has nothing to give.
         """

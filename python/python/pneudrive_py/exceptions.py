@@ -44,3 +44,7 @@ class FileError(PneuDriveError, OSError):
 
 class FitError(PneuDriveError, RuntimeError):
     """A model that cannot be fitted to a channel."""
+
+
+class VentWarning(RuntimeWarning):
+    """A board did not confirm the final 0 kPa: it may keep its pressure until its own command timeout."""

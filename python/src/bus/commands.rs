@@ -1,7 +1,8 @@
 //! Commands from Python: four pressures that can be reached, or an error that says which one cannot.
 
-use crate::errors::CommandError;
+use crate::errors::{self, CommandError};
 use numpy::{AllowTypeChange, PyArrayLike1};
+use pneudrive_host::poller::Limits;
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use pyo3::prelude::*;
 
@@ -10,13 +11,18 @@ pub const SCALE: SensorScale = SensorScale::ORIGINAL;
 
 /// Four pressures, kPa gauge, as counts.
 ///
-/// Takes whatever NumPy can make a float array of shape (4,) of.
-pub fn counts(board: u8, pressures: &Bound<'_, PyAny>) -> PyResult<[Counts; CHANNELS]> {
+/// Takes whatever NumPy can make a float array of shape (4,) of, within `limits`.
+pub fn counts(board: u8, pressures: &Bound<'_, PyAny>, limits: &Limits) -> PyResult<[Counts; CHANNELS]> {
     let wrong = |got: String| {
         CommandError::new_err(format!("board {board}: expected {CHANNELS} pressures in kPa, got {got}"))
     };
-    let array: PyArrayLike1<'_, f64, AllowTypeChange> =
-        pressures.extract().map_err(|_| wrong(describe(pressures)))?;
+    let array: PyArrayLike1<'_, f64, AllowTypeChange> = match pressures.extract() {
+        Ok(array) => array,
+        Err(error) => {
+            let got = describe(pressures)?;
+            return Err(errors::instead_of(pressures.py(), error, || wrong(got)));
+        }
+    };
     let array = array.as_array();
     if array.len() != CHANNELS {
         return Err(wrong(format!("{} of them", array.len())));
@@ -26,6 +32,14 @@ pub fn counts(board: u8, pressures: &Bound<'_, PyAny>) -> PyResult<[Counts; CHAN
         *slot = SCALE.counts(*kpa).map_err(|error| {
             CommandError::new_err(format!("board {board}, channel {channel}: {error}; nothing was sent"))
         })?;
+        limits
+            .check(board, channel, *kpa)
+            .map_err(|refused| CommandError::new_err(format!("{refused}; nothing was sent")))?;
+        let max_kpa = limits.of(board)[channel].max_kpa;
+        if SCALE.kpa(*slot) > max_kpa && *slot > Counts::ATMOSPHERE {
+            // Rounded to the nearest count, it would be above the limit.
+            *slot = Counts::saturating(slot.get() - 1);
+        }
     }
     Ok(counts)
 }
@@ -40,9 +54,10 @@ pub fn board(number: i64, devices: u16) -> PyResult<u8> {
     }
 }
 
-fn describe(value: &Bound<'_, PyAny>) -> String {
-    let shape =
-        value.getattr("shape").and_then(|shape| shape.str()).map(|shape| format!(" of shape {shape}"));
+fn describe(value: &Bound<'_, PyAny>) -> PyResult<String> {
     let class = value.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
-    format!("{class}{}", shape.unwrap_or_default())
+    match value.getattr_opt("shape")? {
+        Some(shape) => Ok(format!("{class} of shape {}", shape.str()?)),
+        None => Ok(class),
+    }
 }

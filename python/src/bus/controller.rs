@@ -1,17 +1,21 @@
-use super::commands::{self, SCALE};
+use super::commands;
+use super::ending::Signals;
+use super::guard;
+use super::link::{Link, POLLED, held_by_us};
+use super::live;
 use super::poller::{Poller, PollerSettings};
 use super::port::{Port, Timing, bus_options};
-use crate::errors::{self, CommandError, NoAnswerError, PneuDriveError, PortError, StaleDataError};
+use super::session::Session;
+use crate::errors::{BusFailure, CommandError, NoAnswerError, StaleDataError};
 use crate::types::{Array, ArrayLike, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pneudrive_host::bus::{Answer, Bus};
 use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Host of up to 256 boards with four chambers each, on one serial port.
+/// Host of up to 255 boards with four chambers each, on one serial port.
 ///
 /// Parameters
 /// ----------
@@ -23,6 +27,20 @@ use std::time::{Duration, Instant};
 ///     Line rate.
 /// timeout : float, optional
 ///     How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
+/// retries : int, default 3
+///     How often a board that did not answer is asked again before an exception says so, 0 to 100. A desktop that is busy for some
+///     milliseconds makes an answer late.
+/// max_kpa : float, optional
+///     Highest set point of every channel, kPa gauge: what is above it is refused.
+/// max_rate_kpa_s : float, optional
+///     Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A poller ramps what is faster; by hand
+///     it is refused.
+/// rig : str or os.PathLike, optional
+///     Rig file (TOML) with limits of boards and channels: ``[limits]``, ``[boards.0.limits]``, ``[boards.0.channels.3.limits]``, each
+///     with ``max_kpa`` and ``max_rate_kpa_s``. Of several limits the strictest holds.
+/// resume : bool, default False
+///     Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
+///     vented until ``Poller.release`` is called.
 /// timing : {"wire", "instant"}, default "wire"
 ///     Only for ``"sim"``: whether bytes take as long as on a wire.
 ///
@@ -30,74 +48,72 @@ use std::time::{Duration, Instant};
 /// ------
 /// PortError
 ///     The port does not exist, is used by another process, or may not be opened.
+/// CommandError
+///     An argument that makes no sense.
+/// DataError, FileError
+///     The rig file cannot be used or read.
 ///
 /// Notes
 /// -----
-/// Usable as a context manager: at the end all boards are commanded to 0 kPa and the port is closed. All methods may be called
-/// from several threads; exchanges then wait for each other.
+/// All boards are commanded to 0 kPa and the port is closed when the ``with`` block ends, by ``close``, when the controller is
+/// deleted, and when the interpreter ends (also by ``sys.exit``, an exception or Ctrl-C). A poller is ended by the same. Python cannot
+/// do so when it is killed, as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own command timeout, and
+/// boards without one keep their pressure. A forked child cannot use the controller, and its end changes nothing.
+///
+/// All methods may be called from several threads; exchanges then wait for each other. Ctrl-C ends every wait.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct PressureController {
-    port: Port,
-    devices: u16,
-    state: Mutex<State>,
-}
-
-#[derive(Default)]
-struct State {
-    /// `None` while a poller has the bus, and after `close`.
-    bus: Option<Bus>,
-    closed: bool,
-    readings: Vec<Option<[f64; CHANNELS]>>,
+    link: Arc<Link>,
+    retries: u32,
+    resume: bool,
 }
 
 impl PressureController {
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Refuses in a forked child.
+    fn link(&self) -> PyResult<&Link> {
+        self.link.owner().check("controller")?;
+        Ok(&self.link)
     }
 
-    /// Runs `work` with the open bus, without the interpreter's lock.
-    fn with_bus<T: Send>(
+    fn exchange(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Bus, &mut Vec<Option<[f64; CHANNELS]>>) -> PyResult<T> + Send,
-    ) -> PyResult<T> {
-        py.detach(|| {
-            let mut state = self.lock();
-            if state.closed {
-                return Err(PortError::new_err("this controller is closed"));
-            }
-            let State { bus, readings, .. } = &mut *state;
-            let bus = match bus {
-                Some(bus) => bus,
-                // A poller gives the bus back by closing the port.
-                None => bus.insert(self.port.open()?),
-            };
-            work(bus, readings)
-        })
+        board: u8,
+        commands: [Counts; CHANNELS],
+        retries: u32,
+    ) -> Result<[f64; CHANNELS], BusFailure> {
+        let link = self.link()?;
+        py.detach(|| link.exchange(board, commands, retries))
     }
+}
 
-    fn exchange(&self, py: Python<'_>, board: u8, commands: [Counts; CHANNELS]) -> PyResult<[f64; CHANNELS]> {
-        self.with_bus(py, |bus, readings| {
-            // Whatever happens, the old pressures are no longer the current ones.
-            readings[usize::from(board)] = None;
-            let answer = bus.exchange(board, commands).map_err(|error| errors::exchange(board, &error))?;
-            let kpa = kpa(&answer);
-            readings[usize::from(board)] = Some(kpa);
-            Ok(kpa)
-        })
+impl Drop for PressureController {
+    fn drop(&mut self) {
+        if self.link.owner().is_other_process() {
+            return;
+        }
+        let close = || self.link.close("its controller was deleted", Signals::Left);
+        // Nobody can be told of what an interpreter at its end, or an object that is destroyed, could say.
+        let _ = Python::try_attach(|py| py.detach(close));
     }
 }
 
 #[pymethods]
 impl PressureController {
     #[new]
-    #[pyo3(signature = (uart_port, num_devices, *, baud=1_000_000, timeout=None, timing="wire"))]
+    #[pyo3(signature = (uart_port, num_devices, *, baud=1_000_000, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, timing="wire"))]
+    #[allow(clippy::too_many_arguments)] // keywords of the Python class
     fn new(
         py: Python<'_>,
         uart_port: PathBuf,
         num_devices: i64,
         baud: u32,
         timeout: Option<f64>,
+        retries: i64,
+        max_kpa: Option<f64>,
+        max_rate_kpa_s: Option<f64>,
+        rig: Option<PathBuf>,
+        resume: bool,
         timing: &str,
     ) -> PyResult<Self> {
         let devices = u16::try_from(num_devices)
@@ -117,13 +133,20 @@ impl PressureController {
                 )));
             }
         };
+        let retries = u32::try_from(retries)
+            .ok()
+            .filter(|retries| *retries <= 100)
+            .ok_or_else(|| CommandError::new_err(format!("retries is {retries}; it must be 0 to 100")))?;
+        let limits = guard::limits(max_kpa, max_rate_kpa_s, rig)?;
         let options = bus_options(baud, timeout)?;
-        py.detach(|| {
-            let port = Port::new(uart_port, devices, options, timing)?;
-            let bus = port.open()?;
-            let state = State { bus: Some(bus), closed: false, readings: vec![None; usize::from(devices)] };
-            Ok(Self { port, devices, state: Mutex::new(state) })
-        })
+        if live::has(py, &uart_port) {
+            return Err(held_by_us(&uart_port));
+        }
+        let link =
+            py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, limits))?;
+        let link = Arc::new(link);
+        live::add(py, &link);
+        Ok(Self { link, retries, resume })
     }
 
     /// Asks every board whether it is there, by commanding 0 kPa, until all have answered.
@@ -147,14 +170,15 @@ impl PressureController {
         let patience = Duration::try_from_secs_f64(timeout)
             .map_err(|_| CommandError::new_err(format!("timeout is {timeout} s; it must be 0 or more")))?;
         let deadline = Instant::now() + patience;
-        let mut missing: Vec<u8> = (0..=u8::MAX).take(usize::from(self.devices)).collect();
+        let devices = self.link.devices();
+        let mut missing: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
         loop {
             let mut still_missing = Vec::new();
             for &board in &missing {
-                match self.exchange(py, board, [Counts::ATMOSPHERE; CHANNELS]) {
+                match self.exchange(py, board, [Counts::ATMOSPHERE; CHANNELS], 0) {
                     Ok(_) => {}
-                    Err(error) if error.is_instance_of::<PortError>(py) => return Err(error),
-                    Err(_) => still_missing.push(board),
+                    Err(failure) if failure.is_of_a_board() => still_missing.push(board),
+                    Err(failure) => return Err(failure.into()),
                 }
                 py.check_signals()?;
             }
@@ -162,9 +186,8 @@ impl PressureController {
             let Some(&first) = missing.first() else { return Ok(true) };
             if Instant::now() >= deadline {
                 let message = format!(
-                    "no answer from {} of {} boards ({missing:?}) within {timeout} s; check power, wiring and address switches",
+                    "no answer from {} of {devices} boards ({missing:?}) within {timeout} s; check power, wiring and address switches",
                     missing.len(),
-                    self.devices
                 );
                 return Err(NoAnswerError::new_err((message, first)));
             }
@@ -184,14 +207,16 @@ impl PressureController {
     /// Raises
     /// ------
     /// CommandError
-    ///     A pressure that cannot be commanded, a wrong shape, or no such board; nothing was sent.
+    ///     A pressure that cannot or may not be commanded, a change that is too fast, a wrong shape, or no such board; nothing was
+    ///     sent.
     /// NoAnswerError, GarbledAnswerError
     ///     The exchange failed; ``get_pressure_data`` then has nothing to give.
     #[pyo3(signature = (device: "int", pressures))]
     fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
-        let board = commands::board(device, self.devices)?;
-        let counts = commands::counts(board, &pressures.0)?;
-        self.exchange(py, board, counts).map(|_| ())
+        let board = commands::board(device, self.link.devices())?;
+        let counts = commands::counts(board, &pressures.0, self.link.limits())?;
+        self.exchange(py, board, counts, self.retries)?;
+        Ok(())
     }
 
     /// The pressures that one board sent in its last exchange.
@@ -212,17 +237,16 @@ impl PressureController {
     ///     The last exchange with this board failed, or there was none yet.
     #[pyo3(signature = (device: "int"))]
     fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
-        let board = commands::board(device, self.devices)?;
-        let reading = self.lock().readings.get(usize::from(board)).copied().flatten();
-        match reading {
-            Some(kpa) => Ok(Array(PyArray1::from_slice(py, &kpa))),
-            None => Err(StaleDataError::new_err((
-                format!(
-                    "board {board}: no current pressures, because its last exchange failed or there was none yet"
-                ),
-                board,
-            ))),
+        let link = self.link()?;
+        let board = commands::board(device, link.devices())?;
+        if let Some(kpa) = link.reading(board) {
+            return Ok(Array(PyArray1::from_slice(py, &kpa)));
         }
+        let why = match link.is_polled() {
+            true => POLLED,
+            false => "no current pressures, because its last exchange failed or there was none yet",
+        };
+        Err(StaleDataError::new_err((format!("board {board}: {why}"), board)))
     }
 
     /// Commands all boards, one after the other, and receives all pressures.
@@ -244,31 +268,36 @@ impl PressureController {
     /// NoAnswerError, GarbledAnswerError
     ///     The first exchange that failed; the boards after it were still commanded.
     fn exchange_all<'py>(&self, py: Python<'py>, pressures: ArrayLike<'py>) -> PyResult<Matrix<'py>> {
+        let devices = self.link.devices();
         let rows = pressures.0.try_iter()?.collect::<PyResult<Vec<_>>>()?;
-        if rows.len() != usize::from(self.devices) {
+        if rows.len() != usize::from(devices) {
             return Err(CommandError::new_err(format!(
-                "expected pressures of shape ({}, {CHANNELS}), got {} rows",
-                self.devices,
+                "expected pressures of shape ({devices}, {CHANNELS}), got {} rows",
                 rows.len()
             )));
         }
         let boards = 0..=u8::MAX;
-        let checked = boards.zip(&rows).map(|(board, row)| Ok((board, commands::counts(board, row)?)));
+        let checked = boards.zip(&rows).map(|(board, row)| {
+            let counts = commands::counts(board, row, self.link.limits())?;
+            self.link()?.check_rate(board, counts)?;
+            Ok((board, counts))
+        });
         let checked = checked.collect::<PyResult<Vec<_>>>()?;
         let mut first_failure = None;
         let measured = PyArray2::zeros(py, [rows.len(), CHANNELS], false);
         for (board, counts) in checked {
-            match self.exchange(py, board, counts) {
+            py.check_signals()?;
+            match self.exchange(py, board, counts, self.retries) {
                 Ok(kpa) => {
                     for (channel, value) in kpa.into_iter().enumerate() {
                         measured.readwrite().as_array_mut()[[usize::from(board), channel]] = value;
                     }
                 }
-                Err(error) if error.is_instance_of::<PortError>(py) => return Err(error),
-                Err(error) => first_failure = first_failure.or(Some(error)),
+                Err(failure) if failure.is_of_a_board() => first_failure = first_failure.or(Some(failure)),
+                Err(failure) => return Err(failure.into()),
             }
         }
-        first_failure.map_or(Ok(Array(measured)), Err)
+        first_failure.map_or(Ok(Array(measured)), |failure| Err(failure.into()))
     }
 
     /// Polls all boards in the background, at a fixed rate or as fast as possible.
@@ -283,47 +312,49 @@ impl PressureController {
     /// Returns
     /// -------
     /// Poller
-    ///     Has the bus until it is stopped; use it as a context manager.
+    ///     Has the bus until it ends: by its ``stop``, by the end of its ``with`` block or of the controller's, or when either of the
+    ///     two is deleted. Meanwhile the controller cannot be used by hand.
+    ///
+    /// Raises
+    /// ------
+    /// PortError
+    ///     The controller is closed or polled already.
     #[pyo3(signature = (rate_hz=None, *, history_s=60.0))]
     fn poll(&self, py: Python<'_>, rate_hz: Option<f64>, history_s: f64) -> PyResult<Poller> {
-        let settings = PollerSettings::new(self.devices, rate_hz, history_s)?;
-        py.detach(|| {
-            let mut state = self.lock();
-            if state.closed {
-                return Err(PortError::new_err("this controller is closed"));
-            }
-            state.readings.fill(None);
-            let bus = match state.bus.take() {
-                Some(bus) => bus,
-                None => self.port.open()?,
-            };
-            Poller::start(bus, settings)
-        })
+        let link = self.link()?;
+        let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
+        let start = |bus| Session::start(bus, &settings, link.limits(), self.resume);
+        let session = py.detach(|| link.poll(start))?;
+        Ok(Poller::new(session, link.devices()))
     }
 
-    /// Commands 0 kPa to all boards and closes the port. Further calls do nothing.
+    /// Ends a poller, commands 0 kPa to all boards and closes the port. Further calls do nothing.
+    ///
+    /// Raises
+    /// ------
+    /// PortError
+    ///     The port failed before the boards were commanded 0 kPa.
+    ///
+    /// Warns
+    /// -----
+    /// VentWarning
+    ///     A board did not confirm 0 kPa.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        py.detach(|| {
-            let mut state = self.lock();
-            state.closed = true;
-            state.readings.fill(None);
-            let Some(mut bus) = state.bus.take() else { return Ok(()) };
-            let boards = (0..=u8::MAX).take(usize::from(self.devices));
-            bus.make_safe(boards).map_err(|error| errors::line(&error))?;
-            Ok(())
-        })
+        let link = self.link()?;
+        let vented = py.detach(|| link.close("its controller was closed", Signals::Handled))?;
+        live::tell(py, vented.as_ref())
     }
 
     /// Number of boards.
     #[getter]
     fn num_devices(&self) -> u16 {
-        self.devices
+        self.link.devices()
     }
 
     /// The port's path; for virtual boards that of their pty.
     #[getter]
     fn port(&self) -> PathBuf {
-        self.port.path().to_owned()
+        self.link.path().to_owned()
     }
 
     fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
@@ -338,19 +369,17 @@ impl PressureController {
         _exc_value: &Bound<'_, PyAny>,
         _traceback: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        // An exception on its way says more than that the port is gone, too.
-        match self.close(py) {
-            Err(error) if exc_type.is_none() || !error.is_instance_of::<PneuDriveError>(py) => Err(error),
-            _ => Ok(()),
-        }
+        live::leave_block(self.close(py), py, exc_type)
     }
 
     fn __repr__(&self) -> String {
-        let state = if self.lock().closed { ", closed" } else { "" };
-        format!("<PressureController {:?}, {} boards{state}>", self.port.path(), self.devices)
+        let link = &self.link;
+        let state = match link.owner().is_other_process() {
+            true => ", of another process",
+            false if link.is_closed() => ", closed",
+            false if link.is_polled() => ", polled",
+            false => "",
+        };
+        format!("<PressureController {:?}, {} boards{state}>", link.path(), link.devices())
     }
-}
-
-fn kpa(answer: &Answer) -> [f64; CHANNELS] {
-    answer.pressures.map(|counts| SCALE.kpa(counts))
 }

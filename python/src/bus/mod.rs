@@ -1,10 +1,26 @@
 //! The bus: one exchange after the other by hand, or polled in the background.
+//!
+//! ```text
+//!   PressureController ──▶ Link ──▶ Bus (by hand)         atexit closes every Link that is left
+//!            │              │
+//!            │ poll         └────▶ Session ──▶ host::Poller, which has the bus meanwhile
+//!            ▼                        ▲
+//!          Poller ────────────────────┘
+//! ```
 
 mod commands;
 mod controller;
+mod ending;
+mod guard;
 mod history;
+mod interruptible;
+mod link;
+mod live;
+mod owner;
 mod poller;
 mod port;
+mod session;
 
 pub use controller::PressureController;
+pub use live::register_atexit;
 pub use poller::Poller;

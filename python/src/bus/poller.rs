@@ -1,21 +1,25 @@
 use super::commands::{self, SCALE};
-use super::history::History;
-use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
+use super::ending::Signals;
+use super::live;
+use super::session::Session;
+use crate::errors::{CommandError, PortError, StaleDataError};
 use crate::types::{Array, ArrayLike, Dict, Vector};
 use numpy::{PyArray1, PyArray3, PyArrayMethods};
-use pneudrive_host::bus::Bus;
-use pneudrive_host::poller::{self as host, BoardState, MissedTick, Pace, PollerOptions, SetPoints};
+use pneudrive_host::poller::{BoardState, MissedTick, Pace};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::CHANNELS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// What a poller is asked to do.
 pub struct PollerSettings {
-    devices: u16,
-    pace: Pace,
-    history_s: f64,
+    /// Boards 0 to this, exclusive.
+    pub devices: u16,
+    /// How often.
+    pub pace: Pace,
+    /// How much of the past is kept, s.
+    pub history_s: f64,
 }
 
 impl PollerSettings {
@@ -46,52 +50,48 @@ impl PollerSettings {
 
 /// Polls all boards of a controller in the background; made by ``PressureController.poll``.
 ///
-/// Set points may be changed and pressures read at any time, from any thread, without waiting for the bus. When it is stopped
-/// (or its ``with`` block ends) all boards are commanded to 0 kPa, and the controller can be used by hand again.
+/// Set points may be changed and pressures read at any time, from any thread, without waiting for the bus. When it is stopped,
+/// its ``with`` block or its controller's ends, or it is deleted, all boards are commanded to 0 kPa, and the controller can be used by
+/// hand again.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Poller {
     devices: u16,
-    set_points: SetPoints,
-    history: History,
-    running: Mutex<Run>,
-}
-
-enum Run {
-    Polling(host::Poller),
-    Ended {
-        statistics: Statistics,
-        failure: Option<String>,
-    },
-    /// An observer panicked, or stopping is under way.
-    Lost,
+    session: Arc<Session>,
 }
 
 impl Poller {
-    /// Starts polling on a thread of its own.
-    pub fn start(bus: Bus, settings: PollerSettings) -> PyResult<Self> {
-        let set_points = SetPoints::new(usize::from(settings.devices));
-        let history = History::new(settings.history_s);
-        let options = PollerOptions { pace: settings.pace, ..PollerOptions::for_devices(settings.devices) };
-        let observers: Vec<Box<dyn host::Observer>> = vec![Box::new(history.writer())];
-        let poller = host::Poller::start(bus, options, Box::new(set_points.clone()), observers)
-            .map_err(|error| PneuDriveError::new_err(format!("no thread for the poller: {error}")))?;
-        Ok(Self { devices: settings.devices, set_points, history, running: Mutex::new(Run::Polling(poller)) })
+    /// Of a run that has started.
+    pub fn new(session: Arc<Session>, devices: u16) -> Self {
+        Self { devices, session }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Run> {
-        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Refuses in a forked child.
+    fn session(&self) -> PyResult<&Session> {
+        self.session.owner().check("poller")?;
+        Ok(&self.session)
     }
 
-    fn end(&self) -> PyResult<()> {
-        let mut run = self.lock();
-        if !matches!(*run, Run::Polling(_)) {
-            return Ok(());
+    /// Why it polls no more, if so.
+    fn why_ended(session: &Session, py: Python<'_>) -> PyResult<Option<String>> {
+        if session.is_polling() {
+            return Ok(None);
         }
-        let Run::Polling(poller) = std::mem::replace(&mut *run, Run::Lost) else { return Ok(()) };
-        let finished = poller.stop().ok_or_else(|| PneuDriveError::new_err("the polling thread failed"))?;
-        let failure = finished.error.map(|error| error.to_string());
-        *run = Run::Ended { statistics: finished.statistics, failure: failure.clone() };
-        failure.map_or(Ok(()), |message| Err(PortError::new_err(message)))
+        if session.why_ended().is_none() {
+            // It has ended by itself, and comes to its end at once.
+            py.detach(|| session.end("it failed").wait(Signals::Handled))?;
+        }
+        Ok(session.why_ended())
+    }
+}
+
+impl Drop for Poller {
+    fn drop(&mut self) {
+        if self.session.owner().is_other_process() {
+            return;
+        }
+        let end = || self.session.end("it was deleted").wait(Signals::Left);
+        // Nobody can be told of what an interpreter at its end, or an object that is destroyed, could say.
+        let _ = Python::try_attach(|py| py.detach(end));
     }
 }
 
@@ -105,15 +105,27 @@ impl Poller {
     ///     Board number, from 0.
     /// pressures : array_like of float, shape (4,)
     ///     Set points of channels 0 to 3, kPa gauge.
+    ///
+    /// Raises
+    /// ------
+    /// CommandError
+    ///     A pressure that cannot or may not be commanded, a wrong shape, no such board, or the boards are vented; the old set points
+    ///     stand.
+    /// PortError
+    ///     The poller has ended.
     #[pyo3(signature = (device: "int", pressures))]
-    fn set_pressure_commands(&self, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
+    fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
+        let session = self.session()?;
         let board = commands::board(device, self.devices)?;
-        let counts = commands::counts(board, &pressures.0)?;
-        if let Run::Ended { failure, .. } = &*self.lock() {
-            let why = failure.as_deref().unwrap_or("it was stopped");
+        let counts = commands::counts(board, &pressures.0, session.limits())?;
+        if let Some(why) = Self::why_ended(session, py)? {
             return Err(PortError::new_err(format!("this poller has ended: {why}")));
         }
-        self.set_points
+        if session.vent().is_vented() {
+            return Err(CommandError::new_err(VENTED));
+        }
+        session
+            .set_points()
             .set(usize::from(board), counts)
             .map_err(|error| CommandError::new_err(error.to_string()))
     }
@@ -137,17 +149,17 @@ impl Poller {
     #[pyo3(signature = (device: "int"))]
     fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
         let board = commands::board(device, self.devices)?;
-        let row = match &*self.lock() {
-            Run::Polling(poller) => poller.latest().boards.into_iter().nth(usize::from(board)),
-            _ => None,
-        };
-        match row.filter(|row| row.state == BoardState::Present).and_then(|row| row.reading) {
-            Some(reading) => Ok(Array(PyArray1::from_slice(py, &reading.kpa))),
-            None => Err(StaleDataError::new_err((
-                format!("board {board}: no current pressures; it did not answer when it was last asked"),
-                board,
-            ))),
+        let session = self.session()?;
+        let row = session.latest().and_then(|latest| latest.boards.into_iter().nth(usize::from(board)));
+        let current = row.filter(|row| row.state == BoardState::Present).and_then(|row| row.reading);
+        if let Some(reading) = current {
+            return Ok(Array(PyArray1::from_slice(py, &reading.kpa)));
         }
+        let why = match Self::why_ended(session, py)? {
+            Some(why) => format!("this poller has ended: {why}"),
+            None => "it did not answer when it was last asked".to_owned(),
+        };
+        Err(StaleDataError::new_err((format!("board {board}: no current pressures; {why}"), board)))
     }
 
     /// What happened in the time that is kept.
@@ -158,7 +170,8 @@ impl Poller {
     ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
     ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
-        let samples = py.detach(|| self.history.samples());
+        let session = self.session()?;
+        let samples = py.detach(|| session.history().samples());
         let shape = [samples.len(), usize::from(self.devices), CHANNELS];
         let commands = PyArray3::zeros(py, shape, false);
         let pressures = PyArray3::zeros(py, shape, false);
@@ -190,12 +203,39 @@ impl Poller {
     ///     ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
     ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. None before the first figures.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {
-        let statistics = match &*self.lock() {
-            Run::Polling(poller) => poller.statistics(),
-            Run::Ended { statistics, .. } => Some(statistics.clone()),
-            Run::Lost => None,
-        };
+        let statistics = self.session()?.statistics();
         statistics.map(|statistics| as_dict(py, &statistics)).transpose()
+    }
+
+    /// Commands 0 kPa to all boards at once, until ``release``; polling goes on.
+    ///
+    /// Raises
+    /// ------
+    /// PortError
+    ///     The poller has ended; its boards were commanded 0 kPa then.
+    fn vent(&self, py: Python<'_>) -> PyResult<()> {
+        let session = self.session()?;
+        session.vent().vent();
+        match Self::why_ended(session, py)? {
+            Some(why) => Err(PortError::new_err(format!("this poller has ended: {why}"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Follows set points again after ``vent``, or after a port that was gone has come back. What was commanded before does not return:
+    /// all set points are 0 kPa until they are set. Does nothing if the boards are not vented.
+    fn release(&self) -> PyResult<()> {
+        let session = self.session()?;
+        if session.vent().is_vented() {
+            session.release();
+        }
+        Ok(())
+    }
+
+    /// Whether 0 kPa is commanded until ``release``: by ``vent``, or because the port was gone and has come back.
+    #[getter]
+    fn vented(&self) -> PyResult<bool> {
+        Ok(self.session()?.vent().is_vented())
     }
 
     /// Commands 0 kPa to all boards and gives the bus back to the controller. Further calls do nothing.
@@ -204,8 +244,15 @@ impl Poller {
     /// ------
     /// PortError
     ///     The port failed while polling.
+    ///
+    /// Warns
+    /// -----
+    /// VentWarning
+    ///     A board did not confirm 0 kPa.
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
-        py.detach(|| self.end())
+        let session = self.session()?;
+        let vented = py.detach(|| session.end("it was stopped").wait(Signals::Handled))?;
+        live::tell(py, session.tell().then_some(&vented))
     }
 
     fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
@@ -220,22 +267,26 @@ impl Poller {
         _exc_value: &Bound<'_, PyAny>,
         _traceback: &Bound<'_, PyAny>,
     ) -> PyResult<()> {
-        match self.stop(py) {
-            Err(error) if exc_type.is_none() => Err(error),
-            _ => Ok(()),
-        }
+        live::leave_block(self.stop(py), py, exc_type)
     }
 
     fn __repr__(&self) -> String {
-        let state = match &*self.lock() {
-            Run::Polling(poller) if !poller.is_finished() => "polling",
-            Run::Polling(_) => "failed",
-            _ => "stopped",
+        let session = &self.session;
+        let state = if session.owner().is_other_process() {
+            "of another process".to_owned()
+        } else if session.is_polling() {
+            if session.vent().is_vented() { "vented until released" } else { "polling" }.to_owned()
+        } else {
+            session.why_ended().map_or_else(|| "failed".to_owned(), |why| format!("ended: {why}"))
         };
         let full_scale = SCALE.full_scale_kpa();
         format!("<Poller of {} boards, {state}, 0 to {full_scale:.0} kPa>", self.devices)
     }
 }
+
+/// Why a set point is not taken, and what to do.
+const VENTED: &str =
+    "all boards are vented (by vent(), or because the port was gone and has come back): call release() first";
 
 fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
     let loop_hz = PyDict::new(py);

@@ -1,7 +1,10 @@
 //! A serial port, or virtual boards of our own.
 
+use super::interruptible::{Interrupt, Interruptible};
+use super::link::Bus;
 use crate::errors::{self, PortError};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
+use pneudrive_host::bus::{BusOptions, EchoMode};
+use pneudrive_host::line::{SerialOptions, SerialPort};
 use pneudrive_protocol::Baud;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
@@ -34,9 +37,15 @@ impl Port {
         Ok(Self { path: boards.path().to_owned(), options, _boards: Some(boards) })
     }
 
-    /// Opens it for this process alone.
-    pub fn open(&self) -> PyResult<Bus> {
-        Bus::open(&self.path, self.options).map_err(errors::open)
+    /// Opens it for this process alone. Call it without the interpreter's lock.
+    ///
+    /// # Errors
+    /// `PortError`, or what a signal's handler raised meanwhile.
+    pub fn open(&self, interrupt: &Interrupt) -> PyResult<Bus> {
+        let serial = SerialOptions { baud: self.options.baud, spin: self.options.spin };
+        let port = SerialPort::open(&self.path, serial).map_err(|error| errors::open(error.into()))?;
+        let line = Interruptible::new(port, interrupt.clone());
+        Bus::new(line, self.options).map_err(|error| interrupt.take().unwrap_or_else(|| errors::open(error)))
     }
 
     /// Its path; that of the pty for virtual boards.

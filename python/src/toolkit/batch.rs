@@ -1,4 +1,5 @@
 use super::arguments::{self, RigArgument};
+use super::pool::Pool;
 use super::shapes::{self, Extent, Field, FieldView, ParameterTable};
 use super::work::{self, Watch};
 use crate::errors;
@@ -279,7 +280,8 @@ pub fn simulate_batch<'py>(
         let small =
             progress.is_none() && chambers * rows * substeps.unsigned_abs() as usize <= SMALL && !controller;
         let outcome = if small {
-            py.detach(|| batch.run(&Watch::default(), pressures, derivatives))
+            let pool = Pool::of_this_process()?;
+            py.detach(|| pool.run(|| batch.run(&Watch::default(), pressures, derivatives)))
         } else {
             work::run_scoped(py, progress.as_ref(), |watch| batch.run(watch, pressures, derivatives))?
         };

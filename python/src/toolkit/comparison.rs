@@ -7,7 +7,7 @@ use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::{Loaded, write};
 use pneudrive_model::experiment::{
-    self, CompareSettings, ModelKind, ModelResult, Origin, Split, comparison_page, comparison_text,
+    self, CompareSettings, CompareWatch, ModelKind, ModelResult, Origin, comparison_page, comparison_text,
 };
 use pneudrive_model::fit::{Control, Progress};
 use pneudrive_model::report::{html, significant};
@@ -16,9 +16,6 @@ use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
-
-/// Share of the recording that is fitted unless something else is said, as the command line's.
-const FIT_FRACTION: f64 = 0.8;
 
 /// Models fitted on one part of a recording and judged on the rest.
 #[pyclass(frozen, module = "pneudrive_py")]
@@ -198,7 +195,7 @@ pub fn compare(
     }
     let settings = CompareSettings {
         models,
-        split: arguments::split(fit_seconds, fit_fraction)?.unwrap_or(Split::FitFraction(FIT_FRACTION)),
+        split: arguments::split(fit_seconds, fit_fraction)?.unwrap_or(CompareSettings::default().split),
         objective: arguments::objective(objective)?,
         controller: arguments::controller(controller)?,
         drive: arguments::drive(drive)?,
@@ -215,7 +212,8 @@ pub fn compare(
             let announce = |model: ModelKind, _| watch.begin(&format!("fitting the {} model", model.name()));
             let tell = |p: Progress| watch.tell(p.done as u64, p.total as u64);
             let control = Control { progress: &tell, cancel: watch.cancel() };
-            experiment::compare(&loaded.recording, &rig, &settings, control, &clock, &announce)
+            let watch = CompareWatch { control, clock: &clock, announce: &announce };
+            experiment::compare(&loaded.recording, &rig, &settings, watch)
         }
     };
     let result = work::run(py, progress.as_ref(), work)?.map_err(errors::unusable)?;

@@ -287,7 +287,7 @@ pub fn diagnose(
         };
         let reference = reference.as_ref().map(|(name, file)| (name.as_str(), &**file));
         let request = Request { reference, highest_kpa };
-        let mut diagnosis = library::diagnose_with(&recording, &rig, request, &tell)?;
+        let mut diagnosis = library::diagnose(&recording, &rig, request, &tell)?;
         diagnosis.report.notes.extend(remarks);
         diagnosis.extended.provenance = Some(provenance);
         Ok(diagnosis)

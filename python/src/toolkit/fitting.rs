@@ -202,16 +202,14 @@ pub fn fit(
         fit: arguments::fit_options(starts, seed, measured_start, profiles)?,
     };
     let loaded = Arc::clone(&recording.loaded);
-    let rows = settings.ranges(&loaded.recording).map_err(errors::fit)?.swap_remove(0);
-    let time_s = &loaded.recording.time_s;
-    let fit_seconds = time_s[rows.end - 1] - time_s[rows.start];
     let provenance = convert::provenance(py, "fit", &loaded.recording.source, rig_file)?;
     let work = move |watch: &Watch| {
         watch.begin(&format!("fitting the {} model", settings.model.name()));
         let tell = |p: Progress| watch.tell(p.done as u64, p.total as u64);
         let control = Control { progress: &tell, cancel: watch.cancel() };
         let channels = fit_channels(&loaded.recording, &rig, &settings, control)?;
-        let file = ParameterFile::of(provenance, (*rig).clone(), &settings, &channels, (fit_seconds, false));
+        let mut file = ParameterFile::of(&loaded.recording, &rig, &settings, &channels)?;
+        file.provenance = provenance;
         Ok(Fit { parameters: Arc::new(file), channels })
     };
     work::run(py, progress.as_ref(), work)?.map_err(errors::fit)

@@ -130,10 +130,11 @@ impl Recording {
         let (commands, pressures) = (item("commands_kpa")?, item("pressures_kpa")?);
         let columns = PyDict::new(py);
         columns.set_item("t_s", item("t_s")?)?;
-        let shape: (usize, usize, usize) = pressures
-            .getattr("shape")
-            .and_then(|shape| shape.extract())
-            .map_err(|_| errors::unusable("expected pressures_kpa of shape (cycles, boards, channels)"))?;
+        let shape: (usize, usize, usize) =
+            pressures.getattr("shape").and_then(|shape| shape.extract()).map_err(|error| {
+                let wrong = || errors::unusable("expected pressures_kpa of shape (cycles, boards, channels)");
+                errors::instead_of(py, error, wrong)
+            })?;
         for board in 0..shape.1 {
             for channel in 0..shape.2 {
                 columns.set_item(format!("b{board}_cmd{channel}_kpa"), series(&commands, board, channel)?)?;
@@ -297,7 +298,11 @@ fn range_text(values: &[f32]) -> String {
 
 /// Columns as they came from Python.
 fn table(columns: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Vec<f64>)>> {
-    let wrong = |_| errors::unusable("expected a mapping from column names to arrays, or a DataFrame");
+    let py = columns.py();
+    let wrong = |error: PyErr| {
+        let advice = "expected a mapping from column names to arrays, or a DataFrame";
+        errors::instead_of(py, error, || errors::unusable(advice))
+    };
     let names: Vec<String> = match columns.cast::<PyMapping>() {
         Ok(mapping) => mapping.keys().and_then(|keys| keys.extract()).map_err(wrong)?,
         // A DataFrame is no Mapping, but iterates over its columns' names as one does.
@@ -309,9 +314,10 @@ fn table(columns: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Vec<f64>)>> {
     let mut table: Vec<(String, Vec<f64>)> = Vec::with_capacity(names.len());
     for name in names {
         let values = columns.get_item(&name)?;
-        let array: PyArrayLike1<'_, f64, AllowTypeChange> = values
-            .extract()
-            .map_err(|_| errors::unusable(format!("column {name}: expected numbers of shape (rows,)")))?;
+        let array: PyArrayLike1<'_, f64, AllowTypeChange> = values.extract().map_err(|error| {
+            let wrong = || errors::unusable(format!("column {name}: expected numbers of shape (rows,)"));
+            errors::instead_of(py, error, wrong)
+        })?;
         table.push((name, array.as_array().to_vec()));
     }
     Ok(table)

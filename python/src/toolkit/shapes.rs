@@ -213,8 +213,9 @@ impl ParameterTable {
 }
 
 fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
-    let given: Vec<String> =
-        dict.keys().extract().map_err(|_| errors::unusable("names of parameters are texts"))?;
+    let given: Vec<String> = dict.keys().extract().map_err(|error| {
+        errors::instead_of(dict.py(), error, || errors::unusable("names of parameters are texts"))
+    })?;
     if let Some(unknown) = given.iter().find(|name| !names.contains(name)) {
         return Err(errors::unusable(format!("no parameter {unknown}; there is {}", names.join(", "))));
     }
@@ -238,8 +239,10 @@ fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
 
 /// Shape and values, row by row, of whatever NumPy can make a float array of.
 pub fn numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<(Vec<usize>, Values<'py>)> {
-    let array: PyArrayLikeDyn<'py, f64, AllowTypeChange> =
-        object.extract().map_err(|_| errors::unusable(format!("{name}: expected an array of numbers")))?;
+    let array: PyArrayLikeDyn<'py, f64, AllowTypeChange> = object.extract().map_err(|error| {
+        let wrong = || errors::unusable(format!("{name}: expected an array of numbers"));
+        errors::instead_of(object.py(), error, wrong)
+    })?;
     let shape = array.shape().to_vec();
     let values = if array.is_c_contiguous() {
         Values::Lent(array)

@@ -1,5 +1,6 @@
 //! Long work: on a thread of its own, so that other Python threads run, Ctrl-C ends it, and progress can be told.
 
+use super::pool::Pool;
 use crate::errors::PneuDriveError;
 use pyo3::prelude::*;
 use std::any::Any;
@@ -71,10 +72,10 @@ pub fn run<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> T + Send + 'static,
 ) -> PyResult<T> {
-    let watch = Arc::new(Watch::default());
+    let (pool, watch) = (Pool::of_this_process()?, Arc::new(Watch::default()));
     let (sender, receiver) = mpsc::sync_channel(1);
     let shared = Arc::clone(&watch);
-    named_thread().spawn(move || perform(work, &shared, &sender)).map_err(no_thread)?;
+    named_thread().spawn(move || perform(&pool, work, &shared, &sender)).map_err(no_thread)?;
     attend(py, progress, &watch, receiver)
 }
 
@@ -84,10 +85,10 @@ pub fn run_scoped<T: Send>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Watch) -> T + Send,
 ) -> PyResult<T> {
-    let watch = Watch::default();
+    let (pool, watch) = (Pool::of_this_process()?, Watch::default());
     let (sender, receiver) = mpsc::sync_channel(1);
     std::thread::scope(|scope| {
-        named_thread().spawn_scoped(scope, || perform(work, &watch, &sender)).map_err(no_thread)?;
+        named_thread().spawn_scoped(scope, || perform(&pool, work, &watch, &sender)).map_err(no_thread)?;
         attend(py, progress, &watch, receiver)
     })
 }
@@ -103,8 +104,13 @@ fn no_thread(error: std::io::Error) -> PyErr {
 /// Outcome of work that may have panicked.
 type Outcome<T> = std::thread::Result<T>;
 
-fn perform<T>(work: impl FnOnce(&Watch) -> T, watch: &Watch, sender: &mpsc::SyncSender<Outcome<T>>) {
-    let outcome = catch_unwind(AssertUnwindSafe(|| work(watch)));
+fn perform<T: Send>(
+    pool: &Pool,
+    work: impl FnOnce(&Watch) -> T + Send,
+    watch: &Watch,
+    sender: &mpsc::SyncSender<Outcome<T>>,
+) {
+    let outcome = catch_unwind(AssertUnwindSafe(|| pool.run(|| work(watch))));
     // Nobody listens after an interruption.
     let _ = sender.send(outcome);
 }

@@ -1,0 +1,97 @@
+//! What may be commanded: highest set points everywhere, and by hand the fastest changes too. A poller ramps by itself.
+
+use super::commands::SCALE;
+use crate::errors::{self, CommandError};
+use parking_lot::Mutex;
+use pneudrive_host::poller::{BoardCommand, ChannelLimit, Limits, VENTED};
+use pneudrive_host::rig::{Rig, RigError};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// The most time that one step of a ramp makes up for, s: a pause is no reason to jump. As in the poller's ramps.
+const LONGEST_STEP_S: f64 = 0.05;
+
+/// The limits that the arguments of `PressureController` mean: of several, the strictest holds.
+///
+/// # Errors
+/// `CommandError` for numbers that make no sense, `DataError` or `FileError` for a rig file that cannot be used.
+pub fn limits(max_kpa: Option<f64>, max_rate_kpa_s: Option<f64>, rig: Option<PathBuf>) -> PyResult<Limits> {
+    let limits = match rig {
+        None => Limits::default(),
+        Some(path) => {
+            let rig = Rig::load(&path).map_err(|error| match error {
+                RigError::Open { .. } => errors::FileError::new_err(error.to_string()),
+                other => errors::unusable(other),
+            })?;
+            rig.limits
+        }
+    };
+    let own = ChannelLimit {
+        max_kpa: max_kpa.unwrap_or(f64::INFINITY),
+        max_rate_kpa_s: max_rate_kpa_s.unwrap_or(f64::INFINITY),
+    };
+    limits.and(own).map_err(|error| CommandError::new_err(format!("max_kpa, max_rate_kpa_s: {error}")))
+}
+
+/// Watches how fast set points are changed by hand.
+pub struct RateGuard {
+    limits: Limits,
+    /// What each board was sent last, and when; `None` before.
+    sent: Mutex<Vec<Option<(BoardCommand, Instant)>>>,
+}
+
+impl RateGuard {
+    /// For so many boards, all at 0 kPa.
+    pub fn new(limits: Limits, devices: u16) -> Self {
+        Self { limits, sent: Mutex::new(vec![None; usize::from(devices)]) }
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Remembers what is sent to `board`, unless [`check`](Self::check) refuses it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn send(&self, board: u8, command: BoardCommand) -> Result<(), String> {
+        self.check(board, command)?;
+        if let Some(last) = self.sent.lock().get_mut(usize::from(board)) {
+            *last = Some((command, Instant::now()));
+        }
+        Ok(())
+    }
+
+    /// Whether `command` changes the set points of `board` no faster than allowed. Venting may be as fast as it likes.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn check(&self, board: u8, command: BoardCommand) -> Result<(), String> {
+        let last = self.sent.lock().get(usize::from(board)).copied().flatten();
+        let (before, since_s) = match last {
+            Some((before, at)) => (before, at.elapsed().as_secs_f64().min(LONGEST_STEP_S)),
+            None => (VENTED, LONGEST_STEP_S),
+        };
+        for (channel, limit) in self.limits.of(board).iter().enumerate() {
+            let (from, to) = (SCALE.kpa(before[channel]), SCALE.kpa(command[channel]));
+            // Set points are rounded to counts.
+            let most = limit.max_rate_kpa_s * since_s + SCALE.kpa_per_count();
+            if command[channel] != VENTED[channel] && (to - from).abs() > most {
+                let rate = limit.max_rate_kpa_s;
+                return Err(format!(
+                    "board {board}, channel {channel}: from {:.0} to {to:.0} kPa at once is faster than its limit of {rate} kPa/s; \
+                     nothing was sent. poll() ramps; by hand, change it in steps",
+                    from.max(0.0)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// All boards are at 0 kPa again.
+    pub fn vented(&self) {
+        self.sent.lock().fill(None);
+    }
+}

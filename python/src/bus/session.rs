@@ -1,0 +1,178 @@
+//! A run of a poller, as its `Poller` and its controller see it.
+
+use super::ending::Ending;
+use super::history::History;
+use super::link::Bus;
+use super::owner::Owner;
+use super::poller::PollerSettings;
+use crate::errors::PneuDriveError;
+use parking_lot::Mutex;
+use pneudrive_host::poller::{self as host, Limits, PollerOptions, SetPoints, Snapshot, VENTED, VentLatch};
+use pneudrive_host::statistics::Statistics;
+use pyo3::prelude::*;
+use std::mem;
+use std::sync::Arc;
+
+/// How boards were left.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Vented {
+    /// Boards that did not confirm 0 kPa.
+    pub silent: Vec<u8>,
+    /// Why, if the port failed.
+    pub failure: Option<String>,
+}
+
+/// A poller's run, from its start on. It outlives the port.
+pub struct Session {
+    owner: Owner,
+    devices: u16,
+    set_points: SetPoints,
+    limits: Limits,
+    vent: VentLatch,
+    history: History,
+    /// Held for an instant.
+    run: Mutex<Run>,
+}
+
+struct Run {
+    /// `None` once it is to end.
+    poller: Option<host::Poller>,
+    /// Set then.
+    end: Option<End>,
+    statistics: Arc<Mutex<Option<Statistics>>>,
+    told: bool,
+}
+
+struct End {
+    why: String,
+    ending: Ending<Vented>,
+}
+
+impl Session {
+    /// Starts polling on a thread of its own.
+    ///
+    /// # Errors
+    /// The system has no thread to give.
+    pub fn start(bus: Bus, settings: &PollerSettings, limits: &Limits, resume: bool) -> PyResult<Arc<Self>> {
+        let set_points = SetPoints::new(usize::from(settings.devices));
+        let history = History::new(settings.history_s);
+        let options = PollerOptions {
+            pace: settings.pace,
+            limits: limits.clone(),
+            resume,
+            ..PollerOptions::for_devices(settings.devices)
+        };
+        let vent = options.vent.clone();
+        let observers: Vec<Box<dyn host::Observer>> = vec![Box::new(history.writer())];
+        let poller = host::Poller::start(bus, options, Box::new(set_points.clone()), observers)
+            .map_err(|error| PneuDriveError::new_err(format!("no thread for the poller: {error}")))?;
+        let run = Run { poller: Some(poller), end: None, statistics: Arc::default(), told: false };
+        Ok(Arc::new(Self {
+            owner: Owner::this_process(),
+            devices: settings.devices,
+            set_points,
+            limits: limits.clone(),
+            vent,
+            history,
+            run: Mutex::new(run),
+        }))
+    }
+
+    /// Who may use it. To be checked before anything else: locks mean nothing in a forked child.
+    pub fn owner(&self) -> Owner {
+        self.owner
+    }
+
+    /// What is commanded.
+    pub fn set_points(&self) -> &SetPoints {
+        &self.set_points
+    }
+
+    /// Highest set points and fastest changes.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Closed while 0 kPa is commanded, whatever the set points are.
+    pub fn vent(&self) -> &VentLatch {
+        &self.vent
+    }
+
+    /// Follows set points again: those that are set from now on, 0 kPa until then.
+    pub fn release(&self) {
+        for board in 0..usize::from(self.devices) {
+            // All these boards exist.
+            let _ = self.set_points.set(board, VENTED);
+        }
+        self.vent.release();
+    }
+
+    /// What has happened.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    /// Whether the boards are polled: it was not told to end, and has not failed.
+    pub fn is_polling(&self) -> bool {
+        self.run.lock().poller.as_ref().is_some_and(|poller| !poller.is_finished())
+    }
+
+    /// Begins the end, if it has not begun: 0 kPa to all boards, then the port is closed. `why` is what is said of it, unless the
+    /// port has failed before.
+    pub fn end(&self, why: &str) -> Ending<Vented> {
+        let mut run = self.run.lock();
+        if let Some(end) = &run.end {
+            return end.ending.clone();
+        }
+        let (poller, statistics) = (run.poller.take(), Arc::clone(&run.statistics));
+        let ending = Ending::start(move || {
+            let finished = poller.and_then(host::Poller::stop);
+            let Some(finished) = finished else {
+                let failure = Some("the polling thread failed".to_owned());
+                return Vented { silent: Vec::new(), failure };
+            };
+            *statistics.lock() = Some(finished.statistics);
+            Vented { silent: finished.not_safe, failure: finished.error.map(|error| error.to_string()) }
+        });
+        run.end = Some(End { why: why.to_owned(), ending: ending.clone() });
+        ending
+    }
+
+    /// Whether nobody has been told yet how the boards were left; from now on somebody has.
+    pub fn tell(&self) -> bool {
+        !mem::replace(&mut self.run.lock().told, true)
+    }
+
+    /// Why it has ended, if it has.
+    pub fn why_ended(&self) -> Option<String> {
+        let run = self.run.lock();
+        let end = run.end.as_ref()?;
+        let failure = end.ending.peek().and_then(|vented| vented.failure);
+        Some(failure.unwrap_or_else(|| end.why.clone()))
+    }
+
+    /// The newest row, while it polls.
+    pub fn latest(&self) -> Option<Snapshot> {
+        self.run.lock().poller.as_ref().map(host::Poller::latest)
+    }
+
+    /// What the run has been like.
+    pub fn statistics(&self) -> Option<Statistics> {
+        let run = self.run.lock();
+        match &run.poller {
+            Some(poller) => poller.statistics(),
+            None => run.statistics.lock().clone(),
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if self.owner.is_other_process() {
+            // Its thread is the parent's.
+            let run = self.run.get_mut();
+            mem::forget(run.poller.take());
+            mem::forget(run.end.take());
+        }
+    }
+}
