@@ -3,6 +3,8 @@
 use crate::names::{NameError, Names};
 use crate::ros_args::{self, RosArgsError};
 use clap::Parser;
+use pneudrive_host::poller::{ChannelLimit, Limits};
+use pneudrive_host::rig::{Rig, RigError};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -13,8 +15,8 @@ Examples:
   pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4 two buses of four boards: joint_0 to joint_7
   pneudrive-ros --port /dev/ttyUSB0 --ros-args -r __ns:=/arm -p rate_hz:=500.0
 
-Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics. Ends on Ctrl-C or SIGTERM; then 0 kPa is
-commanded to every board.
+Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics. Services: ~/vent, ~/release. Commands hold for
+--command-timeout-s: repeat them. Ends on Ctrl-C or SIGTERM; then 0 kPa is commanded to every board.
 
 Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
 
@@ -46,9 +48,23 @@ pub struct Flags {
     /// Refuse commands whose stamp lies further from now, s; 0 accepts any. A stamp of 0 is always accepted [changeable while running]
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     pub max_command_age_s: f64,
-    /// Vent a joint that has got no valid command for so long, s; 0 holds the last one for ever [changeable while running]
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    /// Command 0 kPa to channels that have got no valid command for so long, s; `never` (or 0) holds the last one for ever
+    /// [changeable while running]
+    #[arg(long, value_name = "S|never", default_value_t = 0.5, value_parser = timeout)]
     pub command_timeout_s: f64,
+    /// Highest set point of every channel, kPa: commands above it are refused
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true)]
+    pub max_kpa: Option<f64>,
+    /// Fastest change of every set point, kPa/s: what is faster is ramped; venting is not slowed down
+    #[arg(long, value_name = "KPA/S", allow_negative_numbers = true)]
+    pub max_rate_kpa_s: Option<f64>,
+    /// Rig file, for its limits: [limits], [boards.0.limits], [boards.0.channels.3.limits], each with max_kpa and max_rate_kpa_s.
+    /// Boards are numbered as on each bus; of several limits the strictest holds
+    #[arg(long, value_name = "FILE.toml")]
+    pub rig: Option<PathBuf>,
+    /// After a port has come back, follow commands again at once, by a ramp; otherwise boards stay vented until ~/release is called
+    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true")]
+    pub resume: bool,
     /// Vent all joints when the node itself has been stuck for so long, s: the thread of each bus does it. 0 holds their commands
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub watchdog_s: f64,
@@ -87,6 +103,8 @@ pub struct Settings {
     pub domain_id: u16,
     /// Which messages to speak.
     pub message: MessageType,
+    /// Highest set points and fastest changes.
+    pub limits: Limits,
 }
 
 /// Type of the pressure messages.
@@ -112,6 +130,9 @@ pub enum ArgsError {
     /// A name.
     #[error(transparent)]
     Name(#[from] NameError),
+    /// The rig file.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// A value.
     #[error("{name} {value}: {advice}")]
     Value {
@@ -190,7 +211,22 @@ impl Settings {
             _ => None,
         };
         let domain_id = flags.domain_id.or(from_environment).unwrap_or(0);
-        Ok(Self { flags, names, domain_id, message })
+        let limits = match &flags.rig {
+            Some(path) => Rig::load(path)?.limits,
+            None => Limits::default(),
+        };
+        let own = ChannelLimit {
+            max_kpa: flags.max_kpa.unwrap_or(f64::INFINITY),
+            max_rate_kpa_s: flags.max_rate_kpa_s.unwrap_or(f64::INFINITY),
+        };
+        let limits = match limits.and(own) {
+            Ok(limits) => limits,
+            Err(error) => {
+                let both = format!("{}, {}", own.max_kpa, own.max_rate_kpa_s);
+                return value("--max-kpa, --max-rate-kpa-s", both, &error.to_string());
+            }
+        };
+        Ok(Self { flags, names, domain_id, message, limits })
     }
 
     /// Boards on the bus at `index`.
@@ -198,6 +234,14 @@ impl Settings {
         let devices = &self.flags.devices;
         devices.get(index).or(devices.first()).copied().unwrap_or(1)
     }
+}
+
+/// A time in s, or `never`, which is 0.
+fn timeout(text: &str) -> Result<f64, String> {
+    if text == "never" {
+        return Ok(0.0);
+    }
+    text.parse().map_err(|_| "expected a number of seconds, or never".to_owned())
 }
 
 /// Whether `number` can be a rate or a time.
@@ -257,6 +301,36 @@ mod tests {
         assert!(refused("--port a --rate-hz 0").contains("--rate-hz 0: must be above 0"));
         assert!(refused("--port a --max-command-age-s NaN").contains("at least 0"));
         assert!(refused("--port a --message-type a/b/c").contains("PACKAGE/TYPE"));
+    }
+
+    /// Whoever wants commands to hold for ever says so.
+    #[test]
+    fn commands_expire_by_default() {
+        let timeout_s = |line: &str| settings(line).unwrap().flags.command_timeout_s;
+        assert_eq!(timeout_s("--port a"), 0.5);
+        assert_eq!(timeout_s("--port a --command-timeout-s 2.5"), 2.5);
+        for never in
+            ["--command-timeout-s never", "--command-timeout-s 0", "--ros-args -p command_timeout_s:=never"]
+        {
+            assert_eq!(timeout_s(&format!("--port a {never}")), 0.0);
+        }
+    }
+
+    #[test]
+    fn limits_come_from_flags_and_rig_file_and_the_strictest_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        let rig = folder.path().join("rig.toml");
+        std::fs::write(&rig, "[boards.1.limits]\nmax_kpa = 100.0\n").unwrap();
+        let line = format!(
+            "--port a -n 2 --max-kpa 300 --ros-args -p max_rate_kpa_s:=50.0 -p rig:={}",
+            rig.display()
+        );
+        let limits = settings(&line).unwrap().limits;
+        let limit = |max_kpa| ChannelLimit { max_kpa, max_rate_kpa_s: 50.0 };
+        assert_eq!((limits.of(0)[0], limits.of(1)[3]), (limit(300.0), limit(100.0)));
+        let refused = |line: &str| settings(line).unwrap_err().to_string();
+        assert!(refused("--port a --max-kpa -1").contains("a highest pressure of -1 kPa"));
+        assert!(refused("--port a --rig /nowhere.toml").contains("/nowhere.toml"));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! One bus: its port, its poller, and what hangs on both.
 
 use crate::args::Settings;
-use crate::gate::Gate;
+use crate::gate::{Gate, Joint};
 use crate::live::Live;
 use crate::publish::PublishCounters;
 use crate::run::Failure;
 use crate::tap::{State, Tap};
 use pneudrive_host::bus::{Bus, BusOptions};
-use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints};
+use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};
 use pneudrive_protocol::{Baud, SensorScale};
 use std::path::Path;
 use std::sync::Arc;
@@ -38,6 +38,8 @@ pub struct RunningBus {
     pub poller: Poller,
     /// One for each board, in the poller's order.
     pub gates: Vec<Arc<Gate>>,
+    /// Closed while 0 kPa is commanded whatever comes: after ~/vent, and when the port came back. ~/release opens it.
+    pub vent: VentLatch,
     /// What the gates set. Whoever watches over them renews it, or the bus thread commands 0 kPa.
     pub set_points: SetPoints,
     /// States that found no room on their way to the publisher.
@@ -78,7 +80,13 @@ impl OpenBus {
             pneudrive_host::bus::OpenBusError::Port(error) => Failure::input(error),
             other => Failure::running(other),
         })?;
-        let options = PollerOptions { pace, scale: SCALE, ..PollerOptions::for_devices(devices) };
+        let options = PollerOptions {
+            pace,
+            scale: SCALE,
+            limits: settings.limits.clone(),
+            resume: flags.resume,
+            ..PollerOptions::for_devices(devices)
+        };
         let port = port.display().to_string();
         let watchdog_ns = (flags.watchdog_s * 1e9).round() as u64;
         Ok(Self { bus, options, port, first_joint, watchdog_ns, virtual_boards })
@@ -105,9 +113,16 @@ impl OpenBus {
             0 => set_points,
             watchdog_ns => set_points.vent_after(watchdog_ns),
         };
-        let gates = (0..self.options.boards.len())
-            .map(|index| Arc::new(Gate::new(set_points.clone(), index, SCALE)))
-            .collect();
+        let joint = |(index, &board): (usize, &u8)| Joint {
+            number: self.first_joint + u16::from(board),
+            board,
+            index,
+            limits: self.options.limits.clone(),
+            scale: SCALE,
+        };
+        let joints = self.options.boards.iter().enumerate().map(joint);
+        let gates = joints.map(|joint| Arc::new(Gate::new(set_points.clone(), joint))).collect();
+        let vent = self.options.vent.clone();
         let (tap, states, dropped) = Tap::new(Arc::clone(live), SCALE);
         let observers = std::iter::once(Box::new(tap) as Box<dyn Observer>).chain(recording).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
@@ -118,6 +133,7 @@ impl OpenBus {
             first_joint: self.first_joint,
             poller,
             gates,
+            vent,
             set_points,
             dropped,
             published,

@@ -2,7 +2,7 @@
 
 use crate::bus::RunningBus;
 use crate::diagnostic_msgs::DiagnosticStatus;
-use crate::gate::Counters;
+use crate::refusal::Counters;
 use pneudrive_host::poller::BoardState;
 use pneudrive_host::statistics::{BoardStatistics, Statistics};
 use std::sync::atomic::Ordering;
@@ -35,7 +35,7 @@ impl BusReport {
             ("states refused by DDS", refused),
             ("states dropped before DDS", dropped),
         ];
-        let mut statuses = vec![self.bus(name, &bus.port, bus.poller.is_finished(), &statistics, &states)];
+        let mut statuses = vec![self.bus(name, bus, &statistics, &states)];
         let commands: Vec<_> = bus.gates.iter().map(|gate| gate.counters()).collect();
         for (index, (board, commands)) in statistics.boards.iter().zip(&commands).enumerate() {
             let joint = bus.first_joint + u16::from(board.board);
@@ -54,8 +54,7 @@ impl BusReport {
     fn bus(
         &self,
         name: &str,
-        port: &str,
-        is_finished: bool,
+        bus: &RunningBus,
         statistics: &Statistics,
         states: &[(&str, u64); 3],
     ) -> DiagnosticStatus {
@@ -64,12 +63,15 @@ impl BusReport {
         let rate_hz = if seconds > 0.0 { cycles as f64 / seconds } else { 0.0 };
         let absent = statistics.boards.iter().filter(|board| is_absent(board.state)).count();
         let unpublished = states[1].1 + states[2].1;
-        let (level, message) = if is_finished {
+        let is_vented = bus.vent.is_vented();
+        let (level, message) = if bus.poller.is_finished() {
             (DiagnosticStatus::ERROR, "the bus has failed".to_owned())
         } else if absent == statistics.boards.len() {
             (DiagnosticStatus::ERROR, "no board answers".to_owned())
         } else if absent > 0 {
             (DiagnosticStatus::WARN, format!("{absent} of {} boards do not answer", statistics.boards.len()))
+        } else if is_vented {
+            (DiagnosticStatus::WARN, "vented until ~/release is called".to_owned())
         } else if unpublished > self.before.unpublished {
             (DiagnosticStatus::WARN, "states were not published".to_owned())
         } else {
@@ -79,10 +81,11 @@ impl BusReport {
             level,
             name: name.to_owned(),
             message,
-            hardware_id: port.to_owned(),
+            hardware_id: bus.port.clone(),
             values: Vec::new(),
         };
         let status = status
+            .with("vented", is_vented)
             .with("rate (Hz)", format!("{rate_hz:.1}"))
             .with("rate since start (Hz)", format!("{:.1}", statistics.loop_hz.mean))
             .with("cycle time p99 (us)", format!("{:.0}", statistics.cycle_us.p99))
@@ -129,7 +132,9 @@ impl BusReport {
             .with("lost", board.lost)
             .with("rejected", board.rejected)
             .with("commands accepted", commands.accepted)
+            .with("commands refused: not in effort", commands.not_in_effort)
             .with("commands refused: wrong length", commands.wrong_length)
+            .with("commands refused: wrong names", commands.wrong_names)
             .with("commands refused: not a number", commands.not_finite)
             .with("commands refused: out of range", commands.out_of_range)
             .with("commands refused: stale", commands.stale)

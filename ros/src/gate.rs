@@ -1,133 +1,96 @@
 //! Which commands get through to the boards.
 
-use pneudrive_host::messages::Time;
-use pneudrive_host::poller::{BoardCommand, SetPoints, VENTED};
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use crate::pressure::Command;
+use crate::refusal::{Counters, Refusal};
+use pneudrive_host::messages::{Time, command_name};
+use pneudrive_host::poller::{BoardCommand, Limits, SetPoints, VENTED};
+use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Why a command was not followed. What was commanded before stands.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Refusal {
-    /// Not four values.
-    #[error("{found} values; a board has {CHANNELS} chambers")]
-    WrongLength {
-        /// How many came.
-        found: usize,
-    },
-    /// NaN or an infinity.
-    #[error("channel {channel}: {kpa} is no pressure")]
-    NotFinite {
-        /// Which of the four.
-        channel: usize,
-        /// What came.
-        kpa: f64,
-    },
-    /// Negative, or more than the sensor can measure.
-    #[error("channel {channel}: {reason}")]
-    OutOfRange {
-        /// Which of the four.
-        channel: usize,
-        /// What is allowed.
-        reason: String,
-    },
-    /// Its stamp is too far from now.
-    #[error("its stamp is {age_s:.3} s old; allowed are {limit_s} s (parameter max_command_age_s)")]
-    Stale {
-        /// Age; negative for a stamp in the future.
-        age_s: f64,
-        /// The limit.
-        limit_s: f64,
-    },
-}
-
-/// What has come to a joint's command topic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Counters {
-    /// Commands that were followed.
-    pub accepted: u64,
-    /// Commands that were not, by reason.
-    pub wrong_length: u64,
-    /// See [`Refusal::NotFinite`].
-    pub not_finite: u64,
-    /// See [`Refusal::OutOfRange`].
-    pub out_of_range: u64,
-    /// See [`Refusal::Stale`].
-    pub stale: u64,
-    /// How often the joint was vented because no command came.
-    pub timeouts: u64,
-}
-
-impl Counters {
-    /// All that were not followed.
-    pub fn refused(&self) -> u64 {
-        self.wrong_length + self.not_finite + self.out_of_range + self.stale
-    }
+/// Where a joint's commands go, and how high they may be.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// Its number in names of topics and values.
+    pub number: u16,
+    /// Its board's number on the bus.
+    pub board: u8,
+    /// The board's place in the poller's order.
+    pub index: usize,
+    /// Highest set points.
+    pub limits: Limits,
+    /// What pressures mean.
+    pub scale: SensorScale,
 }
 
 /// Stands between the command topic of one joint and its board.
 #[derive(Debug)]
 pub struct Gate {
     set_points: SetPoints,
-    /// The board's place in the poller's order.
-    index: usize,
-    scale: SensorScale,
+    joint: Joint,
     state: Mutex<State>,
 }
 
 #[derive(Debug, Default)]
 struct State {
     counters: Counters,
-    /// When the last command was accepted, ns since 1970; `None` while the joint is vented for want of one.
-    commanded_ns: Option<u64>,
+    /// When each channel's last command was accepted, ns since 1970; `None` while it is vented for want of one.
+    commanded_ns: [Option<u64>; CHANNELS],
 }
 
 impl Gate {
-    /// For the board at `index` in the order of `set_points`.
-    pub fn new(set_points: SetPoints, index: usize, scale: SensorScale) -> Self {
-        Self { set_points, index, scale, state: Mutex::default() }
+    /// Commands of `joint` into `set_points`.
+    pub fn new(set_points: SetPoints, joint: Joint) -> Self {
+        Self { set_points, joint, state: Mutex::default() }
     }
 
-    /// Follows a command of `kpa`, stamped `stamp`, that came at `now_ns` since 1970. A stamp of 0 counts as none. No age is too
-    /// high if `max_age_ns` is 0.
+    /// Follows a command that came at `now_ns` since 1970. A stamp of 0 counts as none. No age is too high if `max_age_ns` is 0.
     ///
     /// # Errors
     /// Why it was not followed; that is counted.
-    pub fn offer(&self, stamp: Time, kpa: &[f64], now_ns: u64, max_age_ns: u64) -> Result<(), Refusal> {
-        let checked = fresh(stamp, now_ns, max_age_ns).and_then(|()| self.counts(kpa));
+    pub fn offer(&self, command: &Command<'_>, now_ns: u64, max_age_ns: u64) -> Result<(), Refusal> {
+        let checked = fresh(command.stamp, now_ns, max_age_ns).and_then(|()| self.read(command));
         let mut state = self.lock();
-        let counters = &mut state.counters;
         match checked {
-            Ok(command) => {
-                counters.accepted += 1;
-                state.commanded_ns = Some(now_ns);
-                self.set(command);
+            Ok(changes) => {
+                state.counters.accepted += 1;
+                for (at_ns, _) in state.commanded_ns.iter_mut().zip(changes).filter(|(_, new)| new.is_some())
+                {
+                    *at_ns = Some(now_ns);
+                }
+                self.change(changes);
                 Ok(())
             }
             Err(refusal) => {
-                match refusal {
-                    Refusal::WrongLength { .. } => counters.wrong_length += 1,
-                    Refusal::NotFinite { .. } => counters.not_finite += 1,
-                    Refusal::OutOfRange { .. } => counters.out_of_range += 1,
-                    Refusal::Stale { .. } => counters.stale += 1,
-                }
+                *state.counters.refused_for(&refusal) += 1;
                 Err(refusal)
             }
         }
     }
 
-    /// Vents the joint if its last command is older than `timeout_ns`; returns whether it did. Never if that is 0.
+    /// Vents the channels whose last command is older than `timeout_ns`; returns whether there were any. Never if that is 0.
     pub fn expire(&self, now_ns: u64, timeout_ns: u64) -> bool {
         let mut state = self.lock();
-        let expired = timeout_ns > 0
-            && state
-                .commanded_ns
-                .is_some_and(|commanded_ns| now_ns.saturating_sub(commanded_ns) > timeout_ns);
+        let mut changes = [None; CHANNELS];
+        for (commanded_ns, change) in state.commanded_ns.iter_mut().zip(&mut changes) {
+            let age_ns = commanded_ns.map(|at_ns| now_ns.saturating_sub(at_ns));
+            if timeout_ns > 0 && age_ns.is_some_and(|age_ns| age_ns > timeout_ns) {
+                *commanded_ns = None;
+                *change = Some(Counts::ATMOSPHERE);
+            }
+        }
+        let expired = changes.iter().any(Option::is_some);
         if expired {
-            state.commanded_ns = None;
             state.counters.timeouts += 1;
-            self.set(VENTED);
+            self.change(changes);
         }
         expired
+    }
+
+    /// Forgets what was commanded: 0 kPa until the next command.
+    pub fn clear(&self) {
+        let mut state = self.lock();
+        state.commanded_ns = [None; CHANNELS];
+        self.change([Some(Counts::ATMOSPHERE); CHANNELS]);
     }
 
     /// What has come so far.
@@ -135,25 +98,53 @@ impl Gate {
         self.lock().counters
     }
 
-    fn counts(&self, kpa: &[f64]) -> Result<BoardCommand, Refusal> {
-        if kpa.len() != CHANNELS {
-            return Err(Refusal::WrongLength { found: kpa.len() });
+    /// What a command changes: all four channels, or those that it names.
+    fn read(&self, command: &Command<'_>) -> Result<[Option<Counts>; CHANNELS], Refusal> {
+        if command.kpa.is_empty() && command.has_numbers_elsewhere {
+            return Err(Refusal::NotInEffort);
         }
-        let mut command = VENTED;
-        for (channel, (counts, &kpa)) in command.iter_mut().zip(kpa).enumerate() {
-            if !kpa.is_finite() {
-                return Err(Refusal::NotFinite { channel, kpa });
+        let mut changes = [None; CHANNELS];
+        if command.names.is_empty() {
+            if command.kpa.len() != CHANNELS {
+                return Err(Refusal::WrongLength { found: command.kpa.len() });
             }
-            *counts = self
-                .scale
-                .counts(kpa)
-                .map_err(|error| Refusal::OutOfRange { channel, reason: error.to_string() })?;
+            for (channel, (change, &kpa)) in changes.iter_mut().zip(command.kpa).enumerate() {
+                *change = Some(self.counts(channel, kpa)?);
+            }
+            return Ok(changes);
         }
-        Ok(command)
+        if command.names.len() != command.kpa.len() {
+            return Err(Refusal::NamesAndValues { names: command.names.len(), values: command.kpa.len() });
+        }
+        for (name, &kpa) in command.names.iter().zip(command.kpa) {
+            let Some(channel) = (0..CHANNELS).find(|&k| *name == command_name(self.joint.number, k)) else {
+                return Err(Refusal::UnknownName { name: name.clone(), joint: self.joint.number });
+            };
+            if changes[channel].replace(self.counts(channel, kpa)?).is_some() {
+                return Err(Refusal::NamedTwice { name: name.clone() });
+            }
+        }
+        Ok(changes)
     }
 
-    fn set(&self, command: BoardCommand) {
-        if let Err(error) = self.set_points.set(self.index, command) {
+    fn counts(&self, channel: usize, kpa: f64) -> Result<Counts, Refusal> {
+        if !kpa.is_finite() {
+            return Err(Refusal::NotFinite { channel, kpa });
+        }
+        let Joint { board, limits, scale, .. } = &self.joint;
+        let out_of_range = |reason: String| Refusal::OutOfRange { channel, reason };
+        let counts = scale.counts(kpa).map_err(|error| out_of_range(error.to_string()))?;
+        limits.check(*board, channel, kpa).map_err(|error| out_of_range(error.to_string()))?;
+        Ok(counts)
+    }
+
+    fn change(&self, changes: [Option<Counts>; CHANNELS]) {
+        let index = self.joint.index;
+        let mut command: BoardCommand = self.set_points.get(index).unwrap_or(VENTED);
+        for (counts, change) in command.iter_mut().zip(changes) {
+            *counts = change.unwrap_or(*counts);
+        }
+        if let Err(error) = self.set_points.set(index, command) {
             log::error!("{error}");
         }
     }
@@ -174,72 +165,180 @@ fn fresh(stamp: Time, now_ns: u64, max_age_ns: u64) -> Result<(), Refusal> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pressure::PressureMessage;
+    use pneudrive_host::messages::JointState;
+    use pneudrive_host::poller::ChannelLimit;
 
     const NOW_NS: u64 = 1_763_742_822_000_000_000;
     const AGE_NS: u64 = 500_000_000;
     const KPA: [f64; 4] = [0.0, 100.0, 200.0, 300.0];
+    const SCALE: SensorScale = SensorScale::ORIGINAL;
 
-    fn gate() -> (Gate, SetPoints) {
+    fn limited(max_kpa: f64) -> (Gate, SetPoints) {
         let points = SetPoints::new(2);
-        (Gate::new(points.clone(), 1, SensorScale::ORIGINAL), points)
+        let limit = ChannelLimit { max_kpa, max_rate_kpa_s: f64::INFINITY };
+        let limits = Limits::everywhere(limit).unwrap();
+        let joint = Joint { number: 5, board: 1, index: 1, limits, scale: SCALE };
+        (Gate::new(points.clone(), joint), points)
     }
 
-    fn at(ns: u64) -> Time {
-        Time::from_unix_ns(ns)
+    fn gate() -> (Gate, SetPoints) {
+        limited(f64::INFINITY)
+    }
+
+    fn of(kpa: &[f64]) -> JointState {
+        JointState { effort: kpa.to_vec(), ..JointState::default() }
+    }
+
+    fn named(names: &[&str], kpa: &[f64]) -> JointState {
+        JointState { name: names.iter().map(|&name| name.to_owned()).collect(), ..of(kpa) }
+    }
+
+    fn stamped(ns: u64, mut message: JointState) -> JointState {
+        message.header.stamp = Time::from_unix_ns(ns);
+        message
+    }
+
+    fn offer(gate: &Gate, message: &JointState) -> Result<(), Refusal> {
+        gate.offer(&message.command(), NOW_NS, AGE_NS)
+    }
+
+    fn counts(kpa: [f64; 4]) -> Option<BoardCommand> {
+        Some(kpa.map(|kpa| SCALE.counts(kpa).unwrap()))
     }
 
     #[test]
     fn a_good_command_gets_through() {
         let (gate, points) = gate();
-        for stamp in [at(NOW_NS), at(NOW_NS - AGE_NS), at(NOW_NS + AGE_NS), Time::default()] {
-            gate.offer(stamp, &KPA, NOW_NS, AGE_NS).unwrap();
+        for ns in [NOW_NS, NOW_NS - AGE_NS, NOW_NS + AGE_NS, 0] {
+            offer(&gate, &stamped(ns, of(&KPA))).unwrap();
         }
-        let counts = KPA.map(|kpa| SensorScale::ORIGINAL.counts(kpa).unwrap());
-        assert_eq!((points.get(0), points.get(1)), (Some(VENTED), Some(counts)));
+        assert_eq!((points.get(0), points.get(1)), (Some(VENTED), counts(KPA)));
         assert_eq!(gate.counters(), Counters { accepted: 4, ..Counters::default() });
     }
 
     #[test]
     fn a_bad_one_changes_nothing_and_is_counted() {
         let (gate, points) = gate();
-        gate.offer(at(NOW_NS), &KPA, NOW_NS, AGE_NS).unwrap();
-        let before = points.get(1);
-        let offers: [(u64, &[f64]); 8] = [
-            (NOW_NS, &[1.0, 2.0, 3.0]),
-            (NOW_NS, &[1.0; 5]),
-            (NOW_NS, &[]),
-            (NOW_NS, &[1.0, 2.0, f64::NAN, 4.0]),
-            (NOW_NS, &[1.0, 2.0, 3.0, f64::INFINITY]),
-            (NOW_NS, &[-1.0, 2.0, 3.0, 4.0]),
-            (NOW_NS - AGE_NS - 1_000, &KPA),
-            (NOW_NS + AGE_NS + 1_000, &KPA),
+        offer(&gate, &of(&KPA)).unwrap();
+        let bad = [
+            of(&[1.0, 2.0, 3.0]),
+            of(&[1.0; 5]),
+            of(&[]),
+            of(&[1.0, 2.0, f64::NAN, 4.0]),
+            of(&[1.0, 2.0, 3.0, f64::INFINITY]),
+            of(&[-1.0, 2.0, 3.0, 4.0]),
+            of(&[776.0; 4]),
+            stamped(NOW_NS - AGE_NS - 1_000, of(&KPA)),
+            stamped(NOW_NS + AGE_NS + 1_000, of(&KPA)),
         ];
-        for (stamp_ns, kpa) in offers {
-            gate.offer(at(stamp_ns), kpa, NOW_NS, AGE_NS).unwrap_err();
+        for message in &bad {
+            offer(&gate, message).unwrap_err();
         }
-        gate.offer(at(NOW_NS), &[776.0; 4], NOW_NS, AGE_NS).unwrap_err();
-        assert_eq!(points.get(1), before);
-        let expected =
-            Counters { accepted: 1, wrong_length: 3, not_finite: 2, out_of_range: 2, stale: 2, timeouts: 0 };
+        assert_eq!(points.get(1), counts(KPA));
+        let expected = Counters {
+            accepted: 1,
+            wrong_length: 3,
+            not_finite: 2,
+            out_of_range: 2,
+            stale: 2,
+            ..Counters::default()
+        };
         assert_eq!(gate.counters(), expected);
         assert_eq!(expected.refused(), 9);
+    }
+
+    /// 50 metres or radians are not 50 kPa.
+    #[test]
+    fn positions_and_velocities_are_no_pressures() {
+        let (gate, points) = gate();
+        let position = JointState { position: vec![50.0; 4], ..JointState::default() };
+        let velocity = JointState { velocity: vec![50.0; 4], ..JointState::default() };
+        for message in [position.clone(), velocity] {
+            assert_eq!(offer(&gate, &message), Err(Refusal::NotInEffort));
+        }
+        assert_eq!((points.get(1), gate.counters().not_in_effort), (Some(VENTED), 2));
+        // Beside pressures they say nothing to us.
+        offer(&gate, &JointState { effort: KPA.to_vec(), ..position }).unwrap();
+        assert_eq!(points.get(1), counts(KPA));
+    }
+
+    #[test]
+    fn names_say_which_channel_a_value_is_for() {
+        let (gate, points) = gate();
+        let all = ["b5_cmd3_kpa", "b5_cmd0_kpa", "b5_cmd2_kpa", "b5_cmd1_kpa"];
+        offer(&gate, &named(&all, &[30.0, 0.0, 20.0, 10.0])).unwrap();
+        assert_eq!(points.get(1), counts([0.0, 10.0, 20.0, 30.0]));
+        offer(&gate, &named(&["b5_cmd1_kpa"], &[99.0])).unwrap();
+        assert_eq!(points.get(1), counts([0.0, 99.0, 20.0, 30.0]));
+    }
+
+    #[test]
+    fn names_that_are_not_this_joints_are_refused() {
+        let (gate, points) = gate();
+        let refused = |names: &[&str], kpa: &[f64]| offer(&gate, &named(names, kpa)).unwrap_err().to_string();
+        assert!(
+            refused(&["left_elbow"], &[1.0])
+                .starts_with("left_elbow is no command of joint_5: its names are b5_cmd0_kpa to b5_cmd3_kpa")
+        );
+        assert!(refused(&["b4_cmd0_kpa"], &[1.0]).starts_with("b4_cmd0_kpa is no command of joint_5"));
+        assert!(refused(&["b5_p0_kpa"], &[1.0]).starts_with("b5_p0_kpa is no command of joint_5"));
+        assert!(refused(&["b5_cmd0_kpa"; 2], &[1.0; 2]).starts_with("b5_cmd0_kpa is named twice"));
+        assert!(refused(&["b5_cmd0_kpa"], &[1.0; 4]).starts_with("1 names for 4 values"));
+        assert_eq!((points.get(1), gate.counters().wrong_names), (Some(VENTED), 5));
+    }
+
+    #[test]
+    fn a_command_above_the_limit_is_refused_with_a_sentence() {
+        let (gate, points) = limited(150.0);
+        offer(&gate, &of(&[150.0; 4])).unwrap();
+        let refused = offer(&gate, &of(&[100.0, 100.0, 150.1, 100.0])).unwrap_err().to_string();
+        assert!(
+            refused.contains("150.1 kPa for channel 2 of board 1 is above its limit of 150 kPa"),
+            "{refused}"
+        );
+        assert_eq!((points.get(1), gate.counters().out_of_range), (counts([150.0; 4]), 1));
     }
 
     #[test]
     fn no_age_is_too_high_without_a_limit() {
         let (gate, _) = gate();
-        gate.offer(at(1), &KPA, NOW_NS, 0).unwrap();
+        gate.offer(&stamped(1, of(&KPA)).command(), NOW_NS, 0).unwrap();
     }
 
     #[test]
     fn a_joint_without_commands_is_vented_once() {
         let (gate, points) = gate();
         assert!(!gate.expire(NOW_NS, AGE_NS), "nothing was commanded yet");
-        gate.offer(at(NOW_NS), &KPA, NOW_NS, AGE_NS).unwrap();
+        offer(&gate, &of(&KPA)).unwrap();
         assert!(!gate.expire(NOW_NS + AGE_NS, AGE_NS));
         assert!(!gate.expire(NOW_NS + 100 * AGE_NS, 0), "switched off");
         assert!(gate.expire(NOW_NS + AGE_NS + 1, AGE_NS));
         assert!(!gate.expire(NOW_NS + 2 * AGE_NS, AGE_NS), "it is vented already");
         assert_eq!((points.get(1), gate.counters().timeouts), (Some(VENTED), 1));
+    }
+
+    #[test]
+    fn what_is_cleared_does_not_come_back_by_itself() {
+        let (gate, points) = gate();
+        offer(&gate, &of(&KPA)).unwrap();
+        gate.clear();
+        assert_eq!(points.get(1), Some(VENTED));
+        assert!(!gate.expire(NOW_NS + 2 * AGE_NS, AGE_NS), "there is nothing to expire");
+        offer(&gate, &named(&["b5_cmd1_kpa"], &[99.0])).unwrap();
+        assert_eq!(points.get(1), counts([0.0, 99.0, 0.0, 0.0]));
+    }
+
+    /// Of two controllers of one joint, one that goes on does not renew what the other, which has died, commanded.
+    #[test]
+    fn each_channel_has_its_own_deadline() {
+        let (gate, points) = gate();
+        offer(&gate, &of(&[100.0; 4])).unwrap();
+        let later = named(&["b5_cmd2_kpa"], &[50.0]);
+        gate.offer(&later.command(), NOW_NS + AGE_NS, AGE_NS).unwrap();
+        assert!(gate.expire(NOW_NS + AGE_NS + 1, AGE_NS));
+        let mut left = VENTED;
+        left[2] = SCALE.counts(50.0).unwrap();
+        assert_eq!(points.get(1), Some(left));
     }
 }

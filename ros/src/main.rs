@@ -20,8 +20,10 @@ mod node;
 mod parameters;
 mod pressure;
 mod publish;
+mod refusal;
 mod ros_args;
 mod run;
+mod services;
 mod tap;
 
 use args::Settings;

@@ -8,6 +8,7 @@ use crate::parameters;
 use crate::pressure::PressureMessage;
 use crate::publish::StateTopic;
 use crate::run::Failure;
+use crate::services::{Services, Target};
 use futures::StreamExt;
 use futures::channel::oneshot;
 use futures::executor::block_on;
@@ -113,7 +114,9 @@ impl RosNode {
         settings: &Settings,
         joints: Vec<Joint>,
         live: Arc<Live>,
+        target: Target,
     ) -> Result<Listener, Failure> {
+        let services = Services::new(&mut self.node, settings, target)?;
         let mut subscriptions = Vec::new();
         for joint in joints {
             let topic = format!("~/joint_{}/pressure_command", joint.number);
@@ -132,13 +135,14 @@ impl RosNode {
                 let commands = std::pin::pin!(follow(&subscriptions, &live));
                 let spinning = std::pin::pin!(spinner.spin());
                 // The spinner ends only with the node, the streams never: whichever ends first, it is over.
-                let work = select(commands, spinning);
+                let answering = std::pin::pin!(services.answer());
+                let work = select(select(commands, answering), spinning);
                 if let Either::Right(_) = select(stopped, work).await {
                     log::error!("DDS has ended");
                 }
             });
             // In this order: others are told of each end, or they list a dead node for ever.
-            drop(subscriptions);
+            drop((subscriptions, services));
             drop(self.node);
             drop(self.context);
         });
@@ -173,13 +177,12 @@ async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Subscription<M>)], 
                 continue;
             }
         };
-        let (stamp, kpa) = message.command();
-        let refused_before = joint.gate.counters().refused();
-        if let Err(refusal) = joint.gate.offer(stamp, kpa, unix_now_ns(), live.max_command_age_ns())
-            && refused_before == 0
+        let offered = joint.gate.offer(&message.command(), unix_now_ns(), live.max_command_age_ns());
+        if let Err(refusal) = offered
+            && *joint.gate.counters().refused_for(&refusal) == 1
         {
             log::warn!(
-                "joint_{}: command refused: {refusal}; further ones are counted in /diagnostics",
+                "joint_{}: command refused: {refusal}; further ones of this kind are counted in /diagnostics",
                 joint.number
             );
         }

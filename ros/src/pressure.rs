@@ -5,6 +5,19 @@ use pneudrive_protocol::CHANNELS;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+/// What a message asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Command<'a> {
+    /// When it was given; 0 for none.
+    pub stamp: Time,
+    /// Which channel each pressure is for; channels 0 to 3 in order where this is empty.
+    pub names: &'a [String],
+    /// Set points, kPa gauge.
+    pub kpa: &'a [f64],
+    /// Whether there are numbers where no pressures belong.
+    pub has_numbers_elsewhere: bool,
+}
+
 /// A message that carries the pressures of one board.
 pub trait PressureMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
     /// A state of `joint`, to be filled in.
@@ -13,8 +26,8 @@ pub trait PressureMessage: Serialize + DeserializeOwned + Clone + Send + 'static
     /// Fills in a state: kPa gauge.
     fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]);
 
-    /// As a command: its stamp and pressures, kPa gauge.
-    fn command(&self) -> (Time, &[f64]);
+    /// As a command.
+    fn command(&self) -> Command<'_>;
 }
 
 impl PressureMessage for JointState {
@@ -26,9 +39,13 @@ impl PressureMessage for JointState {
         self.fill(stamp, measured.into_iter().chain(command));
     }
 
-    fn command(&self) -> (Time, &[f64]) {
-        // Some tools can only fill in positions.
-        (self.header.stamp, if self.effort.is_empty() { &self.position } else { &self.effort })
+    fn command(&self) -> Command<'_> {
+        Command {
+            stamp: self.header.stamp,
+            names: &self.name,
+            kpa: &self.effort,
+            has_numbers_elsewhere: !(self.position.is_empty() && self.velocity.is_empty()),
+        }
     }
 }
 
@@ -45,7 +62,7 @@ impl PressureMessage for Pressures {
         self.pressure.extend(measured);
     }
 
-    fn command(&self) -> (Time, &[f64]) {
-        (self.header.stamp, &self.pressure)
+    fn command(&self) -> Command<'_> {
+        Command { stamp: self.header.stamp, names: &[], kpa: &self.pressure, has_numbers_elsewhere: false }
     }
 }

@@ -7,11 +7,13 @@ use crate::diagnostics::BusReport;
 use crate::live::Live;
 use crate::node::{Joint, RosNode, unix_now_ns};
 use crate::pressure::PressureMessage;
+use crate::services::Target;
 use crate::{parameters, publish};
 use pneudrive_host::line::Clock;
 use pneudrive_host::messages::{Header, JointState, Pressures, Time};
+use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::{RecordError, RecordedBus, Recorder};
+use pneudrive_host::record::{Description, RecordError, RecordedBus, Recorder, RecorderOptions};
 use ros2_client::Publisher;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::fmt::Display;
@@ -97,7 +99,11 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         buses.push(bus);
     }
     announce(settings, &buses);
-    let listener = node.listen::<M>(settings, joints, Arc::clone(&live))?;
+    let target = Target {
+        latches: buses.iter().map(|bus| bus.vent.clone()).collect(),
+        gates: buses.iter().flat_map(|bus| bus.gates.iter().cloned()).collect(),
+    };
+    let listener = node.listen::<M>(settings, joints, Arc::clone(&live), target)?;
     attend(settings, &stop, &live, &buses, &diagnostics, || {
         recorder.as_ref().is_some_and(Recorder::has_failed)
     });
@@ -109,6 +115,8 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     drop(diagnostics);
     listener.stop();
     if let Some(recorder) = recorder {
+        let reason = if ended.is_ok() { "signal: the node was told to stop" } else { "line: a bus failed" };
+        recorder.notes().add(Notice::new(NoticeKind::End, reason));
         let summary = recorder.finish()?;
         log::info!("{}: {} rows, {} bytes", summary.file.display(), summary.rows, summary.bytes);
     }
@@ -152,8 +160,19 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
         })
         .collect();
     let prefix = settings.names.full();
-    let (recorder, taps) = Recorder::create_bag(path, &prefix, &recorded, SCALE, settings.flags.overwrite)?;
+    let options = RecorderOptions { overwrite: settings.flags.overwrite, description: description(settings) };
+    let (recorder, taps) = Recorder::create_bag_with(path, &prefix, &recorded, SCALE, &options)?;
     Ok((Some(recorder), taps.into_iter()))
+}
+
+/// What the recording says of itself.
+fn description(settings: &Settings) -> Description {
+    let command_line: Vec<_> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let ports: Vec<_> = settings.flags.port.iter().map(|port| port.to_string_lossy().into_owned()).collect();
+    Description::default()
+        .with("program", concat!("pneudrive-ros ", env!("CARGO_PKG_VERSION")))
+        .with("command_line", command_line)
+        .with("port", ports)
 }
 
 fn announce(settings: &Settings, buses: &[RunningBus]) {
@@ -183,6 +202,7 @@ fn attend(
     let mut reports: Vec<_> = buses.iter().map(|_| BusReport::default()).collect();
     let mut reported = Instant::now();
     let mut attended = Instant::now();
+    let mut vented = vec![false; buses.len()];
     let watchdog_ns = (settings.flags.watchdog_s * 1e9).round() as u64;
     let name = settings.names.full();
     loop {
@@ -201,7 +221,17 @@ fn attend(
         buses.iter().for_each(|bus| bus.set_points.renew());
         for (gate, number) in buses.iter().flat_map(|bus| bus.gates.iter().zip(bus.first_joint..)) {
             if gate.expire(now_ns, live.command_timeout_ns()) {
-                log::warn!("joint_{number}: no command for too long: vented");
+                log::warn!("joint_{number}: no command for too long: 0 kPa until the next one");
+            }
+        }
+        for (bus, was_vented) in buses.iter().zip(&mut vented) {
+            let is_vented = bus.vent.is_vented();
+            if is_vented != std::mem::replace(was_vented, is_vented) {
+                let port = &bus.port;
+                match is_vented {
+                    true => log::warn!("{port}: vented: 0 kPa is commanded until ~/release is called"),
+                    false => log::info!("{port}: released: commands from now on are followed"),
+                }
             }
         }
         if ending || reported.elapsed() >= period {
@@ -233,13 +263,11 @@ fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
             ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));
             continue;
         };
-        if !finished.not_safe.is_empty() {
-            let joints: Vec<_> =
-                finished.not_safe.iter().map(|&board| (first_joint + u16::from(board)).to_string()).collect();
-            log::warn!(
-                "{port}: 0 kPa was not confirmed by joint(s) {}; they vent by their own command timeout",
-                joints.join(", ")
-            );
+        if let Some(warning) =
+            finished.warning_of("joint(s)", |board| (first_joint + u16::from(board)).to_string())
+        {
+            log::warn!("{port}: {warning}");
+            ended = Err(Failure::running(format!("{port}: {warning}")));
         }
         if let Some(error) = finished.error {
             ended = Err(Failure::running(format!("{port}: {error}")));

@@ -100,8 +100,14 @@ mod tests {
     fn the_bus_thread_does_not_wait_and_old_readings_are_not_passed_on() {
         let (mut tap, states, dropped) = Tap::new(Arc::default(), SensorScale::ORIGINAL);
         let reading = Some(Reading { counts: VENTED, kpa: [1.0; 4], asked_ns: 7 });
-        let row =
-            |outcome| BoardRow { board: 0, command: VENTED, outcome, reading, state: BoardState::Present };
+        let row = |outcome| BoardRow {
+            board: 0,
+            command: VENTED,
+            wanted: VENTED,
+            outcome,
+            reading,
+            state: BoardState::Present,
+        };
         let boards = [row(Outcome::Lost), row(Outcome::Fresh), row(Outcome::NotAsked)];
         for cycle in 0..Tap::QUEUE as u64 + 10 {
             tap.row(&Row { cycle, at_ns: cycle, since_start_ns: cycle, boards: &boards });

@@ -3,8 +3,12 @@
 import os
 import pathlib
 import subprocess
+import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+
+# Boards that remember what they were commanded last.
+sys.path.append(str(ROOT / "python" / "tests"))
 
 
 def binary(name: str) -> str:

@@ -3,6 +3,7 @@
 import ctypes
 import os
 import pathlib
+import resource
 import signal
 import subprocess
 import threading
@@ -37,11 +38,19 @@ def until(what, condition):
 class Node:
     """`pneudrive-ros`, started with these arguments on virtual boards."""
 
-    def __init__(self, *arguments, port="sim"):
+    def __init__(self, *arguments, port="sim", file_bytes=None):
+        """`file_bytes`: how large its files may grow."""
         # Peers on a busy machine may lag behind: only tests of stale commands want the usual limit.
         defaults = ["--port", port, "--max-command-age-s", "30", "--diagnostics-period-s", "0.2"]
         command = [binary("pneudrive-ros"), *defaults, *map(str, arguments)]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+
+        def limit():
+            if file_bytes is not None:
+                # Without a handler the signal ends the process; ignored, the write fails.
+                signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+                resource.setrlimit(resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
+
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=limit)
         self.said = ""
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
@@ -111,8 +120,9 @@ class Joint:
         self.latencies_s.append(time.time() - seconds(message.header.stamp))
         self.states.append(message)
 
-    def command(self, *kpa, age_s=0.0):
-        message = JointState(effort=[float(p) for p in kpa])
+    def command(self, *kpa, age_s=0.0, **fields):
+        """Commands these pressures; `fields` are further ones of the message."""
+        message = JointState(effort=[float(p) for p in kpa], **fields)
         stamp = time.time() - age_s
         message.header.stamp.sec, message.header.stamp.nanosec = int(stamp), int(stamp % 1 * 1e9)
         self.publisher.publish(message)
@@ -120,6 +130,10 @@ class Joint:
     def pressures(self):
         """The last measured pressures, kPa."""
         return list(self.states[-1].effort[:4]) if self.states else None
+
+    def commands(self):
+        """The last commands that the board was sent, kPa."""
+        return list(self.states[-1].effort[4:]) if self.states else None
 
     def wait_until_connected(self):
         until("the node's topics", lambda: self.publisher.get_subscription_count() > 0 and self.states)

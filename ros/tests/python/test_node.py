@@ -118,7 +118,7 @@ def test_both_directions_at_1_khz():
 
 
 def test_bad_commands_are_refused_and_counted():
-    with Node("--max-command-age-s", 5), Peer() as peer:
+    with Node("--max-command-age-s", 5, "--command-timeout-s", "never"), Peer() as peer:
         joint = Joint(peer)
         joint.wait_until_connected()
         joint.wait_until_near(80)
@@ -229,14 +229,16 @@ def test_a_recording_of_the_node(tmp_path):
         topics = {connection.topic: connection for connection in reader.connections}
         # Two ports: two buses.
         names = [f"/pneudrive/joint_{n}/pressure_{kind}" for n in (4, 5) for kind in ("state", "command")]
-        assert set(topics) == set(names)
+        assert set(topics) == {*names, "/pneudrive/events"}
         store = get_typestore(Stores.ROS2_JAZZY)
         last = {}
-        for connection, _, raw in reader.messages():
+        for connection, _, raw in reader.messages(connections=[topics[name] for name in names]):
             message = store.deserialize_cdr(raw, connection.msgtype)
             # A row without an answer has no pressure.
             if not np.isnan(message.effort[0]):
                 last[connection.topic] = message
+        ends = [store.deserialize_cdr(raw, c.msgtype) for c, _, raw in reader.messages([topics["/pneudrive/events"]])]
+    assert (ends[-1].function, ends[-1].name) == ("end", "pneudrive")
     assert last[names[0]].header.frame_id == "bus0" and last[names[2]].header.frame_id == "bus1"
     assert last[names[0]].effort[0] == pytest.approx(70, abs=10)
     assert "several buses" in compare(file, "b4c0,b5c0", tmp_path)

@@ -1,0 +1,127 @@
+//! `~/vent` and `~/release`, of type `std_srvs/srv/Trigger`.
+
+use crate::args::Settings;
+use crate::gate::Gate;
+use crate::run::Failure;
+use futures::StreamExt;
+use futures::future::join;
+use pneudrive_host::poller::VentLatch;
+use ros2_client::qos::{History, QosProfile};
+use ros2_client::service::Server;
+use ros2_client::{Message, Node, ServiceMapping, ServiceTypeName};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// An empty request: DDS has no empty structures, so ROS puts a byte into them.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Request {
+    structure_needs_at_least_one_member: u8,
+}
+
+/// How it went.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Response {
+    success: bool,
+    message: String,
+}
+
+impl Message for Request {}
+impl Message for Response {}
+
+/// What is vented and released: all buses of the node at once.
+#[derive(Debug, Clone)]
+pub struct Target {
+    /// One for each bus.
+    pub latches: Vec<VentLatch>,
+    /// One for each joint.
+    pub gates: Vec<Arc<Gate>>,
+}
+
+impl Target {
+    /// 0 kPa to all boards, until released.
+    pub fn vent(&self) {
+        self.latches.iter().for_each(VentLatch::vent);
+    }
+
+    /// Follows commands again. What was commanded before does not return: the next command moves something.
+    pub fn release(&self) {
+        self.gates.iter().for_each(|gate| gate.clear());
+        self.latches.iter().for_each(VentLatch::release);
+    }
+}
+
+/// The two services.
+pub struct Services {
+    vent: Server<Request, Response>,
+    release: Server<Request, Response>,
+    target: Target,
+}
+
+impl Services {
+    /// Offers them.
+    pub fn new(node: &mut Node, settings: &Settings, target: Target) -> Result<Self, Failure> {
+        let qos = QosProfile::publisher_default().history(History::KeepLast { depth: 10 });
+        let mut server = |service: &str| {
+            let name = settings.names.topic(service).map_err(Failure::input)?;
+            let kind = ServiceTypeName::new("std_srvs", "Trigger");
+            node.create_server(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos.clone())
+                .map_err(|error| Failure::running(format!("{service}: {error}")))
+        };
+        Ok(Self { vent: server("~/vent")?, release: server("~/release")?, target })
+    }
+
+    /// Answers until the node ends.
+    pub async fn answer(&self) {
+        let vent = serve(&self.vent, || {
+            self.target.vent();
+            "all boards are vented until ~/release is called"
+        });
+        let release = serve(&self.release, || {
+            self.target.release();
+            "commands from now on are followed; set points are 0 kPa until then"
+        });
+        join(vent, release).await;
+    }
+}
+
+async fn serve(server: &Server<Request, Response>, perform: impl Fn() -> &'static str) {
+    let mut requests = server.receive_request_stream();
+    while let Some(request) = requests.next().await {
+        let Ok((id, _)) = request else {
+            log::warn!("a request that cannot be read");
+            continue;
+        };
+        let message = perform().to_owned();
+        if let Err(error) = server.async_send_response(id, Response { success: true, message }).await {
+            log::warn!("an answer that cannot be sent: {error:?}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gate::Joint;
+    use crate::pressure::PressureMessage;
+    use pneudrive_host::messages::JointState;
+    use pneudrive_host::poller::{Limits, SetPoints, VENTED};
+    use pneudrive_protocol::SensorScale;
+
+    #[test]
+    fn a_release_follows_new_commands_only() {
+        let points = SetPoints::new(1);
+        let (limits, scale) = (Limits::default(), SensorScale::ORIGINAL);
+        let gate = Gate::new(points.clone(), Joint { number: 0, board: 0, index: 0, limits, scale });
+        let target = Target { latches: vec![VentLatch::default(); 2], gates: vec![Arc::new(gate)] };
+        let command = JointState { effort: vec![100.0; 4], ..JointState::default() };
+        let offer = || target.gates[0].offer(&command.command(), 1, 0);
+        offer().unwrap();
+        target.vent();
+        assert!(target.latches.iter().all(VentLatch::is_vented));
+        target.release();
+        assert!(!target.latches.iter().any(VentLatch::is_vented));
+        assert_eq!(points.get(0), Some(VENTED));
+        offer().unwrap();
+        assert_ne!(points.get(0), Some(VENTED));
+    }
+}
