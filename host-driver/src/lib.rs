@@ -10,7 +10,8 @@
 //! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
-//! - `rig` (feature): limits of pressure and rate from the rig file.
+//! - [`Calibration`]: what the counts of every channel mean.
+//! - `rig` (feature): limits and calibration from the rig file.
 //! - `web` (feature): a live page of a run.
 //!
 //! ```no_run
@@ -29,6 +30,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bus;
+mod calibration;
 pub mod line;
 #[cfg(feature = "mcap")]
 pub mod messages;
@@ -47,3 +49,5 @@ pub mod trajectory;
 mod unix_time;
 #[cfg(feature = "web")]
 pub mod web;
+
+pub use calibration::Calibration;

@@ -3,7 +3,7 @@
 use crate::bus::OpenBusError;
 use crate::line::{LineError, OpenError};
 use crate::poller::{BoardCommand, BoardState, Event};
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use pneudrive_protocol::CHANNELS;
 use std::collections::BTreeSet;
 
 /// Something that happened.
@@ -170,16 +170,13 @@ fn line_lost(error: &LineError, holding: &[u8]) -> String {
 }
 
 fn lowered(board: u8, wanted: &BoardCommand, sent: &BoardCommand) -> String {
-    let scale = SensorScale::ORIGINAL;
     let [wanted, sent] = [wanted, sent].map(|command| command[CHANNELS - 1]);
     format!(
-        "the set point of channel 3 of board {board} ({:.1} kPa, {} counts) is sent as {} counts ({:.1} kPa), because board 0 may be \
-         of the original kind and would take it for its address; the same holds for 255, 511, 767 and 1023 counts on channel 3 of \
+        "the set point of channel 3 of board {board} ({} counts) is sent as {} counts, one lower, because board 0 may be of the \
+         original kind and would take it for its address; the same holds for 255, 511, 767 and 1023 counts on channel 3 of \
          every board",
-        scale.kpa(wanted),
         wanted.get(),
         sent.get(),
-        scale.kpa(sent),
     )
 }
 

@@ -65,7 +65,7 @@ impl Rig {
         let options = WebOptions {
             port: "the pty".into(),
             boards: vec![0, 1],
-            scale: SensorScale::ORIGINAL,
+            calibration: SensorScale::ORIGINAL.into(),
             names: vec!["robot.example".into()],
             overriding: overriding.clone(),
             control: control.then(|| Control {

@@ -60,7 +60,7 @@ fn unknown_keys_are_refused_with_the_nearest() {
         ),
         (
             "[zzz]\n",
-            "rig.toml: unknown key zzz; the known tables are supply, ambient, chamber, valve, controller, sensor, limits, boards",
+            "rig.toml: unknown key zzz; the known tables are supply, ambient, chamber, valve, controller, sensor, limits, boards, bus, display",
         ),
         ("supply = 550", "rig.toml: unknown key supply; [supply] is a table with the keys pressure_kpa"),
     ] {

@@ -3,8 +3,9 @@
 use crate::names::{NameError, Names};
 use crate::ros_args::{self, RosArgsError};
 use clap::Parser;
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{ChannelLimit, Limits};
-use pneudrive_host::rig::{Rig, RigError};
+use pneudrive_host::rig::{self, CalibrationError, Rig, RigError};
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -24,18 +25,18 @@ Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
 #[derive(Debug, Clone, PartialEq, Parser)]
 #[command(name = "pneudrive-ros", version, after_help = EXAMPLES, max_term_width = 110, args_override_self = true)]
 pub struct Flags {
-    /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses
-    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required = true)]
+    /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses [default: that of the rig file]
+    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required_unless_present = "rig")]
     pub port: Vec<PathBuf>,
-    /// Boards on each bus, numbered from 0: one number for all buses, or one for each
-    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', default_values_t = [1], value_parser = clap::value_parser!(u16).range(1..=255))]
+    /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
+    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
     pub devices: Vec<u16>,
     /// Number of the first board's joint; the boards of the second bus follow those of the first
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
     pub first_joint: u16,
-    /// Line rate, bit/s
-    #[arg(long, value_name = "BAUD", default_value_t = 1_000_000)]
-    pub baud: u32,
+    /// Line rate, bit/s [default: that of the rig file, or 1000000]
+    #[arg(long, value_name = "BAUD")]
+    pub baud: Option<u32>,
     /// How long a board may take to answer beyond the wire time, us
     #[arg(long, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub allowance_us: u64,
@@ -58,8 +59,8 @@ pub struct Flags {
     /// Fastest change of every set point, kPa/s: what is faster is ramped; venting is not slowed down
     #[arg(long, value_name = "KPA/S", allow_negative_numbers = true)]
     pub max_rate_kpa_s: Option<f64>,
-    /// Rig file, for its limits: [limits], [boards.0.limits], [boards.0.channels.3.limits], each with max_kpa and max_rate_kpa_s.
-    /// Boards are numbered as on each bus; of several limits the strictest holds
+    /// Rig file: port, boards, rate, calibration and limits (docs/rig.md). Boards are numbered as on each bus; of several limits the
+    /// strictest holds
     #[arg(long, value_name = "FILE.toml")]
     pub rig: Option<PathBuf>,
     /// After a port has come back, follow commands again at once, by a ramp; otherwise boards stay vented until ~/release is called
@@ -105,6 +106,10 @@ pub struct Settings {
     pub message: MessageType,
     /// Highest set points and fastest changes.
     pub limits: Limits,
+    /// What counts mean.
+    pub calibration: Calibration,
+    /// The rig file.
+    pub rig: Option<Rig>,
 }
 
 /// Type of the pressure messages.
@@ -133,6 +138,9 @@ pub enum ArgsError {
     /// The rig file.
     #[error(transparent)]
     Rig(#[from] RigError),
+    /// Its calibration.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
     /// A value.
     #[error("{name} {value}: {advice}")]
     Value {
@@ -161,9 +169,32 @@ impl Settings {
         Self::check(flags, names)
     }
 
-    fn check(flags: Flags, names: Names) -> Result<Self, ArgsError> {
+    /// What the rig file says where the flags say nothing.
+    fn fill(flags: &mut Flags, rig: &Rig) {
+        let bus = rig.bus();
+        if flags.port.is_empty() {
+            flags.port.extend(bus.port.map(PathBuf::from));
+        }
+        if flags.devices.is_empty() {
+            flags.devices.extend(bus.boards.filter(|boards| *boards <= 255));
+        }
+        flags.baud = flags.baud.or(bus.baud);
+        flags.rate_hz = flags.rate_hz.or(bus.rate_hz);
+    }
+
+    fn check(mut flags: Flags, names: Names) -> Result<Self, ArgsError> {
+        let rig = flags.rig.as_deref().map(Rig::load).transpose()?;
+        if let Some(rig) = &rig {
+            Self::fill(&mut flags, rig);
+        }
+        if flags.devices.is_empty() {
+            flags.devices.push(1);
+        }
         let value =
             |name, value: String, advice: &str| Err(ArgsError::Value { name, value, advice: advice.into() });
+        if flags.port.is_empty() {
+            return value("--port", String::new(), "give one here, or as port under [bus] of the rig file");
+        }
         if flags.devices.len() != 1 && flags.devices.len() != flags.port.len() {
             let counts = flags.devices.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
             let advice = format!("one number, or one for each of the {} ports", flags.port.len());
@@ -211,22 +242,25 @@ impl Settings {
             _ => None,
         };
         let domain_id = flags.domain_id.or(from_environment).unwrap_or(0);
-        let limits = match &flags.rig {
-            Some(path) => Rig::load(path)?.limits,
-            None => Limits::default(),
-        };
+        let calibration = rig.as_ref().map_or(Ok(Calibration::default()), rig::calibration)?;
         let own = ChannelLimit {
             max_kpa: flags.max_kpa.unwrap_or(f64::INFINITY),
             max_rate_kpa_s: flags.max_rate_kpa_s.unwrap_or(f64::INFINITY),
         };
-        let limits = match limits.and(own) {
+        let limits = rig.as_ref().map_or(Ok(Limits::default()), rig::limits);
+        let limits = match limits.and_then(|limits| limits.and(own)) {
             Ok(limits) => limits,
             Err(error) => {
                 let both = format!("{}, {}", own.max_kpa, own.max_rate_kpa_s);
                 return value("--max-kpa, --max-rate-kpa-s", both, &error.to_string());
             }
         };
-        Ok(Self { flags, names, domain_id, message, limits })
+        Ok(Self { flags, names, domain_id, message, limits, calibration, rig })
+    }
+
+    /// Line rate, bit/s.
+    pub fn baud(&self) -> u32 {
+        self.flags.baud.unwrap_or(1_000_000)
     }
 
     /// Boards on the bus at `index`.
@@ -331,6 +365,23 @@ mod tests {
         let refused = |line: &str| settings(line).unwrap_err().to_string();
         assert!(refused("--port a --max-kpa -1").contains("a highest pressure of -1 kPa"));
         assert!(refused("--port a --rig /nowhere.toml").contains("/nowhere.toml"));
+    }
+
+    #[test]
+    fn a_rig_file_says_what_the_flags_do_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let rig = folder.path().join("rig.toml");
+        let text = "[bus]\nport = \"/dev/a\"\nboards = 3\nrate_hz = 250\n\
+                    [boards.1.channels.2.sensor]\nzero_counts = 110.0\nkpa_per_count = 0.9\n";
+        std::fs::write(&rig, text).unwrap();
+        let settings = |line: &str| settings(&format!("--rig {} {line}", rig.display())).unwrap();
+        let all = settings("");
+        assert_eq!((&all.flags.port, all.devices(0)), (&vec![PathBuf::from("/dev/a")], 3));
+        assert_eq!((all.flags.rate_hz, all.baud()), (Some(250.0), 1_000_000));
+        assert_eq!(all.calibration.channel(1, 2).zero_counts(), 110.0);
+        let some = settings("--port b -n 2 --rate-hz 100");
+        assert_eq!((&some.flags.port, some.devices(0)), (&vec![PathBuf::from("b")], 2));
+        assert_eq!(some.flags.rate_hz, Some(100.0));
     }
 
     #[test]

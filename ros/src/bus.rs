@@ -8,14 +8,11 @@ use crate::run::Failure;
 use crate::tap::{State, Tap};
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};
-use pneudrive_protocol::{Baud, SensorScale};
+use pneudrive_protocol::Baud;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::mpsc::Receiver;
-
-/// Pressures of the boards' sensors.
-pub const SCALE: SensorScale = SensorScale::ORIGINAL;
 
 /// A port that is open, nothing sent but what finds out whether it echoes.
 pub struct OpenBus {
@@ -55,7 +52,7 @@ impl OpenBus {
     pub fn open(settings: &Settings, index: usize, first_joint: u16) -> Result<Self, Failure> {
         let flags = &settings.flags;
         let devices = settings.devices(index);
-        let baud = Baud::new(flags.baud).map_err(Failure::input)?;
+        let baud = Baud::new(settings.baud()).map_err(Failure::input)?;
         let limit_hz = baud.cycle_limit_hz(devices.into());
         /// What robots' control loops run at.
         const USUAL_HZ: f64 = 1_000.0;
@@ -63,7 +60,7 @@ impl OpenBus {
             Some(rate_hz) if rate_hz > limit_hz => {
                 return Err(Failure::input(format!(
                     "--rate-hz {rate_hz}: the wire allows {limit_hz:.1} Hz for {devices} board(s) at {} baud",
-                    flags.baud
+                    settings.baud()
                 )));
             }
             None if limit_hz < USUAL_HZ => Pace::AsFastAsPossible,
@@ -74,6 +71,8 @@ impl OpenBus {
         };
         let bus_options =
             BusOptions { baud, answer_allowance_ns: flags.allowance_us * 1_000, ..BusOptions::default() };
+        let bus_options =
+            bus_options.calibrated(&settings.calibration, &PollerOptions::for_devices(devices).boards);
         let virtual_boards = VirtualBoards::start(&flags.port[index], devices, baud)?;
         let port = virtual_boards.path().unwrap_or(&flags.port[index]).to_owned();
         let bus = Bus::open(&port, bus_options).map_err(|error| match error {
@@ -82,7 +81,7 @@ impl OpenBus {
         })?;
         let options = PollerOptions {
             pace,
-            scale: SCALE,
+            calibration: settings.calibration.clone(),
             limits: settings.limits.clone(),
             resume: flags.resume,
             ..PollerOptions::for_devices(devices)
@@ -118,12 +117,12 @@ impl OpenBus {
             board,
             index,
             limits: self.options.limits.clone(),
-            scale: SCALE,
+            scales: self.options.calibration.of(board),
         };
         let joints = self.options.boards.iter().enumerate().map(joint);
         let gates = joints.map(|joint| Arc::new(Gate::new(set_points.clone(), joint))).collect();
         let vent = self.options.vent.clone();
-        let (tap, states, dropped) = Tap::new(Arc::clone(live), SCALE);
+        let (tap, states, dropped) = Tap::new(Arc::clone(live), self.options.calibration.clone());
         let observers = std::iter::once(Box::new(tap) as Box<dyn Observer>).chain(recording).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
             .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;

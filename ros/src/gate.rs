@@ -18,8 +18,8 @@ pub struct Joint {
     pub index: usize,
     /// Highest set points.
     pub limits: Limits,
-    /// What pressures mean.
-    pub scale: SensorScale,
+    /// What its channels' counts mean.
+    pub scales: [SensorScale; CHANNELS],
 }
 
 /// Stands between the command topic of one joint and its board.
@@ -131,9 +131,9 @@ impl Gate {
         if !kpa.is_finite() {
             return Err(Refusal::NotFinite { channel, kpa });
         }
-        let Joint { board, limits, scale, .. } = &self.joint;
+        let Joint { board, limits, scales, .. } = &self.joint;
         let out_of_range = |reason: String| Refusal::OutOfRange { channel, reason };
-        let counts = scale.counts(kpa).map_err(|error| out_of_range(error.to_string()))?;
+        let counts = scales[channel].counts(kpa).map_err(|error| out_of_range(error.to_string()))?;
         limits.check(*board, channel, kpa).map_err(|error| out_of_range(error.to_string()))?;
         Ok(counts)
     }
@@ -178,7 +178,7 @@ mod tests {
         let points = SetPoints::new(2);
         let limit = ChannelLimit { max_kpa, max_rate_kpa_s: f64::INFINITY };
         let limits = Limits::everywhere(limit).unwrap();
-        let joint = Joint { number: 5, board: 1, index: 1, limits, scale: SCALE };
+        let joint = Joint { number: 5, board: 1, index: 1, limits, scales: [SCALE; CHANNELS] };
         (Gate::new(points.clone(), joint), points)
     }
 

@@ -23,7 +23,7 @@ fn initial(settings: &Settings) -> BTreeMap<&'static str, ParameterValue> {
             ),
         ),
         ("first_joint", ParameterValue::Integer(flags.first_joint.into())),
-        ("baud", ParameterValue::Integer(flags.baud.into())),
+        ("baud", ParameterValue::Integer(settings.baud().into())),
         ("allowance_us", ParameterValue::Integer(flags.allowance_us.try_into().unwrap_or(i64::MAX))),
         // 0: as fast as possible, or 1000 where the wire allows it.
         ("rate_hz", ParameterValue::Double(flags.rate_hz.unwrap_or(0.0))),

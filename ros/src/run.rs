@@ -1,7 +1,7 @@
 //! From settings to a node that runs until it is told to stop.
 
 use crate::args::{MessageType, Settings};
-use crate::bus::{OpenBus, RunningBus, SCALE};
+use crate::bus::{OpenBus, RunningBus};
 use crate::diagnostic_msgs::DiagnosticArray;
 use crate::diagnostics::BusReport;
 use crate::live::Live;
@@ -161,7 +161,8 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
         .collect();
     let prefix = settings.names.full();
     let options = RecorderOptions { overwrite: settings.flags.overwrite, description: description(settings) };
-    let (recorder, taps) = Recorder::create_bag_with(path, &prefix, &recorded, SCALE, &options)?;
+    let (recorder, taps) =
+        Recorder::create_bag_with(path, &prefix, &recorded, settings.calibration.clone(), &options)?;
     Ok((Some(recorder), taps.into_iter()))
 }
 
@@ -169,10 +170,14 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
 fn description(settings: &Settings) -> Description {
     let command_line: Vec<_> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
     let ports: Vec<_> = settings.flags.port.iter().map(|port| port.to_string_lossy().into_owned()).collect();
-    Description::default()
+    let description = Description::default()
         .with("program", concat!("pneudrive-ros ", env!("CARGO_PKG_VERSION")))
         .with("command_line", command_line)
-        .with("port", ports)
+        .with("port", ports);
+    match &settings.rig {
+        Some(rig) => description.with("rig_file", rig.file()).with("rig", rig.text()),
+        None => description,
+    }
 }
 
 fn announce(settings: &Settings, buses: &[RunningBus]) {

@@ -110,8 +110,8 @@ mod tests {
     #[test]
     fn a_release_follows_new_commands_only() {
         let points = SetPoints::new(1);
-        let (limits, scale) = (Limits::default(), SensorScale::ORIGINAL);
-        let gate = Gate::new(points.clone(), Joint { number: 0, board: 0, index: 0, limits, scale });
+        let (limits, scales) = (Limits::default(), [SensorScale::ORIGINAL; 4]);
+        let gate = Gate::new(points.clone(), Joint { number: 0, board: 0, index: 0, limits, scales });
         let target = Target { latches: vec![VentLatch::default(); 2], gates: vec![Arc::new(gate)] };
         let command = JointState { effort: vec![100.0; 4], ..JointState::default() };
         let offer = || target.gates[0].offer(&command.command(), 1, 0);

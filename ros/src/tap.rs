@@ -1,8 +1,9 @@
 //! From the bus thread to the publisher's.
 
 use crate::live::Live;
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{Observer, Row};
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use pneudrive_protocol::CHANNELS;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -25,7 +26,7 @@ pub struct Tap {
     states: SyncSender<State>,
     dropped: Arc<AtomicU64>,
     live: Arc<Live>,
-    scale: SensorScale,
+    calibration: Calibration,
     due_ns: u64,
 }
 
@@ -34,10 +35,10 @@ impl Tap {
     const QUEUE: usize = 1_000;
 
     /// The tap, its other end, and how many states did not fit.
-    pub fn new(live: Arc<Live>, scale: SensorScale) -> (Self, Receiver<State>, Arc<AtomicU64>) {
+    pub fn new(live: Arc<Live>, calibration: Calibration) -> (Self, Receiver<State>, Arc<AtomicU64>) {
         let (states, receiver) = sync_channel(Self::QUEUE);
         let dropped = Arc::new(AtomicU64::new(0));
-        (Self { states, dropped: Arc::clone(&dropped), live, scale, due_ns: 0 }, receiver, dropped)
+        (Self { states, dropped: Arc::clone(&dropped), live, calibration, due_ns: 0 }, receiver, dropped)
     }
 
     /// Whether a row at `at_ns` is to be published. A row that comes a little early, by jitter, is not left out.
@@ -63,8 +64,7 @@ impl Observer for Tap {
                 index,
                 asked_ns: reading.asked_ns,
                 measured: reading.kpa,
-                // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
-                command: board.command.map(|counts| self.scale.kpa(counts).max(0.0)),
+                command: self.calibration.command_kpa(board.board, board.command),
             };
             if self.states.try_send(state).is_err() {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
@@ -81,7 +81,7 @@ mod tests {
     fn published(rate_hz: f64, at_ns: impl Iterator<Item = u64>) -> usize {
         let live = Arc::new(Live::default());
         live.set("publish_rate_hz", rate_hz);
-        let (mut tap, _, _) = Tap::new(live, SensorScale::ORIGINAL);
+        let (mut tap, _, _) = Tap::new(live, Calibration::default());
         at_ns.filter(|&at_ns| tap.is_due(at_ns)).count()
     }
 
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_bus_thread_does_not_wait_and_old_readings_are_not_passed_on() {
-        let (mut tap, states, dropped) = Tap::new(Arc::default(), SensorScale::ORIGINAL);
+        let (mut tap, states, dropped) = Tap::new(Arc::default(), Calibration::default());
         let reading = Some(Reading { counts: VENTED, kpa: [1.0; 4], asked_ns: 7 });
         let row = |outcome| BoardRow {
             board: 0,

@@ -126,7 +126,7 @@ impl<L: Line> Bus<L> {
     /// # Errors
     /// As for [`exchange`](Self::exchange).
     pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
-        let mut result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
+        let mut result = self.exchange(board, [self.options.vent; CHANNELS]);
         for _ in 0..Dialect::CHECKED_TRIES {
             let again = match &result {
                 Ok(_) | Err(ExchangeError::Line(_)) => false,
@@ -136,7 +136,7 @@ impl<L: Line> Bus<L> {
             if !again {
                 break;
             }
-            result = self.exchange(board, [Counts::ATMOSPHERE; CHANNELS]);
+            result = self.exchange(board, [self.options.vent; CHANNELS]);
         }
         result
     }

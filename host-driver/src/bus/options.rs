@@ -1,6 +1,7 @@
 use super::{FrameMode, SafeStateOptions};
+use crate::Calibration;
 use crate::line::{SerialOptions, Spin};
-use pneudrive_protocol::{Baud, Echo};
+use pneudrive_protocol::{Baud, Counts, Echo};
 
 /// How to find out whether the adapter returns the host's own bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +34,8 @@ pub struct BusOptions {
     pub spin: Spin,
     /// When boards of the original kind count as vented at the end.
     pub safe_state: SafeStateOptions,
+    /// The count that commands 0 kPa: see [`Calibration::vent`].
+    pub vent: Counts,
 }
 
 impl BusOptions {
@@ -45,6 +48,13 @@ impl BusOptions {
     const OLDEST_MARGIN_NS: u64 = 50_000_000;
     /// A line that is not idle after this many packet times has a babbling board on it.
     const DRAIN_LIMIT_PACKETS: u64 = 100;
+
+    /// With boards whose sensors are calibrated: what vents them, and what they read then.
+    #[must_use]
+    pub fn calibrated(self, calibration: &Calibration, boards: &[u8]) -> Self {
+        let safe_state = SafeStateOptions { vented: calibration.vented(boards), ..self.safe_state };
+        Self { safe_state, vent: calibration.vent(boards), ..self }
+    }
 
     /// A board's timeout: request and answer on the wire, and the allowance. What a missing board costs the others.
     pub const fn answer_timeout_ns(&self) -> u64 {
@@ -88,6 +98,7 @@ impl Default for BusOptions {
             echo: EchoMode::Detect { unused_board: u8::MAX },
             spin: Spin::Never,
             safe_state: SafeStateOptions::default(),
+            vent: Counts::ATMOSPHERE,
         }
     }
 }

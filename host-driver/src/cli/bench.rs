@@ -68,10 +68,10 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     let RealTime { priority, lock_memory, core } = real_time;
     let mut report = BenchReport {
         port: String::new(),
-        baud: args.baud,
+        baud: args.baud(),
         cycles: bench.cycles,
         real_time: Scheduling { realtime_priority: priority, memory_locked: lock_memory, core },
-        original: (args.baud == Baud::ORIGINAL.get()).then_some(ORIGINAL_CLIENT),
+        original: (args.baud() == Baud::ORIGINAL.get()).then_some(ORIGINAL_CLIENT),
         runs: Vec::new(),
     };
     for boards in 1..=most {

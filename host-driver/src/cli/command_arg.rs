@@ -1,5 +1,6 @@
 //! `--command`: set points as text.
 
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BoardCommand, VENTED};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use std::str::FromStr;
@@ -9,7 +10,8 @@ use std::str::FromStr;
 pub struct CommandArg {
     /// `None` for all boards.
     board: Option<usize>,
-    command: BoardCommand,
+    /// kPa gauge, as given.
+    kpa: [f64; CHANNELS],
 }
 
 impl FromStr for CommandArg {
@@ -23,41 +25,51 @@ impl FromStr for CommandArg {
             }
             None => (None, text),
         };
-        let values: Vec<_> = values
+        let values: Vec<f64> = values
             .split(',')
-            .map(|value| {
-                let kpa: f64 =
-                    value.trim().parse().map_err(|_| format!("\"{value}\" is no number of kPa"))?;
-                SensorScale::ORIGINAL.counts(kpa).map_err(|error| error.to_string())
-            })
+            .map(|value| value.trim().parse().map_err(|_| format!("\"{value}\" is no number of kPa")))
             .collect::<Result<_, _>>()?;
-        let command = match values[..] {
+        let kpa = match values[..] {
             [all] => [all; CHANNELS],
             _ => values.try_into().map_err(|values: Vec<_>| {
                 format!("expected one pressure or {CHANNELS} separated by commas, got {}", values.len())
             })?,
         };
-        Ok(Self { board, command })
+        Ok(Self { board, kpa })
     }
 }
 
 /// The commands of `devices` boards: 0 kPa, changed by each argument in turn.
-pub fn commands(args: &[CommandArg], devices: usize) -> Result<Vec<BoardCommand>, String> {
+pub fn commands(
+    args: &[CommandArg],
+    devices: usize,
+    calibration: &Calibration,
+) -> Result<Vec<BoardCommand>, String> {
     let mut commands = vec![VENTED; devices];
     for arg in args {
-        match arg.board {
-            None => commands.fill(arg.command),
-            Some(board) => {
-                *commands.get_mut(board).ok_or_else(|| {
-                    format!(
-                        "--command for board {board}, but --devices {devices} means boards 0 to {}",
-                        devices - 1
-                    )
-                })? = arg.command;
+        if let Some(board) = arg.board.filter(|&board| board >= devices) {
+            let last = devices - 1;
+            return Err(format!(
+                "--command for board {board}, but --devices {devices} means boards 0 to {last}"
+            ));
+        }
+        for (board, command) in commands.iter_mut().enumerate() {
+            if arg.board.is_none_or(|only| only == board) {
+                *command = arg.counts(calibration.of(u8::try_from(board).unwrap_or(u8::MAX)))?;
             }
         }
     }
     Ok(commands)
+}
+
+impl CommandArg {
+    fn counts(&self, scales: [SensorScale; CHANNELS]) -> Result<BoardCommand, String> {
+        let mut command = VENTED;
+        for ((counts, scale), &kpa) in command.iter_mut().zip(scales).zip(&self.kpa) {
+            *counts = scale.counts(kpa).map_err(|error| format!("--command: {error}"))?;
+        }
+        Ok(command)
+    }
 }
 
 #[cfg(test)]
@@ -73,14 +85,17 @@ mod tests {
     fn later_arguments_change_earlier_ones() {
         let args: Vec<CommandArg> =
             ["100", "1:0,50,100,150"].iter().map(|text| text.parse().unwrap()).collect();
-        let all = commands(&args, 2).unwrap();
+        let all = commands(&args, 2, &Calibration::default()).unwrap();
         assert_eq!(all, [counts([221; 4]), counts([102, 162, 221, 281])]);
-        assert!(commands(&args, 1).unwrap_err().contains("board 1"));
+        assert!(commands(&args, 1, &Calibration::default()).unwrap_err().contains("board 1"));
     }
 
     #[test]
     fn what_cannot_be_commanded_is_named() {
-        let refuse = |text: &str| text.parse::<CommandArg>().unwrap_err();
+        let refuse = |text: &str| {
+            let parsed = text.parse::<CommandArg>();
+            parsed.and_then(|arg| commands(&[arg], 1, &Calibration::default())).unwrap_err()
+        };
         assert!(refuse("NaN").contains("NaN"));
         assert!(refuse("-100").contains("-100 kPa"));
         assert!(refuse("776").contains("776 kPa"));

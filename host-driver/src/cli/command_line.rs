@@ -10,7 +10,12 @@ use std::ffi::OsString;
 const WITH_EQUALS: [&str; 2] = ["--realtime", "--filter"];
 
 /// Bus options in the help of `ping`; the others act too, and are in the help of the program.
-const PING: [&str; 8] = ["port", "devices", "baud", "allowance_us", "wait", "echo", "frames", "json"];
+const PING: [&str; 10] =
+    ["port", "devices", "rig", "unit", "baud", "allowance_us", "wait", "echo", "frames", "json"];
+/// Bus options in the help of `list`, `init` and `calibrate`.
+const SCAN: [&str; 7] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait"];
+/// The same with a JSON object.
+const SCAN_JSON: [&str; 8] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait", "json"];
 /// Bus options that matter to `timing`.
 const TIMING: [&str; 3] = ["baud", "allowance_us", "json"];
 
@@ -27,7 +32,8 @@ pub fn parse(line: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Erro
     Cli::from_arg_matches(&matches)
 }
 
-fn command() -> Command {
+/// The command line's definition, as help, completions and man pages show it.
+pub fn command() -> Command {
     // A negative number is a value that is refused with its range, not an option that nobody knows.
     let numbers =
         |arg: Arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg };
@@ -49,6 +55,11 @@ fn command() -> Command {
             ping.mut_args(only(&PING))
                 .after_help("The other options of the bus and the scheduler act too: pneudrive-host --help")
         })
+        .mut_subcommand("list", |list| list.mut_args(only(&SCAN_JSON)))
+        .mut_subcommand("init", |init| init.mut_args(only(&SCAN_JSON)))
+        .mut_subcommand("calibrate", |calibrate| calibrate.mut_args(only(&SCAN)))
+        .mut_subcommand("completions", |completions| completions.mut_args(only(&[])))
+        .mut_subcommand("man", |man| man.mut_args(only(&[])))
         .mut_subcommand("info", |info| info.mut_args(only(&INFO)))
         .mut_subcommand("timing", |timing| timing.mut_args(only(&TIMING)))
 }
@@ -106,6 +117,27 @@ mod tests {
         assert!(ping.contains("--count") && ping.contains("--port") && ping.contains("--frames"), "{ping}");
         assert!(!ping.contains("--lock-memory") && !ping.contains("--record"), "{ping}");
         assert!(help("bench").contains("--realtime"));
+    }
+
+    /// On a terminal of 24 lines and 80 columns `-h` would scroll; on one of 50 it must not.
+    #[test]
+    fn the_short_help_is_one_screen() {
+        let help = refused("-h");
+        let lines = help.lines().count();
+        assert!(lines <= 50, "{lines} lines:\n{help}");
+        for shown in ["--port", "--rig", "--record", "--web", "calibrate", "--help has all"] {
+            assert!(help.contains(shown), "{shown}: {help}");
+        }
+        assert!(!help.contains("--late-us"), "{help}");
+        assert!(refused("--help").contains("--late-us"));
+    }
+
+    #[test]
+    fn options_that_poll_are_refused_by_what_does_not() {
+        assert!(refused("list --record x.csv").contains("--record"));
+        assert!(refused("calibrate --channel 4").contains("4 is not in 0..=3"));
+        assert!(refused("calibrate --low -1").contains("must be 0 kPa or more"));
+        assert!(refused("--unit atm").contains("expected kPa, bar, psi"));
     }
 
     /// clap reads braces in help texts as its own language.

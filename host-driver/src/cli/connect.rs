@@ -2,6 +2,7 @@
 
 use crate::cli::args::{BusArgs, EchoArg};
 use crate::cli::failure::Failure;
+use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_protocol::{Baud, Echo};
 use std::path::Path;
@@ -62,7 +63,8 @@ pub fn is_sim(args: &BusArgs) -> bool {
 }
 
 /// The bus settings that the arguments mean.
-pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> {
+pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> Result<BusOptions, Failure> {
+    let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     let echo = match (args.echo, u8::try_from(devices)) {
         (EchoArg::Present, _) => EchoMode::Known(Echo::Present),
         (EchoArg::Absent, _) => EchoMode::Known(Echo::Absent),
@@ -73,25 +75,26 @@ pub fn bus_options(args: &BusArgs, devices: u16) -> Result<BusOptions, Failure> 
             ));
         }
     };
-    Ok(BusOptions {
-        baud: Baud::new(args.baud).map_err(|error| Failure::input(format!("--baud: {error}")))?,
+    let options = BusOptions {
+        baud: Baud::new(args.baud()).map_err(|error| Failure::input(format!("--baud: {error}")))?,
         answer_allowance_ns: args.allowance_us * 1000,
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
         echo,
         spin: args.spin_us,
         ..BusOptions::default()
-    })
+    };
+    Ok(options.calibrated(calibration, &boards))
 }
 
 /// Opens the port for `devices` boards, starting them first if they are virtual.
-pub fn connect(args: &BusArgs, devices: u16) -> Result<Connection, Failure> {
-    open(args, devices, Punctuality::Usual)
+pub fn connect(args: &BusArgs, devices: u16, calibration: &Calibration) -> Result<Connection, Failure> {
+    open(args, devices, calibration, Punctuality::Usual)
 }
 
 /// The same, with virtual boards that are as punctual as they can be. `dated` takes the pty's round trip off each request.
 pub fn connect_for_measurement(args: &BusArgs, devices: u16, dated: bool) -> Result<Connection, Failure> {
-    open(args, devices, Punctuality::Best { dated })
+    open(args, devices, &Calibration::default(), Punctuality::Best { dated })
 }
 
 /// How punctual virtual boards are.
@@ -106,8 +109,13 @@ pub enum Punctuality {
     },
 }
 
-fn open(args: &BusArgs, devices: u16, punctuality: Punctuality) -> Result<Connection, Failure> {
-    let options = bus_options(args, devices)?;
+fn open(
+    args: &BusArgs,
+    devices: u16,
+    calibration: &Calibration,
+    punctuality: Punctuality,
+) -> Result<Connection, Failure> {
+    let options = bus_options(args, devices, calibration)?;
     let port = args.port.as_deref().ok_or_else(|| {
         Failure::input(
             "no --port given; use a serial port such as /dev/ttyUSB0, or `--port sim` for virtual boards",

@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod bench_table;
+mod calibrate;
 mod command_arg;
 mod command_line;
 mod connect;
@@ -10,12 +11,17 @@ mod end_reason;
 mod failure;
 mod find_boards;
 mod info;
+mod init;
 mod limits;
+mod list;
 mod logger;
+mod manual;
 mod original_client;
 mod output;
 mod ping;
 mod run;
+mod scan;
+mod setup;
 mod signals;
 #[cfg(feature = "sim")]
 mod sim;
@@ -33,8 +39,8 @@ use std::process::ExitCode;
 /// Reads the arguments, does what they say, returns the exit status: 0 done, 1 failed while running, 2 unusable input.
 pub fn main() -> ExitCode {
     logger::install();
-    let cli = command_line::parse(std::env::args_os()).unwrap_or_else(|error| error.exit());
-    match dispatch(cli) {
+    let mut cli = command_line::parse(std::env::args_os()).unwrap_or_else(|error| error.exit());
+    match dispatch(&mut cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             crate::cli::output::errln!("error: {failure}");
@@ -43,7 +49,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn dispatch(cli: Cli) -> Result<(), Failure> {
+fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
     if let Some(command) = &cli.command
         && !cli.run.is_default()
     {
@@ -52,11 +58,17 @@ fn dispatch(cli: Cli) -> Result<(), Failure> {
             "options that record or command belong to polling, not to `{name}`"
         )));
     }
-    match cli.command {
-        None => run::run(&cli.bus, &cli.run),
-        Some(Command::Ping(args)) => ping::run(&cli.bus, &args),
-        Some(Command::Timing(args)) => timing::run(&cli.bus, &args),
-        Some(Command::Info(args)) => info::run(&args, cli.bus.json),
-        Some(Command::Bench(args)) => bench::run(&cli.bus, &args),
+    let setup = setup::Setup::load(cli)?;
+    match &cli.command {
+        None => run::run(&cli.bus, &cli.run, &setup),
+        Some(Command::List(args)) => list::run(&cli.bus, args, &setup),
+        Some(Command::Init(args)) => init::run(&cli.bus, args, &setup),
+        Some(Command::Calibrate(args)) => calibrate::run(&cli.bus, args, &setup),
+        Some(Command::Completions(args)) => manual::completions(args),
+        Some(Command::Man(args)) => manual::man(args),
+        Some(Command::Ping(args)) => ping::run(&cli.bus, args, &setup),
+        Some(Command::Timing(args)) => timing::run(&cli.bus, args),
+        Some(Command::Info(args)) => info::run(args, cli.bus.json),
+        Some(Command::Bench(args)) => bench::run(&cli.bus, args),
     }
 }

@@ -4,8 +4,10 @@ use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
 use crate::cli::output::{out, outln};
+use crate::cli::setup::Setup;
+use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, ExchangeError, Frames};
-use pneudrive_protocol::{Echo, SensorScale};
+use pneudrive_protocol::Echo;
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -28,15 +30,16 @@ struct BoardReport {
 }
 
 /// Asks each board some times and prints how it answered. Fails if any board did not answer at all.
-pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
+pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     args.real_time().check()?;
-    let mut connection = connect(args, devices)?;
+    let mut connection = connect(args, devices, &setup.calibration)?;
     args.real_time().apply()?;
     let bus = &mut connection.bus;
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     find_boards::find(bus, &boards, args.wait, || false)?;
-    let boards: Vec<_> = boards.iter().map(|&board| measure(bus, board, ping.count)).collect();
+    let boards: Vec<_> =
+        boards.iter().map(|&board| measure(bus, board, ping.count, &setup.calibration)).collect();
     for board in &boards {
         // A line that has failed is in the board's own entry.
         let _ = bus.leave(board.board);
@@ -50,7 +53,7 @@ pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
     if args.json {
         print_json(&report)?
     } else {
-        print(&report)
+        print(&report, setup)
     }
     match missing {
         0 => Ok(()),
@@ -58,7 +61,7 @@ pub fn run(args: &BusArgs, ping: &PingArgs) -> Result<(), Failure> {
     }
 }
 
-fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
+fn measure(bus: &mut Bus, board: u8, count: u32, calibration: &Calibration) -> BoardReport {
     let mut times_us = Vec::new();
     let mut last = None;
     let mut error = None;
@@ -66,7 +69,7 @@ fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
         match bus.ping(board) {
             Ok(answer) => {
                 times_us.push(answer.round_trip_ns() as f64 * 1e-3);
-                last = Some(answer.pressures.map(|counts| SensorScale::ORIGINAL.kpa(counts)));
+                last = Some(calibration.kpa(board, answer.pressures));
             }
             Err(refused) => {
                 let gone = matches!(refused, ExchangeError::Line(_));
@@ -95,13 +98,14 @@ fn measure(bus: &mut Bus, board: u8, count: u32) -> BoardReport {
     }
 }
 
-fn print(report: &PingReport) {
+fn print(report: &PingReport, setup: &Setup) {
     outln!("{}{}", report.port, if report.echo { " (echoes what it sends)" } else { "" });
     for board in &report.boards {
-        out!("board {}: {} of {} answered", board.board, board.answered, board.asked);
+        out!("{}: {} of {} answered", setup.board(board.board), board.answered, board.asked);
         if let (Some([first, median, last]), Some(kpa)) = (board.round_trip_us, board.pressures_kpa) {
             out!(", {first:.0} / {median:.0} / {last:.0} us (fastest, median, slowest)");
-            out!(", {:.1} {:.1} {:.1} {:.1} kPa", kpa[0], kpa[1], kpa[2], kpa[3]);
+            let numbers = kpa.map(|kpa| setup.unit.number(kpa)).join(" ");
+            out!(", {numbers} {}", setup.unit.name());
         }
         outln!(
             "{}",

@@ -8,6 +8,7 @@ use crate::cli::failure::Failure;
 use crate::cli::limits;
 use crate::cli::output::{out, outln};
 use crate::cli::output::{print_json, statistics_text};
+use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, Session};
@@ -15,7 +16,7 @@ use crate::cli::{find_boards, start};
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
-use pneudrive_protocol::{Baud, SensorScale};
+use pneudrive_protocol::Baud;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
@@ -42,40 +43,43 @@ struct RecordingReport {
 }
 
 /// Polls until something ends it. Everything in the arguments is checked before the first byte is sent.
-pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
+pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
-    let set_points = commands(&run.command, usize::from(devices)).map_err(Failure::input)?;
+    let calibration = &setup.calibration;
+    let set_points = commands(&run.command, usize::from(devices), calibration).map_err(Failure::input)?;
     let boards = PollerOptions::for_devices(devices).boards;
-    let rig = run.limits.rig()?;
-    let limits = run.limits.limits(rig.as_ref())?;
-    limits::check(&set_points, &limits, SensorScale::ORIGINAL)?;
+    let limits = run.limits.limits(setup.rig.as_ref())?;
+    limits::check(&set_points, &limits, calibration)?;
     let overriding = match &run.trajectory {
         Some(_) => Override::following(set_points.len()),
         None => Override::manual(&set_points),
     }
-    .with_limits(&boards, limits.clone(), SensorScale::ORIGINAL);
+    .with_limits(&boards, limits.clone(), calibration.clone());
     if let Some(record) = &run.record {
-        start::not_read_from(record, run)?;
+        start::not_read_from(record, args, run)?;
     }
-    let Source { commands, time_is_over, first_row_s } = sources::source(run, set_points, &limits)?;
+    let Source { commands, time_is_over, first_row_s } =
+        sources::source(run, set_points, &limits, calibration)?;
     let source = overriding.over(commands);
     let pace = pace(args, run, devices)?;
     if let Some(path) = &run.record {
         Recorder::check(path, run.overwrite)?;
     }
     args.real_time().check()?;
-    let description = start::description(args, run, devices, rig.as_ref(), &limits);
+    let description = start::description(args, run, devices, setup, &limits);
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
-    let mut page = super::web::prepare(&run.web, devices, &limits, &overriding, &description, &mut events)?;
+    let mut page =
+        super::web::prepare(&run.web, setup, devices, &limits, &overriding, &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
-    let Connection { mut bus, behind } = connect(args, devices)?;
+    let Connection { mut bus, behind } = connect(args, devices, calibration)?;
     let mut options = PollerOptions {
         pace,
         filter: run.filter,
         real_time: args.real_time(),
         limits,
+        calibration: calibration.clone(),
         vent: overriding.latch(),
         resume: run.resume,
         ..PollerOptions::for_devices(devices)
@@ -92,7 +96,7 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     let recorder = match &run.record {
         Some(path) => {
             let how = RecorderOptions { overwrite: run.overwrite, description };
-            let (recorder, tap) = Recorder::create_with(path, &options.boards, SensorScale::ORIGINAL, &how)?;
+            let (recorder, tap) = Recorder::create_with(path, &options.boards, calibration.clone(), &how)?;
             observers.push(tap);
             events.sender().record(recorder.notes());
             Some(recorder)
@@ -107,6 +111,7 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
         recording: run.record.clone(),
         clock: bus.line().clock(),
         overriding,
+        setup: setup.clone(),
         keep_running: run.keep_running,
     };
     start::tell(args, first_row_s, &events);
@@ -134,7 +139,21 @@ pub fn run(args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     // What was said too late to be shown.
     std::iter::from_fn(|| events.next()).for_each(|line| crate::cli::output::errln!("{line}"));
     let about = About { port: &session.port, started_utc: &started_utc, ended };
-    conclude(args.json, &about, finished, recorded, shown, behind)
+    let never: Vec<String> = match &finished {
+        Some(finished) if run.require_all => never_answered(finished, setup),
+        _ => Vec::new(),
+    };
+    conclude(args.json, &about, finished, recorded, shown, behind)?;
+    match &never[..] {
+        [] => Ok(()),
+        boards => Err(Failure::running(format!("--require-all: never answered: {}", boards.join(", ")))),
+    }
+}
+
+/// Boards that have not answered once.
+fn never_answered(finished: &Finished, setup: &Setup) -> Vec<String> {
+    let boards = finished.statistics.boards.iter();
+    boards.filter(|board| board.answered == 0).map(|board| setup.board(board.board)).collect()
 }
 
 /// What a run is called.
@@ -186,12 +205,17 @@ fn conclude(
 }
 
 fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {
-    let Some(rate) = run.rate else { return Ok(Pace::AsFastAsPossible) };
-    let limit = Baud::new(args.baud).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
+    let Some(rate) = run.rate else {
+        return match run.missed {
+            None => Ok(Pace::AsFastAsPossible),
+            Some(_) => Err(Failure::input("--missed needs a rate: --rate, or rate_hz in the rig file")),
+        };
+    };
+    let limit = Baud::new(args.baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
     if !(rate > 0.0 && rate <= limit) {
         return Err(Failure::input(format!(
             "--rate {rate}: must be above 0 and at most {limit:.1} Hz, the wire's limit for {devices} board(s) at {} baud",
-            args.baud
+            args.baud()
         )));
     }
     let missed = run.missed.map(Into::into).unwrap_or_default();

@@ -2,9 +2,9 @@
 
 use crate::cli::args::RunArgs;
 use crate::cli::failure::Failure;
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, Supply};
 use pneudrive_host::trajectory::{AtEnd, Trajectory};
-use pneudrive_protocol::SensorScale;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -36,7 +36,12 @@ impl CommandSource for Limited {
 }
 
 /// The trajectory, or constant set points, for as long as `--duration` says.
-pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>, limits: &Limits) -> Result<Source, Failure> {
+pub fn source(
+    run: &RunArgs,
+    set_points: Vec<BoardCommand>,
+    limits: &Limits,
+    calibration: &Calibration,
+) -> Result<Source, Failure> {
     let time_is_over = Arc::new(AtomicBool::new(false));
     let mut first_row_s = None;
     let inner: Box<dyn CommandSource> = match &run.trajectory {
@@ -48,8 +53,8 @@ pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>, limits: &Limits) -> 
             Box::new(points)
         }
         Some(path) => {
-            let scale = SensorScale::ORIGINAL;
-            let mut trajectory = Trajectory::read(path, set_points.len(), scale).map_err(Failure::input)?;
+            let read = Trajectory::read(path, set_points.len(), calibration.clone());
+            let mut trajectory = read.map_err(Failure::input)?;
             if run.from_first_row {
                 trajectory = trajectory.from_first_row();
             }
@@ -59,7 +64,7 @@ pub fn source(run: &RunArgs, set_points: Vec<BoardCommand>, limits: &Limits) -> 
             first_row_s = Some(trajectory.first_row_s());
             let at_end = if run.duration.is_some() { AtEnd::Hold } else { AtEnd::Stop };
             let interpolation = run.interpolate.map(Into::into).unwrap_or_default();
-            Box::new(trajectory.play(interpolation, at_end, scale, set_points))
+            Box::new(trajectory.play(interpolation, at_end, calibration.clone(), set_points))
         }
     };
     let commands = match run.duration {

@@ -2,19 +2,19 @@
 
 use crate::cli::args::{BusArgs, RunArgs};
 use crate::cli::failure::Failure;
+use crate::cli::setup::Setup;
 use crate::cli::view::Events;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Limits;
 use pneudrive_host::record::Description;
-use pneudrive_host::rig::Rig;
 use std::path::Path;
 
 /// Refuses to replace a file that is read, under whatever name.
-pub fn not_read_from(record: &Path, run: &RunArgs) -> Result<(), Failure> {
+pub fn not_read_from(record: &Path, args: &BusArgs, run: &RunArgs) -> Result<(), Failure> {
     use std::os::unix::fs::MetadataExt;
     let identity = |path: &Path| path.metadata().ok().map(|status| (status.dev(), status.ino()));
     let written = identity(record);
-    for (option, path) in [("--trajectory", &run.trajectory), ("--rig", &run.limits.rig)] {
+    for (option, path) in [("--trajectory", &run.trajectory), ("--rig", &args.rig)] {
         if let (Some(written), Some(path)) = (written, path)
             && identity(path) == Some(written)
         {
@@ -33,7 +33,7 @@ pub fn description(
     args: &BusArgs,
     run: &RunArgs,
     devices: u16,
-    rig: Option<&Rig>,
+    setup: &Setup,
     limits: &Limits,
 ) -> Description {
     let command_line: Vec<_> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
@@ -41,7 +41,7 @@ pub fn description(
     let mut description = Description::default()
         .with("command_line", command_line)
         .with("port", args.port.as_deref().map(name))
-        .with("baud", args.baud)
+        .with("baud", args.baud())
         .with("rate_hz", run.rate);
     if *limits != Limits::default() {
         // One who is not limited has an infinite limit, which is null in JSON.
@@ -51,9 +51,8 @@ pub fn description(
         let max_rate: Vec<_> = boards.iter().map(|board| board.map(|limit| limit.1)).collect();
         description = description.with("max_kpa", max_kpa).with("max_rate_kpa_s", max_rate);
     }
-    if let Some(rig) = rig {
-        description =
-            description.with("rig_file", run.limits.rig.as_deref().map(name)).with("rig", &rig.text);
+    if let Some(rig) = &setup.rig {
+        description = description.with("rig_file", rig.file()).with("rig", rig.text());
     }
     description
 }

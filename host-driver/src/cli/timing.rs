@@ -3,6 +3,7 @@ use crate::cli::connect::bus_options;
 use crate::cli::failure::Failure;
 use crate::cli::output::outln;
 use crate::cli::output::print_json;
+use pneudrive_host::Calibration;
 use pneudrive_protocol::Baud;
 use pneudrive_protocol::pulse::{Parts, Pulse, pulse, resistor_for};
 use serde::Serialize;
@@ -31,7 +32,7 @@ struct PulseReport {
 
 /// Prints wire times and the 555's resistor for a line rate. Needs no port.
 pub fn run(args: &BusArgs, timing: &TimingArgs) -> Result<(), Failure> {
-    let options = bus_options(args, 1)?;
+    let options = bus_options(args, 1, &Calibration::default())?;
     let parts = Parts {
         capacitance_pf: whole("--capacitor-nf", timing.capacitor_nf, 1_000.0)?,
         capacitor_tolerance_ppm: whole("--capacitor-tolerance", timing.capacitor_tolerance, 10_000.0)?,

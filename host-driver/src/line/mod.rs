@@ -6,12 +6,14 @@ mod low_latency;
 mod name;
 mod naps;
 mod open;
+mod ports;
 mod serial;
 mod spin;
 mod way;
 
 pub use clock::Clock;
 pub use error::{LineError, OpenError};
+pub use ports::{PortInfo, ports};
 pub use serial::{SerialOptions, SerialPort};
 pub use spin::Spin;
 

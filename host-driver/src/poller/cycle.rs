@@ -10,6 +10,7 @@ use super::{
 use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
 use crate::statistics::{CycleStatistics, Durations};
+use pneudrive_protocol::{CHANNELS, SensorScale};
 
 /// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other. [`Poller`](super::Poller) runs it on a thread
 /// of its own; benchmarks and tests, in virtual time, call it themselves.
@@ -22,6 +23,8 @@ pub struct Polling<L: Line> {
     pub(super) presence: Vec<Presence>,
     /// What is wanted of each board.
     pub(super) wanted: Vec<super::BoardCommand>,
+    /// What the counts of each board's channels mean.
+    pub(super) scales: Vec<[SensorScale; CHANNELS]>,
     /// What becomes of it on its way to the bus.
     pub(super) slews: Vec<Slew>,
     pub(super) rows: Vec<BoardRow>,
@@ -72,6 +75,7 @@ impl<L: Line> Polling<L> {
             schedule: Schedule::new(options.pace, 0),
             presence: vec![Presence::new(options.presence); options.boards.len()],
             wanted: vec![VENTED; options.boards.len()],
+            scales: options.boards.iter().map(|&board| options.calibration.of(board)).collect(),
             slews: options.boards.iter().map(|&board| options.slew(board, timeout_ns)).collect(),
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
@@ -247,7 +251,9 @@ impl<L: Line> Polling<L> {
         let vented = self.stale || self.options.vent.is_vented();
         let command = self.slews[index].step(self.bus.line().now_ns(), wanted, vented);
         let command = self.command_sent(board, command);
-        self.rows[index].wanted = if vented { VENTED } else { wanted };
+        let slew = &self.slews[index];
+        self.rows[index].wanted =
+            if vented { slew.vented() } else { wanted.map(|counts| slew.meant(counts)) };
         self.rows[index].command = command;
         let latest_end_ns = self.bus.line().now_ns() + self.bus.options().longest_exchange_ns();
         let result = self.bus.exchange(board, command);
@@ -281,7 +287,8 @@ impl<L: Line> Polling<L> {
     fn take(&mut self, index: usize, answer: &Answer) {
         self.round_trips.add(answer.round_trip_ns());
         let row = &mut self.rows[index];
-        let sample = answer.pressures.map(|counts| self.options.scale.kpa(counts));
+        let scales = &self.scales[index];
+        let sample = std::array::from_fn(|channel| scales[channel].kpa(answer.pressures[channel]));
         // A board that was away may come back with anything: its old pressures are no history.
         let was_away = self.presence[index].was_away();
         let before = row.reading.filter(|old| !was_away && old.asked_ns >= self.line_since_ns);

@@ -38,8 +38,8 @@ pub use slew::{Slew, SlewOptions};
 pub use thread::{Finished, Monitor, Poller};
 pub use vent::VentLatch;
 
+use crate::Calibration;
 use crate::real_time::RealTime;
-use pneudrive_protocol::SensorScale;
 
 /// Settings of a poller.
 #[derive(Debug, Clone)]
@@ -48,8 +48,8 @@ pub struct PollerOptions {
     pub boards: Vec<u8>,
     /// How often.
     pub pace: Pace,
-    /// What pressures mean.
-    pub scale: SensorScale,
+    /// What counts mean.
+    pub calibration: Calibration,
     /// Low-pass on the pressures in [`Reading::kpa`]; recordings hold what the boards sent.
     pub filter: Option<PressureFilter>,
     /// When a board counts as missing.
@@ -82,7 +82,12 @@ impl PollerOptions {
             Pace::Every { period_ns, .. } => period_ns,
         };
         let period_ns = period_ns.max(timeout_ns.saturating_mul(self.boards.len() as u64));
-        let options = SlewOptions { scale: self.scale, return_rate_kpa_s: self.return_rate_kpa_s, period_ns };
+        let options = SlewOptions {
+            scales: self.calibration.of(board),
+            vent: self.calibration.vent(&self.boards),
+            return_rate_kpa_s: self.return_rate_kpa_s,
+            period_ns,
+        };
         Slew::new(self.limits.of(board), options)
     }
 
@@ -91,7 +96,7 @@ impl PollerOptions {
         Self {
             boards: (0..=u8::MAX).take(usize::from(devices)).collect(),
             pace: Pace::default(),
-            scale: SensorScale::ORIGINAL,
+            calibration: Calibration::default(),
             filter: None,
             presence: PresencePolicy::default(),
             reopen: Some(ReopenPolicy::default()),

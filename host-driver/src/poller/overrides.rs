@@ -3,7 +3,8 @@
 use super::{
     AboveLimit, BoardCommand, CommandSource, Limits, NoSuchBoard, SetPoints, Supply, VENTED, VentLatch,
 };
-use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use crate::Calibration;
+use pneudrive_protocol::{CHANNELS, Counts};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -51,7 +52,7 @@ struct Guard {
     /// Numbers of the boards in the poller's order.
     boards: Vec<u8>,
     limits: Limits,
-    scale: SensorScale,
+    calibration: Calibration,
 }
 
 /// Why a set point was not taken.
@@ -107,8 +108,9 @@ impl Override {
     /// Refuses set points by hand above these limits; `boards` are the boards' numbers in the poller's order. To be called before
     /// handles are given away.
     #[must_use]
-    pub fn with_limits(self, boards: &[u8], limits: Limits, scale: SensorScale) -> Self {
-        Self { limits: Arc::new(Guard { boards: boards.to_vec(), limits, scale }), ..self }
+    pub fn with_limits(self, boards: &[u8], limits: Limits, calibration: impl Into<Calibration>) -> Self {
+        let (boards, calibration) = (boards.to_vec(), calibration.into());
+        Self { limits: Arc::new(Guard { boards, limits, calibration }), ..self }
     }
 
     /// For [`PollerOptions::vent`](super::PollerOptions::vent): the poller closes it too, when a port comes back.
@@ -160,7 +162,7 @@ impl Override {
         }
         let guard = &self.limits;
         if let Some(&board) = guard.boards.get(index) {
-            guard.limits.check_counts(board, channel, counts, guard.scale)?;
+            guard.limits.check_counts(board, channel, counts, guard.calibration.channel(board, channel))?;
         }
         // A board that does not exist is refused by `set`.
         let mut command = self.set_points.get(index).unwrap_or(VENTED);
@@ -275,7 +277,7 @@ mod tests {
         let mut limits = Limits::default();
         let max = super::super::ChannelLimit { max_kpa: 100.0, max_rate_kpa_s: f64::INFINITY };
         limits.set(7, 2, max).unwrap();
-        let handle = Override::manual(&[VENTED; 2]).with_limits(&[3, 7], limits, SensorScale::ORIGINAL);
+        let handle = Override::manual(&[VENTED; 2]).with_limits(&[3, 7], limits, Calibration::default());
         handle.set(0, 2, Counts::saturating(300)).unwrap();
         let refused = handle.set(1, 2, Counts::saturating(300)).unwrap_err();
         assert!(matches!(refused, OverrideError::AboveLimit(AboveLimit { board: 7, channel: 2, .. })));

@@ -1,6 +1,6 @@
 //! From the set points that are wanted to those that are sent: the last gate before the bus.
 
-use super::{BoardCommand, ChannelLimit, VENTED};
+use super::{BoardCommand, ChannelLimit};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 
 /// Clamps and ramps the set points of one board.
@@ -16,7 +16,8 @@ use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 pub struct Slew {
     highest: [Counts; CHANNELS],
     rate_counts_s: [f64; CHANNELS],
-    return_rate_counts_s: f64,
+    return_rate_counts_s: [f64; CHANNELS],
+    vent: Counts,
     pause_ns: u64,
     longest_step_ns: u64,
     /// What is sent, before it is rounded, counts.
@@ -26,11 +27,13 @@ pub struct Slew {
     state: State,
 }
 
-/// Settings of a [`Slew`] that are the same for all channels.
+/// Settings of a [`Slew`] that are no limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlewOptions {
-    /// What pressures mean.
-    pub scale: SensorScale,
+    /// What the channels' counts mean.
+    pub scales: [SensorScale; CHANNELS],
+    /// The count that vents every channel: at most [`Counts::ATMOSPHERE`].
+    pub vent: Counts,
     /// Fastest rise after a pause, kPa/s.
     pub return_rate_kpa_s: f64,
     /// Longest time between two steps that is no pause, ns; 0 where it is not known.
@@ -58,18 +61,29 @@ impl SlewOptions {
 impl Slew {
     /// For a board with these limits, vented.
     pub fn new(limits: [ChannelLimit; CHANNELS], options: SlewOptions) -> Self {
-        let a_count_kpa = options.scale.kpa_per_count();
+        let count_kpa = options.scales.map(|scale| scale.kpa_per_count());
         Self {
-            highest: limits.map(|limit| limit.highest(options.scale)),
-            rate_counts_s: limits.map(|limit| limit.max_rate_kpa_s / a_count_kpa),
-            return_rate_counts_s: options.return_rate_kpa_s / a_count_kpa,
+            highest: std::array::from_fn(|channel| limits[channel].highest(options.scales[channel])),
+            rate_counts_s: std::array::from_fn(|channel| limits[channel].max_rate_kpa_s / count_kpa[channel]),
+            return_rate_counts_s: count_kpa.map(|kpa| options.return_rate_kpa_s / kpa),
+            vent: options.vent,
             pause_ns: SlewOptions::PAUSE_NS.max(3 * options.period_ns),
             longest_step_ns: SlewOptions::LONGEST_STEP_NS.max(2 * options.period_ns),
-            level: levels(VENTED),
+            level: levels([options.vent; CHANNELS]),
             stepped_ns: None,
             answered_ns: None,
             state: State::Following,
         }
+    }
+
+    /// 0 kPa for every channel.
+    pub fn vented(&self) -> BoardCommand {
+        [self.vent; CHANNELS]
+    }
+
+    /// What is meant by a set point: up to [`Counts::ATMOSPHERE`], whoever gave it wants 0 kPa.
+    pub fn meant(&self, wanted: Counts) -> Counts {
+        if wanted <= Counts::ATMOSPHERE { wanted.min(self.vent) } else { wanted }
     }
 
     /// What to send at `now_ns` when `wanted` is wanted. `vented` is for 0 kPa at once, whatever is wanted.
@@ -80,19 +94,22 @@ impl Slew {
             self.state = State::Away;
         }
         if vented || self.state == State::Away {
-            self.level = levels(VENTED);
+            self.level = levels(self.vented());
             if self.state == State::Following {
                 self.state = State::Returning;
             }
-            return VENTED;
+            return self.vented();
         }
         let seconds = since_ns.min(self.longest_step_ns) as f64 * 1e-9;
         let mut reached = true;
         for (channel, wanted) in wanted.into_iter().enumerate() {
-            let wanted = f64::from(wanted.min(self.highest[channel]).get());
+            let wanted = f64::from(self.meant(wanted).min(self.highest[channel]).get());
             let rate = self.rate_counts_s[channel];
-            let rise =
-                if self.state == State::Returning { rate.min(self.return_rate_counts_s) } else { rate };
+            let rise = if self.state == State::Returning {
+                rate.min(self.return_rate_counts_s[channel])
+            } else {
+                rate
+            };
             let level = &mut self.level[channel];
             // Where there is no limit, infinity times 0 s would be NaN.
             let most = |rate: f64| if rate.is_finite() { rate * seconds } else { f64::INFINITY };
@@ -111,8 +128,7 @@ impl Slew {
         if self.state == State::Away {
             self.state = State::Returning;
             for (channel, pressure) in pressures.into_iter().enumerate() {
-                let start =
-                    pressure.clamp(Counts::ATMOSPHERE.min(self.highest[channel]), self.highest[channel]);
+                let start = pressure.clamp(self.vent.min(self.highest[channel]), self.highest[channel]);
                 self.level[channel] = f64::from(start.get());
             }
         }
@@ -126,10 +142,15 @@ fn levels(command: BoardCommand) -> [f64; CHANNELS] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::poller::VENTED;
 
     const MS: u64 = 1_000_000;
-    const OPTIONS: SlewOptions =
-        SlewOptions { scale: SensorScale::ORIGINAL, return_rate_kpa_s: 100.0, period_ns: 0 };
+    const OPTIONS: SlewOptions = SlewOptions {
+        scales: [SensorScale::ORIGINAL; CHANNELS],
+        vent: Counts::ATMOSPHERE,
+        return_rate_kpa_s: 100.0,
+        period_ns: 0,
+    };
 
     fn counts(value: u16) -> BoardCommand {
         [Counts::saturating(value); CHANNELS]
@@ -202,6 +223,24 @@ mod tests {
             assert_eq!(slew.step(second * 1_000 * MS, counts(300), false), counts(300));
             slew.answered(second * 1_000 * MS + MS, counts(300));
         }
+    }
+
+    /// The zero of channel 1 was found at 95 counts: what everybody calls 0 kPa would be 6 kPa there.
+    #[test]
+    fn zero_is_zero_and_a_limit_is_one_with_each_channels_own_scale() {
+        let low = SensorScale::new(95.0, 0.8, 600.0).unwrap();
+        let mut scales = OPTIONS.scales;
+        scales[1] = low;
+        let options = SlewOptions { scales, vent: Counts::saturating(95), ..OPTIONS };
+        let mut slew = Slew::new([ChannelLimit { max_kpa: 80.0, max_rate_kpa_s: 80.0 }; CHANNELS], options);
+        assert_eq!(slew.step(0, VENTED, false), counts(95));
+        assert_eq!(slew.step(1, counts(300), true), counts(95));
+        let sent = (2..3_000).map(|ms| {
+            slew.answered(ms * MS, counts(102));
+            slew.step(ms * MS, counts(300), false)
+        });
+        // 80 kPa are 197.5 counts nominally, and 195 on channel 1, which has 100 counts a second.
+        assert_eq!(sent.last().unwrap().map(Counts::get), [197, 195, 197, 197]);
     }
 
     #[test]

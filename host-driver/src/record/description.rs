@@ -1,7 +1,11 @@
 //! What a recording says of itself: lines `# key: value` above the header of a table, the metadata
 //! record `pneudrive` of a bag.
 
+use crate::Calibration;
+use pneudrive_protocol::SensorScale;
 use serde::Serialize;
+use serde_json::json;
+use std::collections::BTreeMap;
 
 /// What a recording says of itself, in the order in which it was said. Values are JSON.
 ///
@@ -44,12 +48,12 @@ impl Description {
     }
 
     /// What every recording says, then what is in `self`.
-    pub(super) fn complete(&self, boards: &[Vec<u8>], scale: pneudrive_protocol::SensorScale) -> Self {
+    pub(super) fn complete(&self, boards: &[Vec<u8>], calibration: &Calibration) -> Self {
         let now = humantime::format_rfc3339_millis(std::time::SystemTime::now()).to_string();
-        let sensor = serde_json::json!({
-            "zero_counts": scale.zero_counts(),
-            "kpa_per_count": scale.kpa_per_count(),
-        });
+        let numbers = |scale: SensorScale| json!({ "zero_counts": scale.zero_counts(), "kpa_per_count": scale.kpa_per_count() });
+        let sensor = numbers(calibration.usual());
+        let own: BTreeMap<u8, _> =
+            calibration.boards().map(|board| (board, calibration.of(board).map(numbers))).collect();
         let always = Self::default()
             .with("pneudrive_recording", Self::FORMAT)
             .with("program", concat!("pneudrive-host ", env!("CARGO_PKG_VERSION")))
@@ -58,7 +62,11 @@ impl Description {
             [only] => always.with("boards", only),
             several => always.with("boards", several),
         };
-        self.entries.iter().fold(always.with("sensor", sensor), |mut all, (key, value)| {
+        let mut always = always.with("sensor", sensor);
+        if !own.is_empty() {
+            always = always.with("calibration", own);
+        }
+        self.entries.iter().fold(always, |mut all, (key, value)| {
             all.entries.retain(|(known, _)| known != key);
             all.entries.push((key.clone(), value.clone()));
             all

@@ -17,6 +17,7 @@
 
 #[cfg(feature = "mcap")]
 mod bag;
+mod codes;
 #[cfg(feature = "trajectory")]
 mod contents;
 mod description;

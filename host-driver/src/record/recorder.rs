@@ -6,10 +6,10 @@ use super::notes::{Note, Notes};
 use super::rows::{Batch, Formatter, RecordedEvent};
 use super::writer::Writer;
 use super::{RecordError, RecorderOptions};
+use crate::Calibration;
 use crate::line::Clock;
 use crate::notices::{Narrator, Notice};
 use crate::poller::{Event, Observer, Row};
-use pneudrive_protocol::SensorScale;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -92,11 +92,11 @@ impl Recorder {
     pub fn create(
         path: &Path,
         boards: &[u8],
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
         overwrite: bool,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
         let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
-        Self::create_with(path, boards, scale, &options)
+        Self::create_with(path, boards, calibration, &options)
     }
 
     /// As [`create`](Self::create), with more to say about the run.
@@ -106,10 +106,11 @@ impl Recorder {
     pub fn create_with(
         path: &Path,
         boards: &[u8],
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
         options: &RecorderOptions,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
-        let (recorder, mut taps) = Self::create_told(path, boards, scale, options, Box::new(|_| {}))?;
+        let calibration = calibration.into();
+        let (recorder, mut taps) = Self::create_told(path, boards, &calibration, options, Box::new(|_| {}))?;
         let tap = taps.pop().ok_or_else(|| RecordError::NotCreated {
             file: path.to_owned(),
             reason: "it has no bus".into(),
@@ -121,7 +122,7 @@ impl Recorder {
     pub(super) fn create_told(
         path: &Path,
         boards: &[u8],
-        scale: SensorScale,
+        calibration: &Calibration,
         options: &RecorderOptions,
         failed: Failed,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
@@ -131,11 +132,11 @@ impl Recorder {
             #[cfg(feature = "mcap")]
             super::FileFormat::Mcap => {
                 let bus = RecordedBus { boards: boards.to_vec(), first_joint: 0, unix_offset_ns };
-                Self::bag(path, Self::TOPICS, &[bus], scale, &options.description)?
+                Self::bag(path, Self::TOPICS, &[bus], calibration, &options.description)?
             }
             format => {
-                let description = options.description.complete(&[boards.to_vec()], scale);
-                Box::new(Text::new(format, Formatter::new(boards, scale), &description, unix_offset_ns))
+                let description = options.description.complete(&[boards.to_vec()], calibration);
+                Box::new(Text::new(format, Formatter::new(boards, calibration), &description, unix_offset_ns))
             }
         };
         Self::start(path, Writer::new(file, form)?, 1, failed)
@@ -151,11 +152,11 @@ impl Recorder {
         path: &Path,
         prefix: &str,
         buses: &[RecordedBus],
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
         overwrite: bool,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
         let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
-        Self::create_bag_with(path, prefix, buses, scale, &options)
+        Self::create_bag_with(path, prefix, buses, calibration, &options)
     }
 
     /// As [`create_bag`](Self::create_bag), with more to say about the run.
@@ -167,12 +168,12 @@ impl Recorder {
         path: &Path,
         prefix: &str,
         buses: &[RecordedBus],
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
         options: &RecorderOptions,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
         Self::check_bag(path, options.overwrite)?;
         let file = BlockFile::create(path, options.overwrite)?;
-        let form = Self::bag(path, prefix, buses, scale, &options.description)?;
+        let form = Self::bag(path, prefix, buses, &calibration.into(), &options.description)?;
         Self::start(path, Writer::new(file, form)?, buses.len(), Box::new(|_| {}))
     }
 
@@ -193,13 +194,13 @@ impl Recorder {
         path: &Path,
         prefix: &str,
         buses: &[RecordedBus],
-        scale: SensorScale,
+        calibration: &Calibration,
         description: &Description,
     ) -> Result<Box<dyn Form>, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let boards: Vec<_> = buses.iter().map(|bus| bus.boards.clone()).collect();
-        let description = description.complete(&boards, scale);
-        let bag = super::bag::Bag::new(&name, prefix, buses, scale, &description)
+        let description = description.complete(&boards, calibration);
+        let bag = super::bag::Bag::new(&name, prefix, buses, calibration, &description)
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
         Ok(Box::new(bag))
     }

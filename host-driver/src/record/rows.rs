@@ -1,8 +1,10 @@
 //! Rows on their way from the bus thread to the disk, and their text.
 
+use super::codes::Codes;
+use crate::Calibration;
 use crate::notices::Notice;
 use crate::poller::{BoardCommand, Row};
-use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use pneudrive_protocol::{CHANNELS, Counts};
 use serde::Serialize;
 use std::io::Write;
 
@@ -104,21 +106,20 @@ impl Batch {
     }
 }
 
-/// Makes text of rows. There are only 1024 commands and 1024 pressures, so their text is made once.
+/// Makes text of rows. There are only 1024 commands and 1024 pressures of a channel, so their text is made once.
 pub(super) struct Formatter {
     boards: Vec<u8>,
-    commands: Vec<String>,
-    pressures: Vec<String>,
+    commands: Codes<String>,
+    pressures: Codes<String>,
 }
 
 impl Formatter {
-    pub(super) fn new(boards: &[u8], scale: SensorScale) -> Self {
-        let codes = || (0..=Counts::MAX.get()).map(|code| scale.kpa(Counts::saturating(code)));
+    pub(super) fn new(boards: &[u8], calibration: &Calibration) -> Self {
         Self {
             boards: boards.to_vec(),
             // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
-            commands: codes().map(|kpa| format!("{:.3}", kpa.max(0.0))).collect(),
-            pressures: codes().map(|kpa| format!("{kpa:.3}")).collect(),
+            commands: Codes::new(boards, calibration, |kpa| format!("{:.3}", kpa.max(0.0))),
+            pressures: Codes::new(boards, calibration, |kpa| format!("{kpa:.3}")),
         }
     }
 
@@ -147,13 +148,13 @@ impl Formatter {
             }
             // Writing to a Vec does not fail.
             let _ = write!(text, "{}.{:09}", time_ns / 1_000_000_000, time_ns % 1_000_000_000);
-            for sample in samples {
-                for counts in sample.command {
-                    cell(text, &self.commands[usize::from(counts.get())]);
+            for (index, sample) in samples.iter().enumerate() {
+                for (channel, counts) in sample.command.into_iter().enumerate() {
+                    cell(text, self.commands.get(index, channel, counts));
                 }
                 for channel in 0..CHANNELS {
-                    let code = sample.answer.map(|answer| usize::from(answer.pressures[channel].get()));
-                    cell(text, code.map_or("", |code| &self.pressures[code]));
+                    let counts = sample.answer.map(|answer| answer.pressures[channel]);
+                    cell(text, counts.map_or("", |counts| self.pressures.get(index, channel, counts)));
                 }
             }
             text.push(b'\n');
@@ -227,7 +228,7 @@ mod tests {
             let since_start_ns = cycle * 1_000_200_000;
             batch.push(&Row { cycle, at_ns: 5, since_start_ns, boards: &boards });
         }
-        let formatter = Formatter::new(&[0, 1], SensorScale::ORIGINAL);
+        let formatter = Formatter::new(&[0, 1], &Calibration::default());
         let mut text = formatter.header();
         formatter.append(&batch, &mut text);
         let expected = "\

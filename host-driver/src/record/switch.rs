@@ -1,8 +1,8 @@
 //! Recordings that start and stop while boards are polled.
 
 use super::{Description, Notes, RecordError, Recorder, RecorderOptions, RecordingSummary};
+use crate::Calibration;
 use crate::poller::{Event, Observer, Row};
-use pneudrive_protocol::SensorScale;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,7 +11,7 @@ use thiserror::Error;
 /// Starts and stops recordings of a run, one at a time. The times in them are those of the run, not of the recording.
 pub struct RecordSwitch {
     boards: Vec<u8>,
-    scale: SensorScale,
+    calibration: Calibration,
     options: RecorderOptions,
     taps: Sender<Option<Box<dyn Observer>>>,
     notes: Notes,
@@ -71,11 +71,11 @@ struct Switched {
 
 impl RecordSwitch {
     /// A switch for a poller of these boards, and the observer that is to be given to it.
-    pub fn new(boards: &[u8], scale: SensorScale) -> (Self, Box<dyn Observer>) {
+    pub fn new(boards: &[u8], calibration: impl Into<Calibration>) -> (Self, Box<dyn Observer>) {
         let (sender, taps) = channel();
         let switch = Self {
             boards: boards.to_vec(),
-            scale,
+            calibration: calibration.into(),
             options: RecorderOptions::default(),
             taps: sender,
             notes: Notes::default(),
@@ -116,7 +116,8 @@ impl RecordSwitch {
         }
         let failed = Arc::clone(&self.failed);
         let failed = Box::new(move |error: &RecordError| failed(error));
-        let (recorder, taps) = Recorder::create_told(path, &self.boards, self.scale, &self.options, failed)?;
+        let (recorder, taps) =
+            Recorder::create_told(path, &self.boards, &self.calibration, &self.options, failed)?;
         // A poller that has ended has dropped its end, and the recording stays empty.
         taps.into_iter().for_each(|tap| drop(self.taps.send(Some(tap))));
         self.notes.redirect(&recorder.notes());
@@ -232,7 +233,7 @@ mod tests {
     fn only_what_passes_between_start_and_stop_is_recorded() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("run.csv");
-        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let (switch, mut observer) = RecordSwitch::new(&[0], Calibration::default());
         assert_eq!(switch.stop(), Err(SwitchError::NotRunning));
         cycle(&mut *observer, 0);
         switch.start(&file).unwrap();
@@ -264,7 +265,7 @@ mod tests {
             std::fs::File::open(theirs).unwrap().read_exact(&mut [0]).unwrap();
         });
         let (told, hears) = channel();
-        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let (switch, mut observer) = RecordSwitch::new(&[0], Calibration::default());
         let switch = switch.on_failure(move |error| told.send(error.to_string()).unwrap());
         switch.start(&file).unwrap();
         reader.join().unwrap();
@@ -283,7 +284,7 @@ mod tests {
     #[test]
     fn what_is_noted_goes_into_the_recording_in_progress() {
         let folder = tempfile::tempdir().unwrap();
-        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let (switch, mut observer) = RecordSwitch::new(&[0], Calibration::default());
         let switch = switch.describe(Description::default().with("port", "sim"));
         let note = |text: &str| switch.notes().add(Notice::new(NoticeKind::Page, text));
         note("before");
@@ -311,7 +312,7 @@ mod tests {
     #[test]
     fn the_end_of_the_poller_ends_the_recording() {
         let folder = tempfile::tempdir().unwrap();
-        let (switch, mut observer) = RecordSwitch::new(&[0], SensorScale::ORIGINAL);
+        let (switch, mut observer) = RecordSwitch::new(&[0], Calibration::default());
         switch.start(&folder.path().join("run.csv")).unwrap();
         cycle(&mut *observer, 0);
         drop(observer);

@@ -1,71 +1,111 @@
-//! What the host takes from the rig file: the limits of the channels.
+//! What the host takes from the rig file: limits and calibration of the channels.
 //!
-//! ```toml
-//! [limits]                        # of every channel
-//! max_kpa = 300.0
-//! max_rate_kpa_s = 500.0
-//!
-//! [boards.0.limits]               # of one board, beside those above
-//! max_kpa = 250.0
-//!
-//! [boards.0.channels.3.limits]    # of one channel, beside those above
-//! max_kpa = 100.0
-//! ```
-//!
-//! Of several limits for one channel the strictest holds. The other tables of the file describe the
-//! machine to the modelling toolkit, which checks them; here they are known by name only.
+//! The file itself is [`pneudrive_rig`]'s.
 
-mod error;
-mod tables;
+pub use pneudrive_rig::{Bus, Rig, RigError, Sensor, Unit};
+#[cfg(feature = "cli")]
+pub use pneudrive_rig::{NewRig, with_sensor};
 
-pub use error::RigError;
+use crate::Calibration;
+use crate::poller::{ChannelLimit, LimitError, Limits};
+use pneudrive_protocol::{CHANNELS, ScaleError, SensorScale};
+use thiserror::Error;
 
-use crate::poller::{ChannelLimit, Limits};
-use pneudrive_protocol::CHANNELS;
-use std::path::Path;
-use tables::{LimitTable, Tables};
+/// Part of the nominal sensor's counts that its full scale takes, from the zero on: 4 V of 5 V.
+const SPAN_COUNTS: f64 = 0.8 * 1024.0;
 
-/// A rig file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rig {
-    /// Highest set points and fastest changes.
-    pub limits: Limits,
-    /// The file's text, for recordings to carry.
-    pub text: String,
+/// A calibration that the boards' sensors cannot have.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum CalibrationError {
+    /// The boards' converters are others.
+    #[error(
+        "{file}:{line}: sensor.bits = {bits}: expected 10, because counts on the bus have 10 bits; leave [sensor] out of the rig \
+         file of boards, or give its numbers for 10 bits"
+    )]
+    Bits {
+        /// The file.
+        file: String,
+        /// The line of `sensor.bits`.
+        line: usize,
+        /// Its value.
+        bits: u32,
+    },
+    /// The numbers are no scale of 10-bit counts.
+    #[error("{file}:{line}: [{table}]: {error}")]
+    Scale {
+        /// The file.
+        file: String,
+        /// The line of the table.
+        line: usize,
+        /// The table.
+        table: String,
+        /// What is wrong.
+        error: ScaleError,
+    },
 }
 
-impl Rig {
-    /// Reads and checks the file at `path`.
-    ///
-    /// # Errors
-    /// The file cannot be read, or a table or value in it cannot be used: with its line and what is expected.
-    pub fn load(path: &Path) -> Result<Self, RigError> {
-        let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| RigError::Open { file: file.clone(), error: error.to_string() })?;
-        Self::parse(&text, &file)
-    }
-
-    /// The same from a text; `file` is its name in messages.
-    ///
-    /// # Errors
-    /// As for [`load`](Self::load).
-    pub fn parse(text: &str, file: &str) -> Result<Self, RigError> {
-        let tables: Tables = toml::from_str(text).map_err(|error| RigError::syntax(file, text, &error))?;
-        let place = |table: &LimitTable| table.limit(file, text);
-        let usual = tables.limits.as_ref().map_or(Ok(ChannelLimit::NONE), place)?;
-        let unusable = |_| RigError::Open { file: file.to_owned(), error: "limits out of range".to_owned() };
-        let mut limits = Limits::everywhere(usual).map_err(unusable)?;
-        for (board, table) in &tables.boards {
-            let of_board = table.limits.as_ref().map_or(Ok(ChannelLimit::NONE), place)?.stricter(usual);
-            for channel in 0..CHANNELS {
-                let own =
-                    table.channels.get(&tables::Channel(channel)).and_then(|table| table.limits.as_ref());
-                let limit = own.map_or(Ok(ChannelLimit::NONE), place)?.stricter(of_board);
-                limits.set(board.0, channel, limit).map_err(unusable)?;
-            }
+/// The limits that `rig` sets; no limits without one.
+///
+/// # Errors
+/// None for a file that was read: its limits are in range.
+pub fn limits(rig: &Rig) -> Result<Limits, LimitError> {
+    let limit = |limit: pneudrive_rig::Limit| ChannelLimit {
+        max_kpa: limit.max_kpa.unwrap_or(f64::INFINITY),
+        max_rate_kpa_s: limit.max_rate_kpa_s.unwrap_or(f64::INFINITY),
+    };
+    let mut limits = Limits::everywhere(limit(rig.usual_limit()))?;
+    for board in rig.boards() {
+        for channel in 0..CHANNELS {
+            limits.set(board, channel, limit(rig.limit(board, channel)))?;
         }
-        Ok(Self { limits, text: text.to_owned() })
+    }
+    Ok(limits)
+}
+
+/// What `rig` says of the sensors; the nominal scale where it says nothing.
+///
+/// # Errors
+/// Numbers that no sensor behind a 10-bit converter has, with their line.
+pub fn calibration(rig: &Rig) -> Result<Calibration, CalibrationError> {
+    if let Some(bits) = rig.sensor_bits().filter(|&bits| bits != 10) {
+        let line = rig.line("sensor.bits").unwrap_or(1);
+        return Err(CalibrationError::Bits { file: rig.file().to_owned(), line, bits });
+    }
+    let usual = rig.usual_sensor().map_or(Ok(SensorScale::ORIGINAL), |sensor| {
+        scale(sensor).map_err(|error| refused(rig, ("sensor".to_owned(), 1), error))
+    })?;
+    let mut calibration = Calibration::from(usual);
+    for board in rig.boards() {
+        let mut scales = [usual; CHANNELS];
+        for (channel, own) in scales.iter_mut().enumerate() {
+            let Some(sensor) = rig.sensor(board, channel) else { continue };
+            *own = scale(sensor)
+                .map_err(|error| refused(rig, rig.sensor_place(board, channel).unwrap_or_default(), error))?;
+        }
+        if scales != [usual; CHANNELS] {
+            calibration = calibration.with_board(board, scales);
+        }
+    }
+    Ok(calibration)
+}
+
+fn refused(rig: &Rig, (table, _): (String, usize), error: ScaleError) -> CalibrationError {
+    let line = rig.line(&table).unwrap_or(1);
+    CalibrationError::Scale { file: rig.file().to_owned(), line, table, error }
+}
+
+/// The nominal sensor's span, or as much of it as 1023 counts hold.
+fn scale(sensor: pneudrive_rig::Sensor) -> Result<SensorScale, ScaleError> {
+    let pneudrive_rig::Sensor { zero_counts, kpa_per_count } = sensor;
+    let counts = SPAN_COUNTS.min(1023.0 - zero_counts);
+    // The file has the nominal numbers with fewer digits.
+    let nominal = SensorScale::ORIGINAL;
+    let is_nominal = (zero_counts - nominal.zero_counts()).abs() < 1e-6
+        && (kpa_per_count - nominal.kpa_per_count()).abs() < 1e-6;
+    if is_nominal {
+        Ok(nominal)
+    } else {
+        SensorScale::new(zero_counts, kpa_per_count, counts * kpa_per_count)
     }
 }
 
@@ -73,72 +113,52 @@ impl Rig {
 mod tests {
     use super::*;
 
-    const MIXED: &str = "\
-[supply]
-pressure_kpa = 550.0
+    fn rig(text: &str) -> Rig {
+        Rig::parse("rig.toml", text).unwrap()
+    }
 
-[limits]
-max_kpa = 300
-max_rate_kpa_s = 500.0
-
-[boards.0.limits]
-max_kpa = 250.0
-[boards.0.channels.3.limits]
-max_kpa = 100.0
-[boards.12.channels.1.limits]
-max_rate_kpa_s = 20.0
-";
-
-    fn refused(text: &str) -> String {
-        Rig::parse(text, "rig.toml").unwrap_err().to_string()
+    /// The rig file's own number of channels is the bus's.
+    #[test]
+    fn a_board_has_as_many_channels_as_a_packet() {
+        assert_eq!(pneudrive_rig::CHANNELS, CHANNELS);
     }
 
     #[test]
-    fn the_strictest_limit_holds_for_each_channel() {
-        let limits = Rig::parse(MIXED, "rig.toml").unwrap().limits;
-        let pair = |board, channel: usize| {
-            let limit = limits.of(board)[channel];
-            (limit.max_kpa, limit.max_rate_kpa_s)
-        };
-        assert_eq!(pair(3, 0), (300.0, 500.0));
-        assert_eq!(pair(0, 0), (250.0, 500.0));
-        assert_eq!(pair(0, 3), (100.0, 500.0));
-        assert_eq!((pair(12, 0), pair(12, 1)), ((300.0, 500.0), (300.0, 20.0)));
+    fn limits_of_the_file_hold_for_their_channels() {
+        let limits =
+            limits(&rig("[limits]\nmax_kpa = 300\n[boards.0.channels.3.limits]\nmax_kpa = 100\n")).unwrap();
+        assert_eq!(
+            (limits.of(0)[0].max_kpa, limits.of(0)[3].max_kpa, limits.of(7)[3].max_kpa),
+            (300.0, 100.0, 300.0)
+        );
+        assert_eq!(super::limits(&rig("")).unwrap(), Limits::default());
     }
 
     #[test]
-    fn a_file_without_limits_limits_nothing() {
-        let rig = Rig::parse("[sensor]\nbits = 10\n", "rig.toml").unwrap();
-        assert_eq!(rig.limits, Limits::default());
+    fn a_channels_own_calibration_holds_and_the_nominal_one_elsewhere() {
+        let text = "[sensor]\nbits = 10\nzero_counts = 102.4\nkpa_per_count = 0.841645\n\
+                    [boards.1.channels.2.sensor]\nzero_counts = 104.0\nkpa_per_count = 0.85\n";
+        let calibration = calibration(&rig(text)).unwrap();
+        assert_eq!(calibration.usual(), SensorScale::ORIGINAL);
+        assert_eq!(calibration.of(0), [SensorScale::ORIGINAL; 4]);
+        assert_eq!(calibration.channel(1, 1), SensorScale::ORIGINAL);
+        let own = calibration.channel(1, 2);
+        assert_eq!((own.zero_counts(), own.kpa_per_count()), (104.0, 0.85));
+        assert!((own.full_scale_kpa() - 819.2 * 0.85).abs() < 1e-9);
+        assert_eq!(super::calibration(&rig("")).unwrap(), Calibration::default());
     }
 
-    /// A misspelt key must not leave a limit out in silence.
     #[test]
-    fn errors_name_the_line_the_key_and_what_is_expected() {
-        let cases = [
-            (
-                "[limits]\nmax_kpa = -3.0\n",
-                "rig.toml:2: max_kpa = -3: expected a number of kPa gauge from 0 on",
-            ),
-            ("[limits]\n\nmax_rate_kpa_s = 0\n", "rig.toml:3: max_rate_kpa_s = 0: expected a number above 0"),
-            ("[limits]\nmax_kpa = nan\n", "rig.toml:2: max_kpa = NaN: expected"),
-            (
-                "[limits]\nmax_pka = 3.0\n",
-                "rig.toml:2: unknown field `max_pka`, expected `max_kpa` or `max_rate_kpa_s`",
-            ),
-            ("[limit]\nmax_kpa = 3.0\n", "rig.toml:1: unknown field `limit`, expected one of"),
-            ("[limits]\nmax_kpa = \"3\"\n", "rig.toml:2: invalid type: string \"3\", expected f64"),
-            ("[boards.256.limits]\nmax_kpa = 3\n", "rig.toml:1: \"256\" is no board: expected 0 to 255"),
-            (
-                "[boards.1.channels.4.limits]\nmax_kpa = 3\n",
-                "rig.toml:1: \"4\" is no channel: expected 0 to 3",
-            ),
-            ("[boards.1.limits\n", "rig.toml:1: "),
-        ];
-        for (text, expected) in cases {
-            let message = refused(text);
-            assert!(message.starts_with(expected), "{text:?}: {message}");
-            assert!(!message.contains('\n'), "{message}");
-        }
+    fn what_no_board_has_is_refused_with_its_line() {
+        let refused = |text: &str| calibration(&rig(text)).unwrap_err().to_string();
+        let bits = refused("\n[sensor]\nbits = 12\nzero_counts = 409.6\nkpa_per_count = 0.21\n");
+        assert!(bits.starts_with("rig.toml:3: sensor.bits = 12: expected 10"), "{bits}");
+        let zero = refused("[boards.0.sensor]\nzero_counts = -3.0\nkpa_per_count = 0.84\n");
+        assert_eq!(
+            zero,
+            "rig.toml:1: [boards.0.sensor]: sensor zero is -3 counts; it must be a number from 0 to 1023"
+        );
+        let usual = refused("\n[sensor]\nbits = 10\nzero_counts = 2000.0\nkpa_per_count = 0.84\n");
+        assert!(usual.starts_with("rig.toml:2: [sensor]: sensor zero is 2000 counts"), "{usual}");
     }
 }

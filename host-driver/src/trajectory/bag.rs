@@ -3,11 +3,12 @@
 
 use super::read::command_column;
 use super::{Channel, Trajectory, TrajectoryError};
+use crate::Calibration;
 use crate::messages::JointState;
 use byteorder::LittleEndian;
 use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use pneudrive_protocol::CHANNELS;
 use std::collections::BTreeMap;
 use std::io::Read;
 
@@ -48,7 +49,7 @@ pub(super) fn read(
     file: &str,
     content: impl Read,
     boards: usize,
-    scale: SensorScale,
+    calibration: &Calibration,
 ) -> Result<Trajectory, TrajectoryError> {
     let refuse = |reason: String| TrajectoryError::Unreadable { file: file.to_owned(), reason };
     let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
@@ -77,11 +78,13 @@ pub(super) fn read(
                     boards,
                 });
             }
-            scale.counts(kpa).map_err(|reason| TrajectoryError::Pressure {
-                file: file.to_owned(),
-                row: rows.times_ns.len() as u64 + 1,
-                column: name.clone(),
-                reason,
+            super::scale(calibration, board, channel).counts(kpa).map_err(|reason| {
+                TrajectoryError::Pressure {
+                    file: file.to_owned(),
+                    row: rows.times_ns.len() as u64 + 1,
+                    column: name.clone(),
+                    reason,
+                }
             })?;
             rows.begin(at_ns);
             rows.put((board, channel), kpa);

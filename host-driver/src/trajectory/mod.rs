@@ -14,6 +14,7 @@ mod read;
 
 pub use error::{AboveLimitAt, TrajectoryError};
 
+use crate::Calibration;
 use crate::poller::{BoardCommand, CommandSource, Limits, Supply};
 use pneudrive_protocol::{Counts, SensorScale};
 
@@ -51,6 +52,17 @@ struct Channel {
     channel: usize,
     /// One value a row, kPa gauge, each checked against the scale.
     kpa: Vec<f64>,
+}
+
+impl Channel {
+    fn scale(&self, calibration: &Calibration) -> SensorScale {
+        scale(calibration, self.board, self.channel)
+    }
+}
+
+/// Boards are numbered from 0, so that their index is their number.
+fn scale(calibration: &Calibration, board: usize, channel: usize) -> SensorScale {
+    calibration.channel(u8::try_from(board).unwrap_or(u8::MAX), channel)
 }
 
 impl Trajectory {
@@ -100,10 +112,12 @@ impl Trajectory {
         self,
         interpolation: Interpolation,
         at_end: AtEnd,
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
         others: Vec<BoardCommand>,
     ) -> TrajectorySource {
-        TrajectorySource { trajectory: self, interpolation, at_end, scale, others, row: 0 }
+        let calibration = calibration.into();
+        let scales = self.channels.iter().map(|channel| channel.scale(&calibration)).collect();
+        TrajectorySource { trajectory: self, interpolation, at_end, scales, others, row: 0 }
     }
 }
 
@@ -113,7 +127,8 @@ pub struct TrajectorySource {
     trajectory: Trajectory,
     interpolation: Interpolation,
     at_end: AtEnd,
-    scale: SensorScale,
+    /// Of each channel.
+    scales: Vec<SensorScale>,
     others: Vec<BoardCommand>,
     /// The last row whose time has come.
     row: usize,
@@ -132,11 +147,11 @@ impl TrajectorySource {
         }
     }
 
-    fn counts(&self, channel: &Channel, progress: f64) -> Counts {
+    fn counts(&self, channel: &Channel, scale: SensorScale, progress: f64) -> Counts {
         let here = channel.kpa[self.row];
         let next = channel.kpa.get(self.row + 1).copied().unwrap_or(here);
         // Between two values that were checked, so never refused.
-        self.scale.counts(here + progress * (next - here)).unwrap_or(Counts::ATMOSPHERE)
+        scale.counts(here + progress * (next - here)).unwrap_or(Counts::ATMOSPHERE)
     }
 }
 
@@ -153,8 +168,8 @@ impl CommandSource for TrajectorySource {
         if self.trajectory.times_ns.first().is_some_and(|&first| since_start_ns < first) {
             return Supply::Continues;
         }
-        for channel in &self.trajectory.channels {
-            commands[channel.board][channel.channel] = self.counts(channel, progress);
+        for (channel, &scale) in self.trajectory.channels.iter().zip(&self.scales) {
+            commands[channel.board][channel.channel] = self.counts(channel, scale, progress);
         }
         let at_last_row = self.row + 1 == self.trajectory.times_ns.len();
         let ended = at_last_row && times.last().is_some_and(|&last| since_start_ns >= last);

@@ -1,7 +1,8 @@
 use super::{Channel, Trajectory, TrajectoryError};
+use crate::Calibration;
 use crate::stored::Stored;
 use csv::StringRecord;
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use pneudrive_protocol::CHANNELS;
 use std::io::Read;
 use std::path::Path;
 
@@ -21,14 +22,18 @@ impl Trajectory {
     ///
     /// # Errors
     /// The first thing that is wrong with it, by file, row and column.
-    pub fn read(path: &Path, boards: usize, scale: SensorScale) -> Result<Self, TrajectoryError> {
+    pub fn read(
+        path: &Path,
+        boards: usize,
+        calibration: impl Into<Calibration>,
+    ) -> Result<Self, TrajectoryError> {
         let file = path.display().to_string();
         let opened = Stored::open(path)
             .map_err(|error| TrajectoryError::Unreadable { file: file.clone(), reason: error.to_string() })?;
         match opened {
-            Stored::Text(text) => Self::parse(&file, text, boards, scale),
+            Stored::Text(text) => Self::parse(&file, text, boards, calibration),
             #[cfg(feature = "mcap")]
-            Stored::Bag(content) => super::bag::read(&file, content, boards, scale),
+            Stored::Bag(content) => super::bag::read(&file, content, boards, &calibration.into()),
             #[cfg(not(feature = "mcap"))]
             Stored::Bag(_) => Err(TrajectoryError::Unreadable {
                 file,
@@ -45,8 +50,9 @@ impl Trajectory {
         file: &str,
         from: impl Read,
         boards: usize,
-        scale: SensorScale,
+        calibration: impl Into<Calibration>,
     ) -> Result<Self, TrajectoryError> {
+        let calibration = calibration.into();
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             // What a recording says of itself, and its events.
@@ -69,7 +75,7 @@ impl Trajectory {
             times_ns.push((time_s * 1e9).round() as u64);
             for Column { place, name, channel } in &mut columns {
                 let kpa = number(file, &record, row, *place, name)?;
-                scale.counts(kpa).map_err(|reason| TrajectoryError::Pressure {
+                channel.scale(&calibration).counts(kpa).map_err(|reason| TrajectoryError::Pressure {
                     file: file.to_owned(),
                     row,
                     column: name.clone(),
@@ -178,7 +184,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn parse(text: &str) -> Result<Trajectory, TrajectoryError> {
-        Trajectory::parse("f.csv", text.as_bytes(), 2, SensorScale::ORIGINAL)
+        Trajectory::parse("f.csv", text.as_bytes(), 2, Calibration::default())
     }
 
     #[track_caller]

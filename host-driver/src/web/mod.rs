@@ -16,11 +16,11 @@ mod recording;
 pub use pneudrive_page::{Control, Token, TokenError};
 pub use recording::Recording;
 
+use crate::Calibration;
 use crate::line::Clock;
 use crate::poller::{Commanding, Monitor, Override};
 use crate::record::{RecordError, RecordingSummary};
 use pneudrive_page::{Moment, PageOptions, Refusal, Run, SetPoint};
-use pneudrive_protocol::SensorScale;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -33,8 +33,8 @@ pub struct WebOptions {
     pub port: String,
     /// Numbers of the boards in the poller's order.
     pub boards: Vec<u8>,
-    /// What pressures mean: the poller's.
-    pub scale: SensorScale,
+    /// What counts mean: the poller's.
+    pub calibration: Calibration,
     /// Host names under which the page may be asked for, besides addresses, `localhost` and this
     /// computer's own name.
     pub names: Vec<String>,
@@ -67,7 +67,7 @@ struct PolledRun {
     monitor: Monitor,
     clock: Clock,
     boards: Vec<u8>,
-    scale: SensorScale,
+    calibration: Calibration,
     overriding: Override,
     lines: Option<Mutex<Receiver<String>>>,
     notice: Box<dyn Fn(String) + Send + Sync>,
@@ -97,7 +97,7 @@ impl Listener {
         let page = PageOptions {
             port: options.port,
             boards: options.boards.clone(),
-            full_scale_kpa: options.scale.full_scale_kpa(),
+            full_scale_kpa: options.calibration.full_scale_kpa(&options.boards),
             names: options.names,
             control: options.control,
             recordings,
@@ -107,7 +107,7 @@ impl Listener {
             monitor,
             clock,
             boards: options.boards,
-            scale: options.scale,
+            calibration: options.calibration,
             overriding: options.overriding,
             lines: options.lines,
             notice: options.notice,
@@ -133,7 +133,7 @@ impl Server {
 
 impl Run for PolledRun {
     fn moment(&self) -> Option<Moment> {
-        moment::of(&self.monitor.latest(), self.clock.now_ns(), self.scale, &self.overriding)
+        moment::of(&self.monitor.latest(), self.clock.now_ns(), &self.calibration, &self.overriding)
     }
 
     fn statistics(&self) -> serde_json::Value {
@@ -160,11 +160,12 @@ impl Run for PolledRun {
 
     fn set(&self, set_point: SetPoint) -> Result<f64, Refusal> {
         let SetPoint { board, channel, kpa } = set_point;
-        let counts = self.scale.counts(kpa).map_err(|error| Refusal::Unusable(error.to_string()))?;
+        let scale = self.calibration.channel(board, channel);
+        let counts = scale.counts(kpa).map_err(|error| Refusal::Unusable(error.to_string()))?;
         let index = self.boards.iter().position(|polled| *polled == board);
         let unknown = || Refusal::Unusable(format!("board {board} is not polled in this run"));
         self.overriding.set(index.ok_or_else(unknown)?, channel, counts).map_err(|e| moment::refusal(&e))?;
-        Ok(self.scale.kpa(counts))
+        Ok(scale.kpa(counts))
     }
 
     fn commanding(&self) -> pneudrive_page::Commanding {

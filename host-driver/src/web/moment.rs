@@ -1,14 +1,15 @@
 //! A poller's newest row as the page shows it.
 
+use crate::Calibration;
 use crate::poller::{BoardRow, BoardState, Commanding, Override, OverrideError, Snapshot};
 use pneudrive_page::{BoardMoment, Moment, ReadingMoment, Refusal};
-use pneudrive_protocol::{Counts, SensorScale};
+use pneudrive_protocol::Counts;
 
 /// The newest cycle at `now_ns` on the clock of its rows; `None` before the first.
 pub(super) fn of(
     snapshot: &Snapshot,
     now_ns: u64,
-    scale: SensorScale,
+    calibration: &Calibration,
     overriding: &Override,
 ) -> Option<Moment> {
     Some(Moment {
@@ -17,7 +18,7 @@ pub(super) fn of(
         age_ns: now_ns.saturating_sub(snapshot.at_ns),
         commanding: commanding(overriding),
         release_returns: overriding.returns(),
-        boards: snapshot.boards.iter().map(|row| board(row, now_ns, scale)).collect(),
+        boards: snapshot.boards.iter().map(|row| board(row, now_ns, calibration)).collect(),
     })
 }
 
@@ -40,9 +41,7 @@ pub(super) fn refusal(error: &OverrideError) -> Refusal {
     }
 }
 
-fn board(row: &BoardRow, now_ns: u64, scale: SensorScale) -> BoardMoment {
-    // The count of 0 kPa lies a little below it; a command below 0 does not exist.
-    let command = |counts: Counts| scale.kpa(counts).max(0.0);
+fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment {
     BoardMoment {
         state: match row.state {
             BoardState::Unseen => pneudrive_page::BoardState::Unseen,
@@ -50,8 +49,8 @@ fn board(row: &BoardRow, now_ns: u64, scale: SensorScale) -> BoardMoment {
             BoardState::Doubtful => pneudrive_page::BoardState::Doubtful,
             BoardState::Missing => pneudrive_page::BoardState::Missing,
         },
-        command_kpa: row.command.map(command),
-        target_kpa: row.wanted.map(command),
+        command_kpa: calibration.command_kpa(row.board, row.command),
+        target_kpa: calibration.command_kpa(row.board, row.wanted),
         reading: row.reading.map(|reading| ReadingMoment {
             age_ns: reading.age_ns(now_ns),
             kpa: reading.kpa,
@@ -68,19 +67,19 @@ mod tests {
 
     #[test]
     fn commands_set_points_and_pressures_in_kpa() {
-        let scale = SensorScale::ORIGINAL;
+        let calibration = Calibration::default();
         let counts = [102, 221, 0, 1023].map(|value| Counts::new(value).unwrap());
         let row = BoardRow {
             board: 0,
             command: [Counts::ATMOSPHERE, Counts::saturating(221), VENTED[0], Counts::MAX],
             wanted: [Counts::saturating(340), Counts::saturating(221), VENTED[0], Counts::MAX],
             outcome: Outcome::Fresh,
-            reading: Some(Reading { counts, kpa: counts.map(|counts| scale.kpa(counts)), asked_ns: 1_000 }),
+            reading: Some(Reading { counts, kpa: calibration.kpa(0, counts), asked_ns: 1_000 }),
             state: BoardState::Doubtful,
         };
         let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };
         let overriding = Override::manual(&[VENTED]);
-        let moment = of(&snapshot, 1_500, scale, &overriding).unwrap();
+        let moment = of(&snapshot, 1_500, &calibration, &overriding).unwrap();
         assert_eq!((moment.cycle, moment.since_start_ns, moment.age_ns), (7, 800, 600));
         assert_eq!(moment.commanding, pneudrive_page::Commanding::SetPoints);
         let board = moment.boards[0];
@@ -93,6 +92,6 @@ mod tests {
         assert_eq!(tenths(reading.kpa)[1], 998);
         overriding.vent();
         assert_eq!(commanding(&overriding), pneudrive_page::Commanding::Vented);
-        assert!(of(&Snapshot::default(), 0, scale, &overriding).is_none(), "before the first cycle");
+        assert!(of(&Snapshot::default(), 0, &calibration, &overriding).is_none(), "before the first cycle");
     }
 }

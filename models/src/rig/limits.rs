@@ -3,8 +3,8 @@
 use super::RigError;
 use super::check::Checker;
 
-/// The tables that say what may be commanded.
-pub(super) const TABLES: [&str; 2] = ["limits", "boards"];
+/// The tables that are for those who work with the boards: what may be commanded, and how they are reached and shown.
+pub(super) const TABLES: [&str; 4] = ["limits", "boards", "bus", "display"];
 
 /// Takes the limits out of `rig`; the lowest `max_kpa` of any board and channel, kPa gauge.
 ///

@@ -1,18 +1,15 @@
 //! Commands from Python: four pressures that can be reached, or an error that says which one cannot.
 
+use super::guard::Rules;
 use crate::errors::{self, CommandError};
 use numpy::{AllowTypeChange, PyArrayLike1};
-use pneudrive_host::poller::Limits;
-use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
-
-/// What pressures mean on the bus: the original's sensor.
-pub const SCALE: SensorScale = SensorScale::ORIGINAL;
 
 /// Four pressures, kPa gauge, as counts.
 ///
-/// Takes whatever NumPy can make a float array of shape (4,) of, within `limits`.
-pub fn counts(board: u8, pressures: &Bound<'_, PyAny>, limits: &Limits) -> PyResult<[Counts; CHANNELS]> {
+/// Takes whatever NumPy can make a float array of shape (4,) of, within `rules`.
+pub fn counts(board: u8, pressures: &Bound<'_, PyAny>, rules: &Rules) -> PyResult<[Counts; CHANNELS]> {
     let wrong = |got: String| {
         CommandError::new_err(format!("board {board}: expected {CHANNELS} pressures in kPa, got {got}"))
     };
@@ -27,16 +24,18 @@ pub fn counts(board: u8, pressures: &Bound<'_, PyAny>, limits: &Limits) -> PyRes
     if array.len() != CHANNELS {
         return Err(wrong(format!("{} of them", array.len())));
     }
+    let Rules { limits, calibration, .. } = rules;
     let mut counts = [Counts::ATMOSPHERE; CHANNELS];
     for (channel, (slot, kpa)) in counts.iter_mut().zip(array.iter()).enumerate() {
-        *slot = SCALE.counts(*kpa).map_err(|error| {
+        let scale = calibration.channel(board, channel);
+        *slot = scale.counts(*kpa).map_err(|error| {
             CommandError::new_err(format!("board {board}, channel {channel}: {error}; nothing was sent"))
         })?;
         limits
             .check(board, channel, *kpa)
             .map_err(|refused| CommandError::new_err(format!("{refused}; nothing was sent")))?;
         let max_kpa = limits.of(board)[channel].max_kpa;
-        if SCALE.kpa(*slot) > max_kpa && *slot > Counts::ATMOSPHERE {
+        if scale.kpa(*slot) > max_kpa && *slot > Counts::ATMOSPHERE {
             // Rounded to the nearest count, it would be above the limit.
             *slot = Counts::saturating(slot.get() - 1);
         }

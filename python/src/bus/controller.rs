@@ -9,6 +9,7 @@ use super::session::Session;
 use crate::errors::{BusFailure, CommandError, NoAnswerError, StaleDataError};
 use crate::types::{Array, ArrayLike, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pneudrive_host::rig::Rig;
 use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -19,12 +20,12 @@ use std::time::{Duration, Instant};
 ///
 /// Parameters
 /// ----------
-/// uart_port : str or os.PathLike
-///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them.
-/// num_devices : int
-///     Boards on the bus; their address switches are set to 0, 1, ... 1 to 255.
-/// baud : int, default 1_000_000
-///     Line rate.
+/// uart_port : str or os.PathLike, optional
+///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
+/// num_devices : int, optional
+///     Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
+/// baud : int, optional
+///     Line rate; that of ``rig``, or 1_000_000 by default.
 /// timeout : float, optional
 ///     How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
 /// retries : int, default 3
@@ -36,8 +37,8 @@ use std::time::{Duration, Instant};
 ///     Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A poller ramps what is faster; by hand
 ///     it is refused.
 /// rig : str or os.PathLike, optional
-///     Rig file (TOML) with limits of boards and channels: ``[limits]``, ``[boards.0.limits]``, ``[boards.0.channels.3.limits]``, each
-///     with ``max_kpa`` and ``max_rate_kpa_s``. Of several limits the strictest holds.
+///     Rig file (TOML, docs/rig.md) with port, boards, line rate, calibration of the sensors, and limits. Of several limits the
+///     strictest holds.
 /// resume : bool, default False
 ///     Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
 ///     vented until ``Poller.release`` is called.
@@ -101,13 +102,13 @@ impl Drop for PressureController {
 #[pymethods]
 impl PressureController {
     #[new]
-    #[pyo3(signature = (uart_port, num_devices, *, baud=1_000_000, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, timing="wire"))]
+    #[pyo3(signature = (uart_port=None, num_devices=None, *, baud=None, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, timing="wire"))]
     #[allow(clippy::too_many_arguments)] // keywords of the Python class
     fn new(
         py: Python<'_>,
-        uart_port: PathBuf,
-        num_devices: i64,
-        baud: u32,
+        uart_port: Option<PathBuf>,
+        num_devices: Option<i64>,
+        baud: Option<u32>,
         timeout: Option<f64>,
         retries: i64,
         max_kpa: Option<f64>,
@@ -116,6 +117,14 @@ impl PressureController {
         resume: bool,
         timing: &str,
     ) -> PyResult<Self> {
+        let rig = rig.as_deref().map(guard::load).transpose()?;
+        let bus = rig.as_ref().map(Rig::bus).unwrap_or_default();
+        let missing = |what: &str| {
+            CommandError::new_err(format!("no {what} is given, and none by [bus] of a rig file; pass it"))
+        };
+        let uart_port = uart_port.or(bus.port.map(PathBuf::from)).ok_or_else(|| missing("uart_port"))?;
+        let num_devices = num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
+        let baud = baud.or(bus.baud).unwrap_or(1_000_000);
         let devices = u16::try_from(num_devices)
             .ok()
             .filter(|devices| (1..=255).contains(devices))
@@ -137,13 +146,13 @@ impl PressureController {
             .ok()
             .filter(|retries| *retries <= 100)
             .ok_or_else(|| CommandError::new_err(format!("retries is {retries}; it must be 0 to 100")))?;
-        let limits = guard::limits(max_kpa, max_rate_kpa_s, rig)?;
-        let options = bus_options(baud, timeout)?;
+        let rules = guard::rules(max_kpa, max_rate_kpa_s, rig.as_ref(), devices)?;
+        let options = bus_options(baud, timeout)?.calibrated(&rules.calibration, &rules.boards);
         if live::has(py, &uart_port) {
             return Err(held_by_us(&uart_port));
         }
         let link =
-            py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, limits))?;
+            py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, rules))?;
         let link = Arc::new(link);
         live::add(py, &link);
         Ok(Self { link, retries, resume })
@@ -214,7 +223,7 @@ impl PressureController {
     #[pyo3(signature = (device: "int", pressures))]
     fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
         let board = commands::board(device, self.link.devices())?;
-        let counts = commands::counts(board, &pressures.0, self.link.limits())?;
+        let counts = commands::counts(board, &pressures.0, self.link.rules())?;
         self.exchange(py, board, counts, self.retries)?;
         Ok(())
     }
@@ -278,7 +287,7 @@ impl PressureController {
         }
         let boards = 0..=u8::MAX;
         let checked = boards.zip(&rows).map(|(board, row)| {
-            let counts = commands::counts(board, row, self.link.limits())?;
+            let counts = commands::counts(board, row, self.link.rules())?;
             self.link()?.check_rate(board, counts)?;
             Ok((board, counts))
         });
@@ -323,7 +332,7 @@ impl PressureController {
     fn poll(&self, py: Python<'_>, rate_hz: Option<f64>, history_s: f64) -> PyResult<Poller> {
         let link = self.link()?;
         let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
-        let start = |bus| Session::start(bus, &settings, link.limits(), self.resume);
+        let start = |bus| Session::start(bus, &settings, link.rules(), self.resume);
         let session = py.detach(|| link.poll(start))?;
         Ok(Poller::new(session, link.devices()))
     }

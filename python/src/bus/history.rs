@@ -1,11 +1,10 @@
 //! The recent past of a poller, written by the bus thread and read by Python, where neither waits for the other.
 
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{Observer, Outcome, Row};
 use pneudrive_protocol::CHANNELS;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-use super::commands::SCALE;
 
 /// One cycle.
 #[derive(Debug, Clone)]
@@ -38,8 +37,8 @@ impl History {
     }
 
     /// The observer that fills it.
-    pub fn writer(&self) -> Writer {
-        Writer { history: self.clone(), waiting: Vec::new() }
+    pub fn writer(&self, calibration: Calibration) -> Writer {
+        Writer { history: self.clone(), calibration, waiting: Vec::new() }
     }
 
     /// A copy of what is kept.
@@ -55,6 +54,7 @@ impl History {
 /// The bus thread's side. It never waits: while somebody reads, samples wait with it.
 pub struct Writer {
     history: History,
+    calibration: Calibration,
     waiting: Vec<Sample>,
 }
 
@@ -67,7 +67,11 @@ impl Observer for Writer {
         });
         self.waiting.push(Sample {
             t_s,
-            commands: row.boards.iter().map(|board| board.command.map(|counts| SCALE.kpa(counts))).collect(),
+            commands: row
+                .boards
+                .iter()
+                .map(|board| self.calibration.kpa(board.board, board.command))
+                .collect(),
             pressures: pressures.collect(),
         });
         let Ok(mut ring) = self.history.ring.try_lock() else { return };

@@ -1,8 +1,7 @@
 //! What a controller owns: its port, the bus on it, and whoever polls it.
 
-use super::commands::SCALE;
 use super::ending::{Ending, LOOK_EVERY, Signals};
-use super::guard::RateGuard;
+use super::guard::{RateGuard, Rules};
 use super::interruptible::{Interrupt, Interruptible};
 use super::owner::Owner;
 use super::port::Port;
@@ -10,7 +9,6 @@ use super::session::{Session, Vented};
 use crate::errors::{BusFailure, PortError};
 use parking_lot::{Mutex, MutexGuard};
 use pneudrive_host::bus::ExchangeError;
-use pneudrive_host::poller::Limits;
 use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
 use std::mem;
@@ -47,11 +45,11 @@ enum Status {
 }
 
 impl Link {
-    /// Opens the port, for set points within `limits`. Call it without the interpreter's lock.
+    /// Opens the port, for set points within `rules`. Call it without the interpreter's lock.
     ///
     /// # Errors
     /// `PortError`, or what a signal's handler raised.
-    pub fn open(port: Port, devices: u16, limits: Limits) -> PyResult<Self> {
+    pub fn open(port: Port, devices: u16, rules: Rules) -> PyResult<Self> {
         let interrupt = Interrupt::default();
         let bus = port.open(&interrupt)?;
         Ok(Self {
@@ -63,7 +61,7 @@ impl Link {
             bus: Mutex::new(Some(bus)),
             status: Mutex::new(Status::Open),
             readings: Mutex::new(vec![None; usize::from(devices)]),
-            guard: RateGuard::new(limits, devices),
+            guard: RateGuard::new(rules, devices),
         })
     }
 
@@ -82,9 +80,9 @@ impl Link {
         &self.path
     }
 
-    /// Highest set points and fastest changes.
-    pub fn limits(&self) -> &Limits {
-        self.guard.limits()
+    /// Highest set points, fastest changes, and what counts mean.
+    pub fn rules(&self) -> &Rules {
+        self.guard.rules()
     }
 
     /// Whether a command to `board` changes its set points no faster than allowed.
@@ -113,7 +111,7 @@ impl Link {
         for tries_left in (0..=retries).rev() {
             match bus.exchange(board, commands) {
                 Ok(answer) => {
-                    let kpa = answer.pressures.map(|counts| SCALE.kpa(counts));
+                    let kpa = self.rules().calibration.kpa(board, answer.pressures);
                     self.read(board, Some(kpa));
                     return Ok(kpa);
                 }

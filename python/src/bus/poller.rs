@@ -1,4 +1,4 @@
-use super::commands::{self, SCALE};
+use super::commands;
 use super::ending::Signals;
 use super::live;
 use super::session::Session;
@@ -117,7 +117,7 @@ impl Poller {
     fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
         let session = self.session()?;
         let board = commands::board(device, self.devices)?;
-        let counts = commands::counts(board, &pressures.0, session.limits())?;
+        let counts = commands::counts(board, &pressures.0, session.rules())?;
         if let Some(why) = Self::why_ended(session, py)? {
             return Err(PortError::new_err(format!("this poller has ended: {why}")));
         }
@@ -279,7 +279,8 @@ impl Poller {
         } else {
             session.why_ended().map_or_else(|| "failed".to_owned(), |why| format!("ended: {why}"))
         };
-        let full_scale = SCALE.full_scale_kpa();
+        let rules = session.rules();
+        let full_scale = rules.calibration.full_scale_kpa(&rules.boards);
         format!("<Poller of {} boards, {state}, 0 to {full_scale:.0} kPa>", self.devices)
     }
 }

@@ -1,13 +1,14 @@
 //! A run of a poller, as its `Poller` and its controller see it.
 
 use super::ending::Ending;
+use super::guard::Rules;
 use super::history::History;
 use super::link::Bus;
 use super::owner::Owner;
 use super::poller::PollerSettings;
 use crate::errors::PneuDriveError;
 use parking_lot::Mutex;
-use pneudrive_host::poller::{self as host, Limits, PollerOptions, SetPoints, Snapshot, VENTED, VentLatch};
+use pneudrive_host::poller::{self as host, PollerOptions, SetPoints, Snapshot, VENTED, VentLatch};
 use pneudrive_host::statistics::Statistics;
 use pyo3::prelude::*;
 use std::mem;
@@ -27,7 +28,7 @@ pub struct Session {
     owner: Owner,
     devices: u16,
     set_points: SetPoints,
-    limits: Limits,
+    rules: Rules,
     vent: VentLatch,
     history: History,
     /// Held for an instant.
@@ -53,17 +54,19 @@ impl Session {
     ///
     /// # Errors
     /// The system has no thread to give.
-    pub fn start(bus: Bus, settings: &PollerSettings, limits: &Limits, resume: bool) -> PyResult<Arc<Self>> {
+    pub fn start(bus: Bus, settings: &PollerSettings, rules: &Rules, resume: bool) -> PyResult<Arc<Self>> {
         let set_points = SetPoints::new(usize::from(settings.devices));
         let history = History::new(settings.history_s);
         let options = PollerOptions {
             pace: settings.pace,
-            limits: limits.clone(),
+            limits: rules.limits.clone(),
+            calibration: rules.calibration.clone(),
             resume,
             ..PollerOptions::for_devices(settings.devices)
         };
         let vent = options.vent.clone();
-        let observers: Vec<Box<dyn host::Observer>> = vec![Box::new(history.writer())];
+        let observers: Vec<Box<dyn host::Observer>> =
+            vec![Box::new(history.writer(rules.calibration.clone()))];
         let poller = host::Poller::start(bus, options, Box::new(set_points.clone()), observers)
             .map_err(|error| PneuDriveError::new_err(format!("no thread for the poller: {error}")))?;
         let run = Run { poller: Some(poller), end: None, statistics: Arc::default(), told: false };
@@ -71,7 +74,7 @@ impl Session {
             owner: Owner::this_process(),
             devices: settings.devices,
             set_points,
-            limits: limits.clone(),
+            rules: rules.clone(),
             vent,
             history,
             run: Mutex::new(run),
@@ -88,9 +91,9 @@ impl Session {
         &self.set_points
     }
 
-    /// Highest set points and fastest changes.
-    pub fn limits(&self) -> &Limits {
-        &self.limits
+    /// Highest set points, fastest changes, and what counts mean.
+    pub fn rules(&self) -> &Rules {
+        &self.rules
     }
 
     /// Closed while 0 kPa is commanded, whatever the set points are.

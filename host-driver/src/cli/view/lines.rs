@@ -1,6 +1,7 @@
 use super::{EndedBy, Events, Session};
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
+use crate::cli::setup::Setup;
 use pneudrive_host::poller::{BoardRow, Poller, Snapshot};
 use pneudrive_host::statistics::BoardStatistics;
 use std::fmt::Write as _;
@@ -21,6 +22,20 @@ pub fn show(
     let mut next = Instant::now() + LINE_EVERY;
     let mut before = Snapshot::default();
     let mut without = Vec::new();
+    let say = |line: &str| -> Result<bool, Failure> {
+        if json {
+            errln!("{line}");
+            return Ok(true);
+        }
+        match writeln!(std::io::stdout(), "{line}") {
+            Ok(()) => Ok(true),
+            Err(error) if reader_is_gone(&error) => Ok(false),
+            Err(error) => Err(Failure::running(format!("standard output: {error}"))),
+        }
+    };
+    if !say(&header(&session.setup))? {
+        return Ok(EndedBy::Terminal);
+    }
     loop {
         if stop() {
             return Ok(EndedBy::Stop);
@@ -37,16 +52,11 @@ pub fn show(
             let now = poller.latest();
             // As of the line before or a little later: whoever asks gets new figures next time.
             let counted = poller.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
-            let line = line(&before, &now, session.clock.now_ns(), &newly_without(&without, &counted));
+            let new = newly_without(&without, &counted);
+            let line = line(&before, &now, session.clock.now_ns(), &new, &session.setup);
             (before, without) = (now, counted);
-            if json {
-                errln!("{line}");
-                continue;
-            }
-            match writeln!(std::io::stdout(), "{line}") {
-                Ok(()) => {}
-                Err(error) if reader_is_gone(&error) => return Ok(EndedBy::Terminal),
-                Err(error) => return Err(Failure::running(format!("standard output: {error}"))),
+            if !say(&line)? {
+                return Ok(EndedBy::Terminal);
             }
         }
     }
@@ -66,9 +76,14 @@ fn newly_without(before: &[BoardStatistics], now: &[BoardStatistics]) -> Vec<(u8
     new.filter(|&(_, rows)| rows > 0).collect()
 }
 
-/// Time, loop rate since the line before, and command and pressure of every channel, in kPa; `without` says of which boards how
-/// many rows had no reading.
-fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)]) -> String {
+/// What stands in the lines below.
+fn header(setup: &Setup) -> String {
+    format!("      time   loop rate  board: pressure/command of its four channels, {}", setup.unit.name())
+}
+
+/// Time, loop rate since the line before, and pressure and command of every channel; `without` says of which boards how many
+/// rows had no reading.
+fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], setup: &Setup) -> String {
     let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
     let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);
     let seconds = now.since_start_ns.saturating_sub(before.since_start_ns) as f64 * 1e-9;
@@ -77,7 +92,7 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)]) -
     }
     for board in &now.boards {
         let _ = write!(line, "  b{}", board.board);
-        put_board(&mut line, board, now_ns);
+        put_board(&mut line, board, now_ns, setup);
         if let Some((_, rows)) = without.iter().find(|(one, _)| *one == board.board) {
             let _ = write!(line, " ({rows} rows without a reading)");
         }
@@ -88,12 +103,13 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)]) -
 /// Readings older than this are shown with their age, ns: three of the slowest usual cycles.
 const OLD_NS: u64 = 100_000_000;
 
-fn put_board(line: &mut String, board: &BoardRow, now_ns: u64) {
+fn put_board(line: &mut String, board: &BoardRow, now_ns: u64, setup: &Setup) {
     match &board.reading {
         None => line.push_str(" never answered"),
         Some(reading) => {
-            for (kpa, command) in reading.kpa.iter().zip(super::commands_kpa(board)) {
-                let _ = write!(line, " {kpa:.1}/{command:.0}");
+            let commands = setup.calibration.command_kpa(board.board, board.command);
+            for (kpa, command) in reading.kpa.into_iter().zip(commands) {
+                let _ = write!(line, " {}/{}", setup.unit.number(kpa), setup.unit.number(command));
             }
             let age_ns = reading.age_ns(now_ns);
             if age_ns > OLD_NS {
@@ -126,9 +142,9 @@ mod tests {
             boards: vec![board],
         };
         let (before, now) = (at(1000, 1_000_000_000), at(3000, 2_000_000_000));
-        let fresh = line(&before, &now, 1_000_200_000, &[]);
-        assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0 2.0/0 3.0/0 4.0/0");
-        let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)]);
-        assert!(old.ends_with("4.0/0 (1.5 s old) (37 rows without a reading)"), "{old}");
+        let fresh = line(&before, &now, 1_000_200_000, &[], &Setup::default());
+        assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0.0 2.0/0.0 3.0/0.0 4.0/0.0");
+        let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)], &Setup::default());
+        assert!(old.ends_with("4.0/0.0 (1.5 s old) (37 rows without a reading)"), "{old}");
     }
 }

@@ -7,9 +7,9 @@ mod live;
 pub use events::{EventSender, Events};
 
 use crate::cli::failure::Failure;
+use crate::cli::setup::Setup;
 use pneudrive_host::line::Clock;
-use pneudrive_host::poller::{BoardRow, Override, Poller};
-use pneudrive_protocol::{CHANNELS, SensorScale};
+use pneudrive_host::poller::{Override, Poller};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -23,6 +23,8 @@ pub struct Session {
     pub recording: Option<PathBuf>,
     /// The clock of rows and readings.
     pub clock: Clock,
+    /// Names, calibration, and the unit for people.
+    pub setup: Setup,
     /// For venting by key.
     pub overriding: Override,
     /// Whether the run goes on when the terminal closes.
@@ -77,9 +79,4 @@ fn wait(poller: &Poller, events: &Events, stop: impl Fn() -> bool) -> EndedBy {
         while events.next().is_some() {}
         std::thread::sleep(LOOK_EVERY);
     }
-}
-
-/// The commands last sent to a board, kPa. The count for 0 kPa lies a little below it; a command below 0 does not exist.
-fn commands_kpa(board: &BoardRow) -> [f64; CHANNELS] {
-    board.command.map(|counts| SensorScale::ORIGINAL.kpa(counts).max(0.0))
 }

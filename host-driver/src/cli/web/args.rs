@@ -6,35 +6,36 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Args)]
 #[command(next_help_heading = "Live page")]
 pub struct WebArgs {
-    /// Serve a page of the run for browsers, with a vent button. Without an address, or with a port
-    /// only, this computer alone can see it [default address: 127.0.0.1:8080]
+    /// Serve a page of the run for browsers, with a vent button
+    ///
+    /// Without an address, or with a port only, this computer alone can see it: 127.0.0.1:8080.
     #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = "8080", value_parser = address)]
     pub web: Option<SocketAddr>,
     /// Name under which browsers ask for the page, besides addresses, localhost and this computer's
     /// own name; may be repeated
-    #[arg(long, value_name = "NAME", requires = "web")]
+    #[arg(long, value_name = "NAME", requires = "web", hide_short_help = true)]
     pub web_name: Vec<String>,
     /// Let clients that have the token set pressures on the page and release a vent. The token is
     /// part of the address that is printed
-    #[arg(long, requires = "web")]
+    #[arg(long, requires = "web", hide_short_help = true)]
     pub allow_control: bool,
     /// Highest pressure that the page may command, kPa
-    #[arg(long, value_name = "KPA", requires = "allow_control", default_value_t = 200.0, value_parser = limit)]
+    #[arg(long, value_name = "KPA", requires = "allow_control", hide_short_help = true, default_value_t = 200.0, value_parser = limit)]
     pub control_limit: f64,
     /// Take the token from this file's only line, and print none
-    #[arg(long, value_name = "FILE", requires = "allow_control")]
+    #[arg(long, value_name = "FILE", requires = "allow_control", hide_short_help = true)]
     pub control_token_file: Option<PathBuf>,
     /// Deadman mode for everybody who sets pressures on the page: all boards vent when the
     /// operator's page has been closed, hidden or out of reach for this long. Without it, the
     /// operator may ask for it on the page, with 3 s
-    #[arg(long, value_name = "SECONDS", requires = "allow_control", value_parser = deadman)]
+    #[arg(long, value_name = "SECONDS", requires = "allow_control", hide_short_help = true, value_parser = deadman)]
     pub web_deadman: Option<f64>,
     /// Where the page's recording button puts its files [default: the working folder; none if
     /// others can reach the page]
-    #[arg(long, value_name = "FOLDER", requires = "web")]
+    #[arg(long, value_name = "FOLDER", requires = "web", hide_short_help = true)]
     pub record_folder: Option<PathBuf>,
     /// What the page's recording button makes
-    #[arg(long, value_enum, requires = "web", default_value_t = RecordFormat::CsvZst)]
+    #[arg(long, value_enum, requires = "web", hide_short_help = true, default_value_t = RecordFormat::CsvZst)]
     pub record_format: RecordFormat,
 }
 

@@ -6,11 +6,11 @@ use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
 use crate::cli::signals::StopSignal;
+use pneudrive_host::Calibration;
 use pneudrive_host::bus::Bus;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Override, Poller, PollerOptions, Supply, VENTED};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::web::{Listener, Server, WebOptions};
-use pneudrive_protocol::SensorScale;
 use serde::Serialize;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -97,7 +97,7 @@ fn measure(
     watched: bool,
     stop: &StopSignal,
 ) -> Result<(Statistics, f64), Failure> {
-    let Connection { mut bus, behind } = connect(args, devices)?;
+    let Connection { mut bus, behind } = connect(args, devices, &Calibration::default())?;
     let options = PollerOptions::for_devices(devices);
     let silent = find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())?;
     if let Some((board, error)) = silent.first() {
@@ -150,7 +150,7 @@ fn start(
         port: "bench".into(),
         overriding: Override::following(boards.len()),
         boards,
-        scale: SensorScale::ORIGINAL,
+        calibration: Calibration::default(),
         names: Vec::new(),
         control: None,
         recording: None,

@@ -6,12 +6,12 @@ pub mod bench;
 pub use args::WebArgs;
 
 use super::failure::Failure;
+use super::setup::Setup;
 use super::view::{Events, Session};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override, PollerOptions};
 use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary};
 use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
-use pneudrive_protocol::SensorScale;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -29,6 +29,7 @@ pub struct Prepared {
 /// shall be heard on the page are made after this. `None` without `--web`.
 pub fn prepare(
     args: &WebArgs,
+    setup: &Setup,
     devices: u16,
     limits: &Limits,
     overriding: &Override,
@@ -39,9 +40,9 @@ pub fn prepare(
         return Ok(None);
     };
     let boards = PollerOptions::for_devices(devices).boards;
-    let control = control(args, &boards, limits)?;
+    let control = control(args, setup, &boards, limits)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
-    let (recording, tap) = recording(args, &boards, description, events)?;
+    let (recording, tap) = recording(args, setup, &boards, description, events)?;
     let listener = Listener::bind(address).map_err(|error| {
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
@@ -49,7 +50,7 @@ pub fn prepare(
     let options = WebOptions {
         port: String::new(),
         boards,
-        scale: SensorScale::ORIGINAL,
+        calibration: setup.calibration.clone(),
         names: args.web_name.clone(),
         overriding: overriding.clone(),
         control,
@@ -62,7 +63,12 @@ pub fn prepare(
 }
 
 /// The page's sliders end at the highest pressure that any channel may be commanded.
-fn control(args: &WebArgs, boards: &[u8], limits: &Limits) -> Result<Option<Control>, Failure> {
+fn control(
+    args: &WebArgs,
+    setup: &Setup,
+    boards: &[u8],
+    limits: &Limits,
+) -> Result<Option<Control>, Failure> {
     if !args.allow_control {
         return Ok(None);
     }
@@ -77,7 +83,8 @@ fn control(args: &WebArgs, boards: &[u8], limits: &Limits) -> Result<Option<Cont
     let deadman = args.web_deadman.map(Duration::from_secs_f64);
     let channels = boards.iter().flat_map(|board| limits.of(*board));
     let highest_kpa = channels.map(|limit| limit.max_kpa).fold(0.0, f64::max);
-    Ok(Some(Control { token, limit_kpa: args.control_limit.min(highest_kpa), deadman }))
+    let limit_kpa = args.control_limit.min(highest_kpa).min(setup.calibration.full_scale_kpa(boards));
+    Ok(Some(Control { token, limit_kpa, deadman }))
 }
 
 type RecordingAndTap = (Option<Recording>, Option<Box<dyn Observer>>);
@@ -86,6 +93,7 @@ type RecordingAndTap = (Option<Recording>, Option<Box<dyn Observer>>);
 /// reach, the folder must have been named: there, everybody who sees the page can fill it.
 fn recording(
     args: &WebArgs,
+    setup: &Setup,
     boards: &[u8],
     description: &Description,
     events: &Events,
@@ -101,7 +109,7 @@ fn recording(
         .map_err(|error| Failure::input(format!("--record-folder {}: {error}", folder.display())))?;
     let ending = args.record_format.ending().to_owned();
     Recorder::check(&folder.join(format!("run.{ending}")), true)?;
-    let (switch, tap) = RecordSwitch::new(boards, SensorScale::ORIGINAL);
+    let (switch, tap) = RecordSwitch::new(boards, setup.calibration.clone());
     let failures = events.sender();
     let switch = switch.describe(description.clone()).on_failure(move |error| {
         let text = format!("a recording from the page failed: {error}");

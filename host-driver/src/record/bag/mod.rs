@@ -16,9 +16,11 @@ mod topics;
 #[cfg(feature = "trajectory")]
 pub(super) use metadata::DESCRIPTION as METADATA;
 
+use super::codes::Codes;
 use super::format::Form;
 use super::recorder::RecordedBus;
 use super::rows::{Batch, RecordedEvent};
+use crate::Calibration;
 use crate::messages::{Log, Time};
 use crate::record::Description;
 use mcap::records::MessageHeader;
@@ -26,7 +28,7 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use metadata::Extent;
 use pipe::Pipe;
-use pneudrive_protocol::{Counts, SensorScale};
+use pneudrive_protocol::CHANNELS;
 use serde::Serialize;
 use std::io;
 use topics::{BoardTopics, Channel, Topic};
@@ -38,14 +40,14 @@ pub(super) struct Bag {
     pipe: Pipe,
     buses: Vec<Bus>,
     events: Channel<Log>,
-    /// kPa of each code.
-    kpa: Vec<f64>,
     extent: Extent,
     buffer: Vec<u8>,
 }
 
 struct Bus {
     unix_offset_ns: u64,
+    /// kPa of each code.
+    kpa: Codes<f64>,
     boards: Vec<BoardTopics>,
 }
 
@@ -55,7 +57,7 @@ impl Bag {
         file_name: &str,
         prefix: &str,
         buses: &[RecordedBus],
-        scale: SensorScale,
+        calibration: &Calibration,
         description: &Description,
     ) -> io::Result<Self> {
         let pipe = Pipe::default();
@@ -76,13 +78,13 @@ impl Bag {
                     BoardTopics::add(&mut writer, prefix, bus.first_joint + u16::from(board), index)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
-                Ok(Bus { unix_offset_ns: bus.unix_offset_ns, boards })
+                let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);
+                Ok(Bus { unix_offset_ns: bus.unix_offset_ns, kpa, boards })
             })
             .collect::<io::Result<_>>()?;
         writer.write_metadata(&metadata::description(description)).map_err(explain)?;
-        let kpa = (0..=Counts::MAX.get()).map(|code| scale.kpa(Counts::saturating(code))).collect();
         let (extent, buffer) = (Extent::default(), Vec::new());
-        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, kpa, extent, buffer })
+        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, extent, buffer })
     }
 
     fn topics(&self) -> impl Iterator<Item = &Topic> {
@@ -105,9 +107,11 @@ impl Form for Bag {
             let log_ns = at_ns + bus.unix_offset_ns;
             // A board that gave no answer was asked, if at all, after the one before it.
             let mut stamp_ns = at_ns;
-            for (topics, sample) in bus.boards.iter_mut().zip(samples) {
+            for (index, (topics, sample)) in bus.boards.iter_mut().zip(samples).enumerate() {
                 // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
-                let command = sample.command.map(|counts| self.kpa[usize::from(counts.get())].max(0.0));
+                let kpa = |channel, counts| *bus.kpa.get(index, channel, counts);
+                let command: [f64; CHANNELS] =
+                    std::array::from_fn(|channel| kpa(channel, sample.command[channel]).max(0.0));
                 stamp_ns = sample.answer.map_or(stamp_ns, |answer| answer.asked_ns);
                 let stamp = Time::from_unix_ns(stamp_ns + bus.unix_offset_ns);
                 if topics.last_command != Some(sample.command) {
@@ -116,8 +120,8 @@ impl Form for Bag {
                     topics.command.write(&mut self.writer, log_ns, &mut self.buffer)?;
                     self.extent.add(log_ns);
                 }
-                let pressures = sample.answer.map_or([f64::NAN; 4], |answer| {
-                    answer.pressures.map(|counts| self.kpa[usize::from(counts.get())])
+                let pressures: [f64; CHANNELS] = sample.answer.map_or([f64::NAN; CHANNELS], |answer| {
+                    std::array::from_fn(|channel| kpa(channel, answer.pressures[channel]))
                 });
                 topics.state.message.fill(stamp, pressures.into_iter().chain(command));
                 topics.state.write(&mut self.writer, log_ns, &mut self.buffer)?;

@@ -1,5 +1,4 @@
 use super::model::Model;
-use crate::cli::view::commands_kpa;
 use pneudrive_host::poller::{BoardRow, BoardState, Commanding};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use ratatui::Frame;
@@ -133,7 +132,7 @@ fn draw_channel(
     let [label, bar, past] =
         Layout::horizontal([Constraint::Length(LABEL_WIDTH), Constraint::Fill(3), Constraint::Fill(2)])
             .areas(area);
-    let command = commands_kpa(board)[channel];
+    let command = model.session.setup.calibration.command_kpa(board.board, board.command)[channel];
     let fresh = board.reading.filter(|reading| reading.age_ns(model.now_ns) <= Model::OLD_NS);
     let pressure = fresh.map(|reading| reading.kpa[channel]);
     let shown = pressure.map_or_else(|| "   ---".to_owned(), |kpa| format!("{kpa:>6.1}"));
@@ -182,6 +181,7 @@ mod tests {
             recording: Some("run.csv".into()),
             clock: Clock,
             overriding,
+            setup: crate::cli::setup::Setup::default(),
             keep_running: false,
         };
         let mut model = Model::new(session);

@@ -1,0 +1,150 @@
+//! The subcommands.
+
+use super::values::{kpa, number, seconds};
+use clap::{Args, Subcommand};
+use clap_complete::Shell;
+use std::path::PathBuf;
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Serial ports, their adapters, and with --scan the boards on them
+    List(ListArgs),
+    /// Ask for boards and write a rig file (commands 0 kPa)
+    Init(InitArgs),
+    /// Two-point calibration of each channel, into the rig file
+    Calibrate(CalibrateArgs),
+    /// Ask each board whether it is there (commands 0 kPa)
+    Ping(PingArgs),
+    /// Measure the loop rate for 1 to --devices boards (commands 0 kPa)
+    Bench(BenchArgs),
+    /// Wire times at a line rate, and the resistor of the boards' 555 timer
+    Timing(TimingArgs),
+    /// What a recording says of itself, and what happened meanwhile
+    Info(InfoArgs),
+    /// Completions for a shell
+    Completions(CompletionsArgs),
+    /// Man pages
+    Man(ManArgs),
+}
+
+impl Command {
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::List(_) => "list",
+            Self::Init(_) => "init",
+            Self::Calibrate(_) => "calibrate",
+            Self::Ping(_) => "ping",
+            Self::Bench(_) => "bench",
+            Self::Timing(_) => "timing",
+            Self::Info(_) => "info",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct ListArgs {
+    /// Ask for boards on every port, by commanding 0 kPa
+    ///
+    /// Not where other devices listen. With --port that port is asked.
+    #[arg(long)]
+    pub scan: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct InitArgs {
+    /// The file to be written; one that exists is not replaced
+    #[arg(value_name = "FILE.toml", default_value = "rig.toml")]
+    pub file: PathBuf,
+}
+
+#[derive(Debug, Clone, PartialEq, Args)]
+pub struct CalibrateArgs {
+    /// Only this board
+    #[arg(long, value_name = "N")]
+    pub board: Option<u8>,
+    /// Only this channel, 0 to 3
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u8).range(0..=3))]
+    pub channel: Option<u8>,
+    /// The lower set point, kPa
+    ///
+    /// Not 0: vented chambers keep some pressure.
+    #[arg(long, value_name = "KPA", default_value_t = 50.0, value_parser = kpa)]
+    pub low: f64,
+    /// The higher set point, kPa
+    #[arg(long, value_name = "KPA", default_value_t = 200.0, value_parser = kpa)]
+    pub high: f64,
+    /// How long a pressure is waited for, s
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
+    pub settle: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct CompletionsArgs {
+    /// For which shell; what is printed belongs where the shell looks for completions
+    pub shell: Shell,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct ManArgs {
+    /// Write a page for the program and each subcommand into this folder; without it the program's page is printed
+    #[arg(value_name = "FOLDER")]
+    pub folder: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct PingArgs {
+    /// Exchanges with each board
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub count: u32,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct InfoArgs {
+    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Args)]
+pub struct TimingArgs {
+    /// Capacitor of the 555, nF
+    #[arg(long, value_name = "NF", default_value_t = 100.0, value_parser = number)]
+    pub capacitor_nf: f64,
+    /// Its tolerance, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 5.0, value_parser = number)]
+    pub capacitor_tolerance: f64,
+    /// Tolerance of the resistor, percent
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0, value_parser = number)]
+    pub resistor_tolerance: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct BenchArgs {
+    /// Cycles measured for each number of boards; the paper took 2044
+    #[arg(long, value_name = "N", default_value_t = 2044, value_parser = clap::value_parser!(u32).range(2..=100_000_000))]
+    pub cycles: u32,
+    /// Take the pty's round trip off each request (with --port sim): an estimate of a UART, which has no such detour
+    #[cfg(feature = "sim")]
+    #[arg(long)]
+    pub dated: bool,
+    /// Measure what a watched live page costs: runs of all boards without and with it, in turn
+    #[cfg(feature = "web")]
+    #[arg(long)]
+    pub web: bool,
+    /// Such pairs of runs
+    #[cfg(feature = "web")]
+    #[arg(long, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
+    pub pairs: u32,
+}
+
+impl BenchArgs {
+    /// Whether virtual boards date requests back.
+    pub fn dated(&self) -> bool {
+        #[cfg(feature = "sim")]
+        return self.dated;
+        #[cfg(not(feature = "sim"))]
+        return false;
+    }
+}

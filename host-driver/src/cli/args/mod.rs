@@ -1,0 +1,82 @@
+//! The command line: what there is, and what it means.
+
+mod bus;
+mod commands;
+mod run;
+mod values;
+
+#[cfg(feature = "sim")]
+pub use bus::SimTiming;
+pub use bus::{BusArgs, EchoArg};
+pub use commands::{
+    BenchArgs, CalibrateArgs, Command, CompletionsArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs,
+    TimingArgs,
+};
+pub use run::RunArgs;
+pub use values::number;
+
+use clap::Parser;
+
+/// Below `-h`.
+const SHORT: &str = "\
+Examples:
+  pneudrive-host --port sim --devices 3                          three virtual boards
+  pneudrive-host init --port /dev/ttyUSB0                        a rig file for the boards that are there
+  pneudrive-host --rig rig.toml --command 100 --record run.csv.zst
+--help has all options, examples and exit statuses.";
+
+/// Below `--help`.
+const LONG: &str = "\
+Examples:
+  pneudrive-host --port sim --devices 3                    three virtual boards, live on the terminal
+  pneudrive-host list                                      serial ports and their adapters
+  pneudrive-host init --port /dev/ttyUSB0                  asks for boards and writes rig.toml
+  pneudrive-host calibrate --rig rig.toml                  two pressures of each channel, from a gauge
+  pneudrive-host --rig rig.toml --command 100              all chambers at 100 kPa
+  pneudrive-host --port /dev/ttyUSB0 --rate 500 --duration 10 --command 0:50,50,120,120 --record run.csv.zst
+  pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
+  pneudrive-host --rig rig.toml --web                      the same in a browser, with a vent button
+  pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
+  pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
+  pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
+  pneudrive-host info run.csv.zst                          when, with what and how it was recorded, and what happened
+  pneudrive-host --port /dev/ttyUSB0 --rate 1000 --realtime --lock-memory --pin-core 3
+
+In the live view ? shows the keys; v, V and the space bar vent all boards until r releases them. A run ends on Ctrl-C, SIGTERM, q or Esc
+(which asks) in the live view, when the terminal closes, after --duration or a trajectory. Then 0 kPa is commanded to every board, and
+the statistics are printed. RUST_LOG=debug says more of what goes on.
+
+Exit status: 0 done, 1 failed while running (a board did not confirm 0 kPa, a recording failed, or with --require-all a board never
+answered), 2 unusable arguments or input.";
+
+/// Polls PneuDrive boards: sends commands, shows and records pressures.
+#[derive(Debug, Parser)]
+#[command(name = "pneudrive-host", version, after_help = SHORT, after_long_help = LONG, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub bus: BusArgs,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn bus_options_may_stand_before_or_behind_the_subcommand() {
+        for line in ["x --port sim ping", "x ping --port sim"] {
+            let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+            assert_eq!(cli.bus.port, Some("sim".into()));
+            assert!(matches!(cli.command, Some(Command::Ping(_))) && cli.run.is_default());
+        }
+    }
+}

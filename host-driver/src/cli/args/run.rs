@@ -1,0 +1,120 @@
+//! Polling: what is commanded, recorded and shown.
+
+use super::values::{filter, number, seconds};
+use crate::cli::command_arg::CommandArg;
+use crate::cli::limits::LimitArgs;
+use clap::{Args, ValueEnum};
+use pneudrive_host::poller::{MissedTick, PressureFilter};
+use pneudrive_host::trajectory::Interpolation;
+use std::path::PathBuf;
+
+/// What to do with the boards.
+#[derive(Debug, Clone, PartialEq, Args, Default)]
+#[command(next_help_heading = "Run")]
+pub struct RunArgs {
+    /// Cycles per second [default: the rig file's, or as fast as possible]
+    #[arg(long, value_name = "HZ", value_parser = number)]
+    pub rate: Option<f64>,
+    /// Commanded pressure, kPa gauge: P, P0,P1,P2,P3 or BOARD:P0,P1,P2,P3
+    ///
+    /// P for all channels, P0,P1,P2,P3 for the channels of all boards, or BOARD:P0,P1,P2,P3; may be repeated.
+    #[arg(long, short = 'c', value_name = "KPA", allow_hyphen_values = true)]
+    pub command: Vec<CommandArg>,
+    /// Commands from a table or recording
+    ///
+    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap: a column t_s, and columns such as b0_cmd3_kpa for board 0, channel 3.
+    /// Before its first row, and for channels without a column, --command holds, or 0 kPa.
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// Begin with the trajectory's first row at once, whatever its t_s
+    #[arg(long, requires = "trajectory", hide_short_help = true)]
+    pub from_first_row: bool,
+    /// What to command between two rows of the trajectory [default: hold]
+    #[arg(long, value_enum, requires = "trajectory", hide_short_help = true)]
+    pub interpolate: Option<InterpolateArg>,
+    /// Stop after so many seconds
+    ///
+    /// A shorter trajectory holds its last row until then.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub duration: Option<f64>,
+    /// Record to FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap
+    ///
+    /// What the boards sent, unfiltered; a .mcap is a ROS 2 bag. A full disk ends the run.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Replace the recording if it exists
+    #[arg(long, requires = "record")]
+    pub overwrite: bool,
+    /// Plain lines even on a terminal
+    #[arg(long)]
+    pub plain: bool,
+    /// Fail (status 1) where a board has never answered
+    ///
+    /// Otherwise missing boards are told, and asked for until they come.
+    #[arg(long)]
+    pub require_all: bool,
+    /// What to do about cycles that could not start in time (with a rate) [default: skip]
+    #[arg(long, value_enum, hide_short_help = true)]
+    pub missed: Option<MissedArg>,
+    /// After a port has come back, return to the set points by a ramp; otherwise boards vent until they are released (r in the live
+    /// view, or on the page)
+    #[arg(long, hide_short_help = true)]
+    pub resume: bool,
+    /// Go on without a view when the terminal closes; otherwise the run ends, and boards go to 0 kPa
+    #[arg(long, hide_short_help = true)]
+    pub keep_running: bool,
+    /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6, as the original]
+    #[arg(long, hide_short_help = true, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]
+    pub filter: Option<PressureFilter>,
+    /// End when the port vanishes, instead of waiting for it to come back
+    #[arg(long, hide_short_help = true)]
+    pub no_reopen: bool,
+    #[command(flatten)]
+    pub limits: LimitArgs,
+    #[cfg(feature = "web")]
+    #[command(flatten)]
+    pub web: crate::cli::web::WebArgs,
+}
+
+impl RunArgs {
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MissedArg {
+    /// Leave them out, stay in phase
+    Skip,
+    /// Make up for them
+    CatchUp,
+    /// Start at once and go on from there
+    Shift,
+}
+
+impl From<MissedArg> for MissedTick {
+    fn from(arg: MissedArg) -> Self {
+        match arg {
+            MissedArg::Skip => Self::Skip,
+            MissedArg::CatchUp => Self::CatchUp,
+            MissedArg::Shift => Self::Shift,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum InterpolateArg {
+    /// The earlier row
+    Hold,
+    /// The straight line
+    Linear,
+}
+
+impl From<InterpolateArg> for Interpolation {
+    fn from(arg: InterpolateArg) -> Self {
+        match arg {
+            InterpolateArg::Hold => Self::Hold,
+            InterpolateArg::Linear => Self::Linear,
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! `--rig`: what the rig file says, beneath what the command line says.
+
+use crate::cli::args::Cli;
+use crate::cli::failure::Failure;
+use pneudrive_host::Calibration;
+use pneudrive_host::rig::{self, Rig, Unit};
+
+/// The rig as the program uses it. Without a rig file all is nominal and nothing has a name.
+#[derive(Debug, Clone, Default)]
+pub struct Setup {
+    /// The file.
+    pub rig: Option<Rig>,
+    /// What counts mean.
+    pub calibration: Calibration,
+    /// What people see.
+    pub unit: Unit,
+}
+
+impl Setup {
+    /// Reads the file that the command line names, and puts its port, boards, line rate and rate where
+    /// the command line has none.
+    pub fn load(cli: &mut Cli) -> Result<Self, Failure> {
+        let Some(path) = &cli.bus.rig else {
+            return Ok(Self { unit: cli.bus.unit.unwrap_or_default(), ..Self::default() });
+        };
+        let rig = Rig::load(path).map_err(Failure::input)?;
+        let calibration = rig::calibration(&rig).map_err(Failure::input)?;
+        let bus = rig.bus();
+        let args = &mut cli.bus;
+        args.port = args.port.take().or(bus.port.map(Into::into));
+        args.baud = args.baud.or(bus.baud);
+        if args.devices.is_none() && bus.boards.is_some() {
+            args.devices = bus.boards;
+            // Who writes down how many boards there are need not say that there may be so many.
+            args.max_devices = args.max_devices.max(bus.boards.unwrap_or(0));
+        }
+        // Only polling has a rate, and its options are refused by the rest.
+        if cli.command.is_none() {
+            cli.run.rate = cli.run.rate.or(bus.rate_hz);
+        }
+        let unit = args.unit.unwrap_or_else(|| rig.unit());
+        Ok(Self { rig: Some(rig), calibration, unit })
+    }
+
+    /// `board 2`, or `board 2 (elbow)`.
+    pub fn board(&self, board: u8) -> String {
+        match self.rig.as_ref().and_then(|rig| rig.board_name(board)) {
+            Some(name) => format!("board {board} ({name})"),
+            None => format!("board {board}"),
+        }
+    }
+
+    /// What people call a channel.
+    pub fn channel(&self, board: u8, channel: usize) -> Option<&str> {
+        self.rig.as_ref()?.channel_name(board, channel)
+    }
+}

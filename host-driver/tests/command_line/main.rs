@@ -1,0 +1,15 @@
+//! The program as users run it: what it refuses, what it leaves behind, how it ends.
+
+#![cfg(feature = "cli")]
+#![allow(clippy::unwrap_used)]
+
+mod endings;
+#[cfg(feature = "web")]
+mod page;
+mod program;
+mod recordings;
+mod refusals;
+mod subcommands;
+#[path = "../support/mod.rs"]
+mod support;
+mod trajectories;

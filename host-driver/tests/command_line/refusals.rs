@@ -1,0 +1,108 @@
+//! What is refused before a byte is sent, and with which words.
+
+use crate::program::{program, refused, rows, until};
+use crate::support::pty::PtyBoards;
+use std::fs;
+
+#[test]
+fn unusable_arguments_are_refused_with_advice() {
+    refused(&[], 2, "no --port given");
+    refused(&["--port", "/dev/no-such-port"], 2, "no such port");
+    refused(&["--port", "/dev/null"], 2, "not a serial port");
+    refused(&["--port", "x", "--devices", "0"], 2, "--devices 0: must be 1 to 4");
+    refused(&["--port", "x", "--devices", "5"], 2, "need --max-devices");
+    refused(
+        &["--port", "x", "--devices", "256", "--max-devices", "256"],
+        2,
+        "--echo present or --echo absent",
+    );
+    refused(&["--port", "x", "--max-devices", "257"], 2, "257 is not in 1..=256");
+    refused(&["--port", "x", "--baud", "300"], 2, "300 baud is outside 1200 to 7812500 baud");
+    refused(&["--port", "x", "--rate", "5001"], 2, "at most 5000.0 Hz, the wire's limit for 1 board");
+    refused(&["--port", "x", "--rate", "0"], 2, "--rate 0: must be above 0");
+    refused(&["--port", "x", "--rate", "NaN"], 2, "--rate NaN");
+    refused(&["--port", "x", "--filter=1.5"], 2, "filter weight");
+    refused(&["--port", "x", "--duration", "-1"], 2, "--duration");
+    for command in ["NaN", "-100", "776", "1,2,3", "1,2,3,4,5", "a"] {
+        refused(&["--port", "x", "--command", command], 2, "--command");
+    }
+    refused(&["--port", "x", "--command", "1:5"], 2, "boards 0 to 0");
+    refused(&["--port", "x", "--record", "run.txt"], 2, "ends in .csv, .csv.gz, .csv.zst or .mcap");
+    refused(&["--port", "x", "--record", "/no/such/folder/run.csv"], 2, "no such folder");
+    refused(&["--port", "x", "--record", "run.csv", "ping"], 2, "not to `ping`");
+    refused(&["timing", "--capacitor-nf", "0"], 2, "capacitance");
+    refused(&["timing", "--baud", "1"], 2, "1 baud");
+}
+
+#[test]
+fn a_bad_trajectory_is_refused_before_the_port_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("steps.csv");
+    fs::write(&file, "t_s,b0_cmd0_kpa\n0,100\n1,900\n").unwrap();
+    let path = file.to_str().unwrap();
+    refused(&["--port", "/dev/no-such-port", "--trajectory", path], 2, "row 3, column b0_cmd0_kpa");
+    refused(&["--port", "x", "--trajectory", "/no/such.csv"], 2, "/no/such.csv: No such file");
+}
+
+#[test]
+fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let rig = file("rig.toml", "[limits]\nmax_kpa = 300.0\n[boards.1.channels.3.limits]\nmax_kpa = 100.0\n");
+    let steps = file("steps.csv", "t_s,b0_cmd0_kpa\n0,100\n1.5,250\n");
+    let with = |more: &[&str], message: &str| {
+        refused(&[&["--port", "/dev/no-such-port", "--devices", "2"], more].concat(), 2, message);
+    };
+    with(
+        &["--max-kpa", "200", "--command", "201"],
+        "200.8 kPa for channel 0 of board 0 is above its limit of 200",
+    );
+    with(&["--max-kpa", "200", "--command", "200"], "no such port");
+    with(
+        &["--rig", &rig, "--command", "150"],
+        "--command: 150.3 kPa for channel 3 of board 1 is above its limit of 100",
+    );
+    with(
+        &["--max-kpa", "200", "--trajectory", &steps],
+        "steps.csv: at 1.5 s: 250.0 kPa for channel 0 of board 0",
+    );
+    with(&["--max-kpa", "-1"], "expected a number of kPa gauge from 0 on");
+    with(&["--max-rate-kpa-s", "0"], "expected a number above 0");
+    let misspelt = file("misspelt.toml", "[limits]\nmax = 300.0\n");
+    with(&["--rig", &misspelt], "misspelt.toml:2: unknown key limits.max; did you mean max_kpa?");
+    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read");
+}
+
+#[test]
+fn nobody_there_is_an_error_and_leaves_no_recording() {
+    let boards = PtyBoards::start(1);
+    boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let port = boards.path().to_str().unwrap();
+    refused(
+        &["--port", port, "--wait", "0.1", "--record", file.to_str().unwrap()],
+        1,
+        "none of the 1 board(s) answered within 0.1 s; the last try said: board 0 (0xFFFF): no answer after ",
+    );
+    assert!(!file.exists());
+    refused(&["ping", "--port", port, "--wait", "0.1"], 1, "none of the 1 board(s) answered");
+}
+
+#[test]
+fn a_second_host_is_refused_by_name() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let mut first = program(&["--port", &port, "--record", file.to_str().unwrap()]).spawn().unwrap();
+    until("the first host", || rows(&file) > 10);
+    refused(&["ping", "--port", &port], 2, "in use by another process");
+    refused(&["--port", &port], 2, "in use by another process");
+    first.kill().unwrap();
+    first.wait().unwrap();
+}

@@ -1,0 +1,91 @@
+//! What is played, and when.
+
+use crate::program::{refused, run, table};
+use crate::support::pty::PtyBoards;
+use pneudrive_protocol::Counts;
+use std::fs;
+
+/// From a recording of a recording: compressed, and as a bag.
+#[test]
+fn what_the_program_records_it_plays() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(path("steps.csv"), "t_s,b0_cmd2_kpa\n0.1,100\n0.2,200\n0.3,50\n").unwrap();
+    for (from, to) in
+        [("steps.csv", "a.csv.zst"), ("a.csv.zst", "b.csv.gz"), ("b.csv.gz", "c.mcap"), ("c.mcap", "d.csv")]
+    {
+        let (code, _, stderr) =
+            run(&["--port", &port, "--rate", "200", "--trajectory", &path(from), "--record", &path(to)]);
+        assert_eq!(code, Some(0), "{from} to {to}: {stderr}");
+        let late = stderr.contains("the trajectory begins at 0.100 s; --from-first-row begins");
+        assert_eq!(late, from == "steps.csv", "{stderr}");
+    }
+    let text = fs::read_to_string(path("d.csv")).unwrap();
+    let mut commands: Vec<_> = table(&text).skip(1).map(|row| row.split(',').nth(3).unwrap()).collect();
+    commands.dedup();
+    // 0 kPa until the first row's time.
+    assert_eq!(commands, ["0.000", "99.819", "199.975", "50.162"]);
+    assert!(text.contains("\n# command_line: [\"") && text.contains("c.mcap"), "{text}");
+    assert!(text.lines().last().unwrap().contains("\"text\":\"trajectory: "), "{text}");
+}
+
+#[test]
+fn a_trajectory_can_begin_with_its_first_row() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let (steps, file) = (folder.path().join("steps.csv"), folder.path().join("run.csv"));
+    fs::write(&steps, "t_s,b0_cmd0_kpa\n1000,100\n1000.1,50\n").unwrap();
+    let files = [steps.to_str().unwrap(), file.to_str().unwrap()];
+    let args = [
+        "--port",
+        &port,
+        "--rate",
+        "200",
+        "--from-first-row",
+        "--trajectory",
+        files[0],
+        "--record",
+        files[1],
+    ];
+    let (code, _, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stderr}");
+    let text = fs::read_to_string(&file).unwrap();
+    let row = table(&text).nth(1).unwrap();
+    assert!(row.starts_with("0.000000000,99.819,"), "{row}");
+    refused(&["--port", "x", "--from-first-row"], 2, "--trajectory");
+}
+
+#[test]
+fn a_trajectory_is_played_to_its_end_and_recorded() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let (steps, file) = (folder.path().join("steps.csv"), folder.path().join("run.csv"));
+    fs::write(&steps, "t_s,b0_cmd2_kpa\n0,0\n0.1,100\n0.2,200\n").unwrap();
+    let args = [
+        "--port",
+        &port,
+        "--command",
+        "50",
+        "--trajectory",
+        steps.to_str().unwrap(),
+        "--record",
+        file.to_str().unwrap(),
+    ];
+    let (code, _, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stderr}");
+    let text = fs::read_to_string(&file).unwrap();
+    let recorded = |kpa: &str| text.lines().any(|line| line.split(',').nth(3) == Some(kpa));
+    assert!(recorded("0.000") && recorded("99.819") && recorded("199.975"), "{text}");
+    // The boards answer what they were commanded: command and pressure of one row belong together.
+    for line in table(&text).skip(1) {
+        let cells: Vec<_> = line.split(',').collect();
+        assert_eq!(cells.len(), 9, "{line}");
+        let pressures_are_commands = (1..=4).all(|k| cells[k] == cells[k + 4] || cells[k] == "0.000");
+        assert!(pressures_are_commands || cells[5].is_empty(), "{line}");
+    }
+    assert_eq!(boards.stop().last(), Some(&(0, [Counts::ATMOSPHERE; 4])));
+}

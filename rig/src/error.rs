@@ -1,0 +1,66 @@
+//! What can be wrong with a rig file.
+
+use thiserror::Error;
+
+/// A rig file that cannot be used. Messages name the file, the line, the key, and what is expected.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum RigError {
+    /// It cannot be read.
+    #[error("{file}: cannot be read: {error}")]
+    Open {
+        /// The file.
+        file: String,
+        /// The system's word.
+        error: String,
+    },
+    /// It is no TOML.
+    #[error("{file}:{line}: {problem}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// What the TOML reader said.
+        problem: String,
+    },
+    /// A table or key that means nothing.
+    #[error("{file}:{line}: unknown {what} {path}; {advice}")]
+    Unknown {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// `key` or `table`.
+        what: &'static str,
+        /// The key with its table, as in `limits.max_pka`.
+        path: String,
+        /// The nearest known one, or all of them.
+        advice: String,
+    },
+    /// A value of the wrong type or out of its range.
+    #[error("{file}:{line}: {path} = {value}: expected {expected}")]
+    Value {
+        /// The file.
+        file: String,
+        /// The line, counted from 1.
+        line: usize,
+        /// The key with its table.
+        path: String,
+        /// Its value.
+        value: String,
+        /// What is expected.
+        expected: String,
+    },
+    /// A key is missing, or some exclude each other.
+    #[error("{file}:{line}: [{table}] {problem}")]
+    Table {
+        /// The file.
+        file: String,
+        /// The table's line, counted from 1.
+        line: usize,
+        /// The table.
+        table: String,
+        /// What is wrong.
+        problem: String,
+    },
+}
