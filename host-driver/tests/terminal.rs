@@ -35,6 +35,14 @@ struct Terminal {
 
 impl Terminal {
     fn run(args: &[&str]) -> Self {
+        Self::run_in(args, ".".as_ref())
+    }
+
+    fn run_in(args: &[&str], folder: &std::path::Path) -> Self {
+        Self::run_as(args, folder, "xterm-256color")
+    }
+
+    fn run_as(args: &[&str], folder: &std::path::Path, term: &str) -> Self {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&master).unwrap();
         unlockpt(&master).unwrap();
@@ -45,7 +53,8 @@ impl Terminal {
         let stdio = || Stdio::from(slave.try_clone().unwrap());
         let child = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"))
             .args(args)
-            .env("TERM", "xterm-256color")
+            .current_dir(folder)
+            .env("TERM", term)
             .stdin(stdio())
             .stdout(stdio())
             .stderr(stdio())
@@ -198,7 +207,7 @@ fn keys_vent_release_and_end() {
     terminal.press("\u{1b}");
     terminal.wait_for("End the run?");
     terminal.press("n");
-    terminal.wait_for("v or Space vent all");
+    terminal.wait_for("? keys");
     terminal.press("\u{1b}");
     terminal.wait_for("End the run?");
     terminal.press("y");
@@ -207,4 +216,80 @@ fn keys_vent_release_and_end() {
     let last_pressure = commanded.iter().rposition(|(_, command)| *command == counts(511)).unwrap();
     assert!(last_pressure < commanded.len() - 1, "vented, and not back after the release");
     assert_vented(commanded.last().unwrap().1);
+}
+
+/// Set points move only on an armed board, by a ramp, and a vent disarms it.
+#[test]
+fn keys_set_pressures_on_an_armed_board() {
+    let (boards, mut args) = boards();
+    args[5] = "0".to_owned();
+    let mut terminal = run(&args, &["--max-kpa", "300", "--allowance-us", "50000"]);
+    terminal.wait_for("board 0: present");
+    terminal.wait_for("scale 0 to 300.0 kPa");
+    terminal.press("50\r");
+    terminal.press("a");
+    terminal.wait_for("ARMED");
+    terminal.press("301\r");
+    terminal.wait_for("above the highest set point of this channel, 300.0 kPa");
+    terminal.press("50");
+    terminal.wait_for("set point: 50_ kPa");
+    terminal.press("\r");
+    terminal.wait_for("50.2  kPa");
+    terminal.press("+");
+    terminal.wait_for("60.3  kPa");
+    terminal.press("v");
+    terminal.wait_for("VENTED");
+    terminal.press("+");
+    terminal.press("?");
+    terminal.wait_for("r, then y");
+    terminal.press("?");
+    terminal.press("q");
+    assert_eq!(terminal.end().code(), Some(0));
+    let commanded = boards.stop();
+    let sent: Vec<u16> = commanded.iter().map(|(_, command)| command[0].get()).collect();
+    // 50 kPa are 161.8 counts, 60 kPa 173.7. At 100 kPa/s and 50 cycles a second a step is 2.4 counts; several at once where the
+    // machine is busy.
+    let first = sent.iter().position(|&counts| counts > 102).unwrap();
+    let rise: Vec<u16> = sent[first..].iter().copied().take_while(|&counts| counts < 162).collect();
+    assert!(rise.len() > 3, "by a ramp: {sent:?}");
+    assert!(
+        sent.contains(&162) && sent.contains(&174) && sent.iter().all(|&counts| counts <= 174),
+        "{sent:?}"
+    );
+    assert!(commanded.iter().all(|(_, command)| command[1].get() == 102), "the other channels stay");
+    assert_vented(commanded.last().unwrap().1);
+}
+
+/// A key records, in the working folder.
+#[test]
+fn a_key_records() {
+    let (boards, args) = boards();
+    let folder = tempfile::tempdir().unwrap();
+    let all: Vec<&str> = args.iter().map(String::as_str).collect();
+    let mut terminal = Terminal::run_in(&all, folder.path());
+    terminal.wait_for("board 0: present");
+    terminal.press("w");
+    terminal.wait_for("REC 20");
+    std::thread::sleep(Duration::from_millis(300));
+    terminal.press("w");
+    terminal.wait_for("recorded 20");
+    terminal.press("q");
+    assert_eq!(terminal.end().code(), Some(0));
+    boards.stop();
+    let file = std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
+    let text = zstd::decode_all(std::fs::File::open(file).unwrap()).unwrap();
+    let text = String::from_utf8(text).unwrap();
+    assert!(text.contains("t_s,b0_cmd0_kpa") && text.contains(",343.896"), "{text}");
+}
+
+/// Nothing is drawn on a terminal that cannot be drawn on.
+#[test]
+fn a_dumb_terminal_gets_lines() {
+    let (boards, args) = boards();
+    let all: Vec<&str> = args.iter().map(String::as_str).chain(["--duration", "1.5"]).collect();
+    let mut terminal = Terminal::run_as(&all, ".".as_ref(), "dumb");
+    terminal.wait_for("pressure/command of its four channels, kPa");
+    terminal.wait_for("cycles of 1 board(s)");
+    terminal.end();
+    boards.stop();
 }

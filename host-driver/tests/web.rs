@@ -10,7 +10,7 @@ use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::{Override, Pace, Poller, PollerOptions, SetPoints};
 use pneudrive_host::record::RecordSwitch;
-use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
+use pneudrive_host::web::{Control, Labels, Listener, Recording, Server, Token, WebOptions};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -65,6 +65,7 @@ impl Rig {
         let options = WebOptions {
             port: "the pty".into(),
             boards: vec![0, 1],
+            labels: Labels::default(),
             calibration: SensorScale::ORIGINAL.into(),
             names: vec!["robot.example".into()],
             overriding: overriding.clone(),
@@ -300,6 +301,35 @@ fn recordings_start_and_stop_by_button() {
 }
 
 /// Each in a folder of its own, or the next one's metadata.yaml would replace it.
+/// Who made a recording from the page can have it there; nothing else in the folder can be had.
+#[test]
+fn recordings_by_button_can_be_downloaded() {
+    let rig = Rig::start(false);
+    std::fs::write(rig.folder.path().join("private.csv"), "secret").unwrap();
+    let listed = || rig.send("GET", "/api/recordings", &[], "").1["recordings"].clone();
+    assert_eq!(listed(), json!([]));
+    let (status, said) = rig.send(
+        "POST",
+        "/api/record/start",
+        &[("Content-Type", "application/json")],
+        r#"{"name": "grasp"}"#,
+    );
+    assert_eq!(status, 200);
+    let file = std::path::PathBuf::from(said["file"].as_str().unwrap());
+    let name = file.file_name().unwrap().to_str().unwrap().to_owned();
+    assert_eq!((&listed()[0]["name"], &listed()[0]["whole"]), (&json!(name), &json!(false)));
+    rig.send("POST", "/api/record/stop", &[], "");
+    until("the end of the recording", || listed()[0]["whole"] == true);
+    let stored = std::fs::read_to_string(&file).unwrap();
+    let (status, answer) = rig.exchange("GET", &format!("/api/recordings/{name}"), &[], "");
+    assert_eq!(status, 200);
+    assert!(answer.ends_with(&stored), "{answer}");
+    for other in ["private.csv", "..%2Fprivate.csv", "%2Fetc%2Fpasswd", "."] {
+        let (status, said) = rig.send("GET", &format!("/api/recordings/{other}"), &[], "");
+        assert_eq!(status, 404, "{other}: {said}");
+    }
+}
+
 #[test]
 fn bags_by_button_are_folders() {
     let rig = Rig::start_recording(false, "mcap");

@@ -17,23 +17,34 @@ const STATES = {
   unseen: ["never answered", "bad"],
 };
 
+// A pressure that is further from its set point than this is marked, kPa.
+const FAR_KPA = 5;
+
 // An armed board that nobody uses is disarmed after this, s.
 const ARMED_S = 60;
 
 class Chamber {
   // `used` is called with every set point.
-  constructor(board, channel, limit, used) {
+  constructor(board, channel, name, limit, used) {
     Object.assign(this, { board, channel, limit, used });
     this.pressure = element("div", { className: "pressure" }, "-");
     this.set = element("div", { className: "set" });
+    this.off = element("div", { className: "off", title: "deviation from the set point" });
     this.canvas = element("canvas");
     this.root = element("div", { className: "chamber" },
-      element("div", {}, element("div", { className: "name" }, "chamber " + channel), this.pressure, this.set), this.canvas);
+      element("div", { className: "now" }, element("div", { className: "name" }, name ?? "chamber " + channel), this.pressure,
+        element("div", { className: "aim" }, this.set, this.off)),
+      element("div", { className: "plot" }, this.canvas));
+    this.root.title = "chamber " + channel + " of board " + board;
+    this.canvas.addEventListener("pointermove", (event) => {
+      page.hovered = Minute.SECONDS * (1 - event.offsetX / this.canvas.clientWidth);
+    });
+    this.canvas.addEventListener("pointerleave", () => page.hovered = null);
     this.root.dataset.chamber = board + "." + channel;
     if (limit === null) return;
     this.slider = new Slider(limit, (kpa) => this.send(kpa));
-    this.number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", placeholder: "kPa", maxLength: 6 });
-    this.number.setAttribute("aria-label", "Set point of board " + board + ", chamber " + channel + ", kPa");
+    this.number = element("input", { type: "text", inputMode: "decimal", autocomplete: "off", placeholder: unit.name, maxLength: 7 });
+    this.number.setAttribute("aria-label", "Set point of board " + board + ", chamber " + channel + ", " + unit.name);
     this.button = element("button", {}, "Set");
     this.form = element("form", { className: "number" }, this.number, this.button);
     this.form.addEventListener("submit", (event) => {
@@ -46,16 +57,16 @@ class Chamber {
   }
 
   sendNumber() {
-    const text = this.number.value.trim().replace(",", "."), kpa = Number(text);
-    const usable = text !== "" && kpa >= 0 && kpa <= this.limit;
+    const text = this.number.value.trim().replace(",", "."), kpa = Number(text) * unit.kpa;
+    const usable = text !== "" && kpa >= 0 && kpa <= this.limit * (1 + 1e-9);
     this.number.setAttribute("aria-invalid", String(!usable));
     if (!usable) {
-      log("a set point is a number from 0 to " + this.limit + " kPa, not \"" + this.number.value + "\"");
+      log("a set point is a number from 0 to " + unit.short(this.limit) + " " + unit.name + ", not \"" + this.number.value + "\"");
       return;
     }
     this.number.value = "";
     this.number.blur();
-    this.send(kpa);
+    this.send(Math.min(kpa, this.limit));
   }
 
   send(kpa) {
@@ -71,16 +82,18 @@ class Chamber {
   show(picture) {
     const command = picture.c[this.channel], pressure = picture.p[this.channel], faulty = picture.fault[this.channel];
     if (pressure === null) this.pressure.textContent = faulty ? "sensor fault" : "---";
-    else this.pressure.replaceChildren(pressure.toFixed(1), element("small", {}, " kPa"));
+    else this.pressure.replaceChildren(unit.number(pressure), element("small", {}, " " + unit.name));
     this.pressure.classList.toggle("bad", faulty);
     const sent = this.sent && performance.now() < this.sent.until ? this.sent.kpa : null;
     const target = sent ?? picture.s[this.channel];
     // A set point that is limited in its rate of change is on its way.
     const onItsWay = Math.abs(picture.s[this.channel] - command) > 0.5;
-    this.set.textContent = "command " + command.toFixed(1) + (onItsWay ? " \u2192 " + target.toFixed(1) : "");
+    this.set.textContent = "command " + unit.number(command) + (onItsWay ? " \u2192 " + unit.number(target) : "");
+    this.off.textContent = pressure === null ? "" : unit.signed(pressure - command);
+    this.off.classList.toggle("far", pressure !== null && Math.abs(pressure - command) > FAR_KPA);
     this.slider?.show(target, command);
     const chosen = this.slider?.drag?.chosen ?? null;
-    if (chosen !== null) this.set.textContent = chosen + " kPa when let go";
+    if (chosen !== null) this.set.textContent = unit.short(chosen) + " " + unit.name + " when let go";
   }
 
   control(shown, enabled) {
@@ -92,18 +105,20 @@ class Chamber {
 }
 
 class Board {
-  constructor(number, channels, limit) {
+  constructor(number, channels, labels, limit) {
     this.number = number;
+    this.scale = labels?.scale_kpa ?? null;
     this.armed = false;
     this.state = element("span", { className: "pill" });
     this.text = element("small");
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
-    this.chambers = Array.from({ length: channels }, (_, channel) => new Chamber(number, channel, limit, used));
+    this.chambers = Array.from({ length: channels }, (_, channel) => new Chamber(number, channel, labels?.channels[channel], limit, used));
     this.root = element("section", { className: "board" },
-      element("h2", {}, "Board " + number, this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
+      element("h2", {}, labels?.name ?? "Board " + number, this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
     this.root.dataset.board = number;
+    this.root.querySelector("h2").title = "board " + number;
   }
 
   // Whether controls are shown at all, and whether the host takes set points now.
@@ -147,6 +162,7 @@ class Board {
     if (!statistics) return;
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
     const all = statistics.answered + statistics.lost;
-    this.text.textContent = old + compact.format(statistics.lost) + " lost of " + compact.format(all);
+    this.text.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
+    this.text.title = statistics.lost + " lost of " + all;
   }
 }

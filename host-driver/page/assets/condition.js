@@ -34,6 +34,11 @@ function condition() {
   }
   if (page.behind > 1) return is("warn", "slow", "Slow connection: this picture is " + page.behind.toFixed(1) + " s old.");
   if (away.length) return is("bad", names(away) + " missing");
+  const faulty = picture.boards.flatMap((board, n) => board.fault.includes(true) ? [page.hello.boards[n]] : []);
+  if (faulty.length) return is("bad", "sensor fault", "Sensor fault at " + names(faulty) + ": these channels vent.");
+  if (page.recordingFailed) return is("bad", "not recording", "The recording has failed: " + page.recordingFailed);
+  const doubtful = picture.boards.flatMap((board, n) => board.state === "doubtful" ? [page.hello.boards[n]] : []);
+  if (doubtful.length) return is("warn", names(doubtful) + " did not answer");
   return is("good", "live");
 }
 

@@ -32,11 +32,20 @@ class Minute {
     }
   }
 
-  // The highest value within the last minute, kPa.
-  highest(now) {
+  // The place of the moment nearest to `t`, or null.
+  near(t) {
+    let best = null;
+    this.each(t, 1, (at) => {
+      if (best === null || Math.abs(this.times[at] - t) < Math.abs(this.times[best] - t)) best = at;
+    });
+    return best !== null && Math.abs(this.times[best] - t) < 1 ? best : null;
+  }
+
+  // The highest value of some chambers within the last minute, kPa.
+  highest(now, from, count) {
     let top = 0;
     this.each(now, Minute.SECONDS, (at) => {
-      for (let chamber = 0; chamber < this.command.length; chamber++) {
+      for (let chamber = from; chamber < from + count; chamber++) {
         top = Math.max(top, this.command[chamber][at], this.measured[chamber][at] || 0);
       }
     });

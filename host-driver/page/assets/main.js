@@ -1,13 +1,13 @@
 // Puts together what the host sends and what the page shows.
 
 const at = (id) => document.getElementById(id);
-const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, venting: null };
+const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, venting: null, hovered: null, recordingFailed: null };
 
 // `time` is that of the run.
 function log(text, time = page.picture ? duration(page.picture.t) : "") {
   const line = element("li", {}, time + "  " + text);
   at("log").prepend(line);
-  while (at("log").children.length > 8) at("log").lastChild.remove();
+  while (at("log").children.length > 50) at("log").lastChild.remove();
 }
 
 function refused(error) {
@@ -20,12 +20,15 @@ function refused(error) {
 
 function begin(hello) {
   page.hello = hello;
+  Object.assign(unit, hello.labels.unit);
   page.ended = null;
   page.picture = null;
   page.ahead = Infinity;
   at("log").replaceChildren();
   page.history = new Minute(hello.boards.length * hello.channels, hello.pictures_hz);
-  page.boards = hello.boards.map((number) => new Board(number, hello.channels, hello.control_limit_kpa));
+  page.boards = hello.boards.map((number, n) =>
+    new Board(number, hello.channels, hello.labels.boards[n], hello.control_limit_kpa));
+  at("boards").dataset.count = hello.boards.length;
   at("boards").replaceChildren(...page.boards.map((board) => board.root));
   at("port").textContent = hello.port + (hello.whole_run ? ", whole run recorded to " + hello.whole_run : "");
   at("record").hidden = hello.record_folder === null;
@@ -87,6 +90,9 @@ function showFigures(figures) {
   }
   const recording = figures.recording;
   if (!recording) return;
+  page.recordingFailed = recording.failed && !recording.running ? recording.last : null;
+  if (page.shownRecording !== (recording.last ?? "")) showRecordings();
+  page.shownRecording = recording.last ?? "";
   const button = at("record-button"), running = recording.running;
   button.textContent = running ? "Stop recording" : "Record";
   button.classList.toggle("running", Boolean(running));
@@ -116,12 +122,26 @@ function draw(now) {
   at("vent").classList.toggle("vented", picture.commanding === "vented" && !page.venting);
   at("vent").textContent = page.venting ? "VENTING" : picture.commanding === "vented" ? "VENTED" : "VENT ALL";
   showDeadman();
-  const scale = scaleAbove(page.history.highest(picture.t)), colour = colours();
+  const colour = colours(), channels = page.hello.channels;
   page.boards.forEach((board, n) => {
     board.show(picture.boards[n]);
-    board.chambers.forEach((chamber, channel) =>
-      drawChart(chamber.canvas, page.history, n * page.hello.channels + channel, picture.t, scale, colour));
+    const scale = board.scale ?? scaleAbove(page.history.highest(picture.t, n * channels, channels));
+    board.chambers.forEach((chamber, channel) => drawChart(chamber.canvas, page.history, n * channels + channel, picture.t, scale,
+      colour, { times: channel === channels - 1, hovered: page.hovered }));
   });
+}
+
+// The recordings that can be had, newest first.
+async function showRecordings() {
+  try {
+    const answer = await fetch("/api/recordings", { credentials: "omit", cache: "no-store" });
+    const { recordings } = await answer.json();
+    at("downloads").replaceChildren(...recordings.filter((one) => one.whole).reverse().slice(0, 5).map((one) =>
+      element("a", { href: "/api/recordings/" + encodeURIComponent(one.name), download: one.name, title: one.name },
+        "\u2913 " + compact.format(one.bytes) + "B")));
+  } catch {
+    // The next recording asks again.
+  }
 }
 
 function duration(seconds) {

@@ -73,6 +73,6 @@ class Slider {
     this.thumb.style.left = along(chosen ?? this.value);
     this.fill.style.width = along(this.command ?? 0);
     this.track.classList.toggle("dragged", chosen !== null);
-    this.thumb.dataset.kpa = chosen ?? "";
+    this.thumb.dataset.kpa = chosen === null ? "" : unit.short(chosen) + " " + unit.name;
   }
 }

@@ -3,6 +3,7 @@
 use crate::access::{self, check_origin, check_token};
 use crate::assets::page;
 use crate::connections::Place;
+use crate::download;
 use crate::picture::{Hello, round};
 use crate::recordings::{Recordings, check_name};
 use crate::reply::{Refused, error, json, protect, refusal, refused, reply, text};
@@ -51,6 +52,8 @@ pub(crate) fn router(shared: &Arc<Shared>) -> Router {
         .route("/api/heartbeat", post(heartbeat))
         .route("/api/record/start", post(start))
         .route("/api/record/stop", post(stop))
+        .route("/api/recordings", get(download::list))
+        .route("/api/recordings/{name}", get(download::file))
         .fallback(async || error(StatusCode::NOT_FOUND, "there is no such page or action"))
         .method_not_allowed_fallback(async || {
             error(StatusCode::METHOD_NOT_ALLOWED, "use GET for pages, POST for actions")

@@ -10,7 +10,8 @@ use rustix::rand::{GetRandomFlags, getrandom};
 const MARKUP: &str = include_str!("../assets/index.html");
 const STYLE: &str = include_str!("../assets/style.css");
 /// In this order: later ones use what earlier ones declare.
-const SCRIPTS: [&str; 8] = [
+const SCRIPTS: [&str; 9] = [
+    include_str!("../assets/unit.js"),
     include_str!("../assets/history.js"),
     include_str!("../assets/chart.js"),
     include_str!("../assets/actions.js"),

@@ -23,6 +23,8 @@
 //! | `POST /api/heartbeat` | `{"page": ".."}`: that page is still there | token |
 //! | `POST /api/record/start` | a new recording: `{"name": "grasp"}` or nothing | a folder |
 //! | `POST /api/record/stop` | ends it | |
+//! | `GET /api/recordings` | the recordings made by button: name, bytes, whether it is whole | a folder |
+//! | `GET /api/recordings/NAME` | one of them, as a download | a folder |
 //!
 //! `HEAD` gives what `GET` gives, without the body. `access.rs` says who is let in,
 //! `connections.rs` how many at a time.
@@ -33,8 +35,10 @@ mod api;
 mod assets;
 mod connections;
 mod deadman;
+mod download;
 mod history;
 mod hub;
+mod labels;
 mod picture;
 mod recordings;
 mod reply;
@@ -44,7 +48,8 @@ mod server;
 mod stream;
 
 pub use access::{Token, TokenError};
-pub use recordings::{RecordingStatus, Recordings};
+pub use labels::{BoardLabel, Labels, UnitLabel};
+pub use recordings::{MadeRecording, RecordingStatus, Recordings};
 pub use run::{BoardMoment, BoardState, Commanding, Moment, ReadingMoment, Refusal, Run, SetPoint};
 pub use server::{Listener, Server};
 
@@ -57,6 +62,8 @@ pub struct PageOptions {
     pub port: String,
     /// Numbers of the boards in the order of [`Moment::boards`].
     pub boards: Vec<u8>,
+    /// Names and the unit, for people.
+    pub labels: Labels,
     /// Highest pressure that a sensor can show, kPa gauge.
     pub full_scale_kpa: f64,
     /// Host names under which the page may be asked for, besides addresses, `localhost` and this

@@ -1,5 +1,6 @@
 //! What clients are sent. The names are short: thirty of these a second go to every client.
 
+use crate::labels::Labels;
 use crate::run::{BoardMoment, BoardState, Commanding, Moment};
 use crate::sampler::PICTURES_HZ;
 use crate::server::Shared;
@@ -16,6 +17,7 @@ pub(crate) struct Hello<'a> {
     channels: usize,
     pictures_hz: u32,
     full_scale_kpa: f64,
+    labels: &'a Labels,
     /// Whether set points can be given, and up to what, kPa.
     control_limit_kpa: Option<f64>,
     /// How long the operator's page may be silent in deadman mode.
@@ -37,6 +39,7 @@ impl<'a> Hello<'a> {
             channels: CHANNELS,
             pictures_hz: PICTURES_HZ,
             full_scale_kpa: round(options.full_scale_kpa),
+            labels: &options.labels,
             control_limit_kpa: options.control.as_ref().map(|control| control.limit_kpa),
             deadman_s: deadman.limit().as_secs_f64(),
             deadman_required: deadman.is_required(),

@@ -23,6 +23,23 @@ pub trait Recordings: Send + Sync + 'static {
 
     /// What is going on now.
     fn status(&self) -> RecordingStatus;
+
+    /// The recordings made by button in this run, in the order in which they were started.
+    fn made(&self) -> Vec<MadeRecording>;
+}
+
+/// A recording made by button.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct MadeRecording {
+    /// Its file's name.
+    pub name: String,
+    /// Where it is.
+    #[serde(skip)]
+    pub file: PathBuf,
+    /// Bytes on the disk.
+    pub bytes: u64,
+    /// Whether it is complete.
+    pub whole: bool,
 }
 
 /// What is being recorded by button.

@@ -11,7 +11,7 @@ use crate::cli::output::{print_json, statistics_text};
 use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
-use crate::cli::view::{self, Events, Session};
+use crate::cli::view::{self, Events, KeyRecorder, Session};
 use crate::cli::{find_boards, start};
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
@@ -67,6 +67,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     }
     args.real_time().check()?;
     let description = start::description(args, run, devices, setup, &limits);
+    let by_key_description = description.clone();
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
@@ -103,6 +104,15 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         }
         None => None,
     };
+    let by_key = match &run.record {
+        None if view::wants_live(args.json, run.plain) => {
+            let (by_key, tap) = KeyRecorder::new(&options.boards, setup, &by_key_description);
+            observers.push(tap);
+            events.sender().record(by_key.notes());
+            Some(by_key)
+        }
+        _ => None,
+    };
     observers.push(Box::new(events.observer()));
     #[cfg(feature = "web")]
     observers.extend(page.as_mut().and_then(super::web::Prepared::observer));
@@ -112,6 +122,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         clock: bus.line().clock(),
         overriding,
         setup: setup.clone(),
+        limits: options.limits.clone(),
+        recorder: by_key.clone(),
         keep_running: run.keep_running,
     };
     start::tell(args, first_row_s, &events);
@@ -136,6 +148,10 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         Err(failure) => shown.and(Err(failure)),
     };
     let recorded = recorder.map(Recorder::finish).transpose();
+    let recorded = recorded.and_then(|recorded| {
+        let by_key = by_key.map_or(Ok(None), |recorder| recorder.finish())?;
+        Ok(recorded.or(by_key))
+    });
     // What was said too late to be shown.
     std::iter::from_fn(|| events.next()).for_each(|line| crate::cli::output::errln!("{line}"));
     let about = About { port: &session.port, started_utc: &started_utc, ended };

@@ -13,7 +13,7 @@
 mod moment;
 mod recording;
 
-pub use pneudrive_page::{Control, Token, TokenError};
+pub use pneudrive_page::{BoardLabel, Control, Labels, Token, TokenError, UnitLabel};
 pub use recording::Recording;
 
 use crate::Calibration;
@@ -33,6 +33,8 @@ pub struct WebOptions {
     pub port: String,
     /// Numbers of the boards in the poller's order.
     pub boards: Vec<u8>,
+    /// Names and the unit, for people.
+    pub labels: Labels,
     /// What counts mean: the poller's.
     pub calibration: Calibration,
     /// Host names under which the page may be asked for, besides addresses, `localhost` and this
@@ -98,6 +100,7 @@ impl Listener {
             port: options.port,
             boards: options.boards.clone(),
             full_scale_kpa: options.calibration.full_scale_kpa(&options.boards),
+            labels: options.labels,
             names: options.names,
             control: options.control,
             recordings,

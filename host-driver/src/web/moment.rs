@@ -41,14 +41,18 @@ pub(super) fn refusal(error: &OverrideError) -> Refusal {
     }
 }
 
+fn state(state: BoardState) -> pneudrive_page::BoardState {
+    match state {
+        BoardState::Unseen => pneudrive_page::BoardState::Unseen,
+        BoardState::Present => pneudrive_page::BoardState::Present,
+        BoardState::Doubtful => pneudrive_page::BoardState::Doubtful,
+        BoardState::Missing => pneudrive_page::BoardState::Missing,
+    }
+}
+
 fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment {
     BoardMoment {
-        state: match row.state {
-            BoardState::Unseen => pneudrive_page::BoardState::Unseen,
-            BoardState::Present => pneudrive_page::BoardState::Present,
-            BoardState::Doubtful => pneudrive_page::BoardState::Doubtful,
-            BoardState::Missing => pneudrive_page::BoardState::Missing,
-        },
+        state: state(row.state),
         command_kpa: calibration.command_kpa(row.board, row.command),
         target_kpa: calibration.command_kpa(row.board, row.wanted),
         reading: row.reading.map(|reading| ReadingMoment {
@@ -64,6 +68,23 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
 mod tests {
     use super::*;
     use crate::poller::{Outcome, Reading, VENTED};
+
+    /// The poller's states and the page's have the same names, in figures and pictures, and none is left over.
+    #[test]
+    fn states_are_the_same_on_both_sides() {
+        use pneudrive_page::BoardState as Page;
+        for page in [Page::Unseen, Page::Present, Page::Doubtful, Page::Missing] {
+            // Without a wildcard: a state that the page gets one day has to be the poller's too.
+            let host = match page {
+                Page::Unseen => BoardState::Unseen,
+                Page::Present => BoardState::Present,
+                Page::Doubtful => BoardState::Doubtful,
+                Page::Missing => BoardState::Missing,
+            };
+            assert_eq!(state(host), page);
+            assert_eq!(serde_json::to_value(host).unwrap(), serde_json::to_value(page).unwrap());
+        }
+    }
 
     #[test]
     fn commands_set_points_and_pressures_in_kpa() {

@@ -1,10 +1,10 @@
 //! Recordings by the page's button.
 
 use crate::record::{RecordError, RecordSwitch, SwitchError};
-use pneudrive_page::{RecordingStatus, Recordings, Refusal};
+use pneudrive_page::{MadeRecording, RecordingStatus, Recordings, Refusal};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 /// Recordings by button.
@@ -20,35 +20,53 @@ pub struct Recording {
 
 /// What the page's button does.
 pub(super) fn by_button(recording: Arc<Recording>) -> Box<dyn Recordings> {
-    Box::new(ByButton(recording))
+    Box::new(ByButton { recording, made: Mutex::default() })
 }
 
-struct ByButton(Arc<Recording>);
+struct ByButton {
+    recording: Arc<Recording>,
+    /// Files that were started.
+    made: Mutex<Vec<PathBuf>>,
+}
 
 impl Recordings for ByButton {
     fn folder(&self) -> &Path {
-        &self.0.folder
+        &self.recording.folder
     }
 
     fn start(&self, name: &str) -> Result<PathBuf, Refusal> {
-        let file = self.0.file(name);
-        let made = self.0.bag_folder(&file).map_err(Refusal::Failed)?;
-        self.0.switch.start(&file).map_err(|error| {
+        let file = self.recording.file(name);
+        let made = self.recording.bag_folder(&file).map_err(Refusal::Failed)?;
+        self.recording.switch.start(&file).map_err(|error| {
             if made && let Some(folder) = file.parent() {
                 // It is empty, or it stays.
                 let _ = fs::remove_dir(folder);
             }
             refusal(&error)
         })?;
+        self.made.lock().unwrap_or_else(PoisonError::into_inner).push(file.clone());
         Ok(file)
     }
 
     fn stop(&self) -> Result<(), Refusal> {
-        self.0.switch.stop().map_err(|error| refusal(&error))
+        self.recording.switch.stop().map_err(|error| refusal(&error))
+    }
+
+    fn made(&self) -> Vec<MadeRecording> {
+        let status = self.recording.switch.status();
+        let files = self.made.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let last = files.len().saturating_sub(1);
+        let made = files.into_iter().enumerate().map(|(number, file)| MadeRecording {
+            name: name_of(&file),
+            bytes: file.metadata().map_or(0, |status| status.len()),
+            whole: number < last || (status.running.is_none() && !status.finishing),
+            file,
+        });
+        made.collect()
     }
 
     fn status(&self) -> RecordingStatus {
-        let status = self.0.switch.status();
+        let status = self.recording.switch.status();
         RecordingStatus {
             running: status.running.map(|file| {
                 let bytes = file.metadata().map_or(0, |status| status.len());

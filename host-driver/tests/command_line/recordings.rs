@@ -145,7 +145,16 @@ fn metadata_of_another_bag_is_left_alone() {
     let boards = PtyBoards::start(1);
     let port = boards.path().to_str().unwrap().to_owned();
     let file = folder.path().join("run.mcap");
-    let (code, _, stderr) = run(&["--port", &port, "--duration", "0.2", "--record", file.to_str().unwrap()]);
+    let (code, _, stderr) = run(&[
+        "--port",
+        &port,
+        "--duration",
+        "0.2",
+        "--allowance-us",
+        "5000000",
+        "--record",
+        file.to_str().unwrap(),
+    ]);
     assert_eq!(code, Some(0), "{stderr}");
     assert!(stderr.contains("belongs to another recording"), "{stderr}");
     assert_eq!(fs::read_to_string(&metadata).unwrap(), other);

@@ -60,7 +60,8 @@ fn bench_prints_a_row_for_each_number_of_boards() {
 fn list_names_the_boards_of_a_port_and_what_they_are() {
     let boards = PtyBoards::start(2);
     let port = boards.path().to_str().unwrap();
-    let (code, stdout, stderr) = run(&["list", "--port", port, "--json", "--wait", "0.5", "--allowance-us", "100000"]);
+    let (code, stdout, stderr) =
+        run(&["list", "--port", port, "--json", "--wait", "0.5", "--allowance-us", "100000"]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     let found = json["ports"][0]["boards"].as_array().unwrap();

@@ -109,6 +109,7 @@ impl Page {
         let options = PageOptions {
             port: "nowhere".into(),
             boards: vec![0],
+            labels: pneudrive_page::Labels::default(),
             full_scale_kpa: 689.5,
             names: Vec::new(),
             control: Some(Control { token: Token::new(TOKEN).unwrap(), limit_kpa: 150.0, deadman }),

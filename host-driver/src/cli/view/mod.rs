@@ -3,19 +3,21 @@
 mod events;
 mod lines;
 mod live;
+mod recorder;
 
 pub use events::{EventSender, Events};
+pub use recorder::KeyRecorder;
 
 use crate::cli::failure::Failure;
 use crate::cli::setup::Setup;
 use pneudrive_host::line::Clock;
-use pneudrive_host::poller::{Override, Poller};
+use pneudrive_host::poller::{Limits, Override, Poller};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// What does not change while a run lasts.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Session {
     /// Name of the port.
     pub port: String,
@@ -25,6 +27,10 @@ pub struct Session {
     pub clock: Clock,
     /// Names, calibration, and the unit for people.
     pub setup: Setup,
+    /// Highest set points.
+    pub limits: Limits,
+    /// Recordings by a key, where the run is not recorded anyway.
+    pub recorder: Option<KeyRecorder>,
     /// For venting by key.
     pub overriding: Override,
     /// Whether the run goes on when the terminal closes.
@@ -54,7 +60,7 @@ pub fn show(
     events: &Events,
     stop: impl Fn() -> bool,
 ) -> Result<EndedBy, Failure> {
-    let ended = if !json && !plain && std::io::stdout().is_terminal() && std::io::stdin().is_terminal() {
+    let ended = if wants_live(json, plain) {
         live::show(session, poller, events, &stop)?
     } else {
         lines::show(session, json, poller, events, &stop)?
@@ -63,6 +69,12 @@ pub fn show(
         return Ok(wait(poller, events, stop));
     }
     Ok(ended)
+}
+
+/// Whether there is a terminal that can be drawn on, and nobody wants lines.
+pub fn wants_live(json: bool, plain: bool) -> bool {
+    let dumb = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
+    !json && !plain && !dumb && std::io::stdout().is_terminal() && std::io::stdin().is_terminal()
 }
 
 /// Until the end, with nobody looking.

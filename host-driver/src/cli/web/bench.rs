@@ -10,7 +10,7 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::Bus;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Override, Poller, PollerOptions, Supply, VENTED};
 use pneudrive_host::statistics::Statistics;
-use pneudrive_host::web::{Listener, Server, WebOptions};
+use pneudrive_host::web::{Labels, Listener, Server, WebOptions};
 use serde::Serialize;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -150,6 +150,7 @@ fn start(
         port: "bench".into(),
         overriding: Override::following(boards.len()),
         boards,
+        labels: Labels::default(),
         calibration: Calibration::default(),
         names: Vec::new(),
         control: None,

@@ -11,7 +11,9 @@ use super::view::{Events, Session};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override, PollerOptions};
 use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary};
-use pneudrive_host::web::{Control, Listener, Recording, Server, Token, WebOptions};
+use pneudrive_host::web::{
+    BoardLabel, Control, Labels, Listener, Recording, Server, Token, UnitLabel, WebOptions,
+};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -47,9 +49,11 @@ pub fn prepare(
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
     let notices = events.sender();
+    let labels = labels(setup, &boards, limits);
     let options = WebOptions {
         port: String::new(),
         boards,
+        labels,
         calibration: setup.calibration.clone(),
         names: args.web_name.clone(),
         overriding: overriding.clone(),
@@ -60,6 +64,21 @@ pub fn prepare(
         notice: Box::new(move |line| notices.happened(Notice::new(NoticeKind::Page, line))),
     };
     Ok(Some(Prepared { listener, options, tap, token_is_ours }))
+}
+
+/// Names and unit of the rig file, and where charts end.
+fn labels(setup: &Setup, boards: &[u8], limits: &Limits) -> Labels {
+    let rig = setup.rig.as_ref();
+    let text = |name: Option<&str>| name.map(str::to_owned);
+    let board = |&board: &u8| BoardLabel {
+        name: text(rig.and_then(|rig| rig.board_name(board))),
+        channels: std::array::from_fn(|channel| text(setup.channel(board, channel))),
+        scale_kpa: Some(limits.of(board).iter().map(|limit| limit.max_kpa).fold(0.0, f64::max))
+            .filter(|kpa| kpa.is_finite() && *kpa > 0.0),
+    };
+    let unit = setup.unit;
+    let unit = UnitLabel { name: unit.name(), kpa: unit.kpa(), decimals: unit.decimals() };
+    Labels { unit, boards: boards.iter().map(board).collect() }
 }
 
 /// The page's sliders end at the highest pressure that any channel may be commanded.

@@ -93,22 +93,69 @@ pub enum Action {
     Release,
     /// End the run.
     End,
-    /// Show other boards, so many further down.
-    Scroll(isize),
+    /// Select a channel, so many further down.
+    Select(isize),
+    /// Arm the selected channel's board, or disarm it.
+    Arm,
+    /// Disarm, close the help, give up a number.
+    Back,
+    /// Change the selected set point, kPa.
+    Jog(i32),
+    /// A character of a set point that is typed.
+    Type(char),
+    /// Take the last character back.
+    Rub,
+    /// Send what was typed.
+    Enter,
+    /// Start or stop a recording.
+    Record,
+    /// Show the keys, or hide them.
+    Help,
+    /// Older events, so many lines.
+    Events(isize),
 }
 
-/// The meaning of `key` while `open` is the open question. Whatever may be meant to vent vents.
-pub fn action(key: KeyEvent, open: Option<Question>, vented: bool) -> Action {
+/// What the meaning of a key depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Mode {
+    /// The open question.
+    pub open: Option<Question>,
+    /// The boards are vented.
+    pub vented: bool,
+    /// A board is armed.
+    pub armed: bool,
+    /// A number is being typed, or the help is shown.
+    pub busy: bool,
+}
+
+/// The meaning of `key`. Whatever may be meant to vent vents, whatever is open.
+pub fn action(key: KeyEvent, mode: Mode) -> Action {
+    let Mode { open, vented, armed, busy } = mode;
     match (key.code, open) {
         (KeyCode::Char('v' | 'V' | ' '), _) => Action::Vent,
         (KeyCode::Char('c'), _) if key.modifiers.contains(KeyModifiers::CONTROL) => Action::End,
         (KeyCode::Char('q' | 'Q'), _) => Action::End,
         (KeyCode::Char('y' | 'Y'), Some(Question::End)) => Action::End,
         (KeyCode::Char('y' | 'Y'), Some(Question::Release)) => Action::Release,
-        (KeyCode::Esc, None) => Action::Ask(Question::End),
         (KeyCode::Char('r' | 'R'), _) if vented => Action::Ask(Question::Release),
-        (KeyCode::Down, None) => Action::Scroll(1),
-        (KeyCode::Up, None) => Action::Scroll(-1),
+        (_, Some(_)) => Action::Nothing,
+        (KeyCode::Esc, None) if armed || busy => Action::Back,
+        (KeyCode::Esc, None) => Action::Ask(Question::End),
+        (KeyCode::Down | KeyCode::Tab, None) => Action::Select(1),
+        (KeyCode::Up | KeyCode::BackTab, None) => Action::Select(-1),
+        (KeyCode::PageDown, None) => Action::Events(-1),
+        (KeyCode::PageUp, None) => Action::Events(1),
+        (KeyCode::Char('?' | 'h'), None) => Action::Help,
+        (KeyCode::Char('w' | 'W'), None) => Action::Record,
+        (KeyCode::Char('a' | 'A'), None) => Action::Arm,
+        (KeyCode::Right, None) if armed => Action::Jog(1),
+        (KeyCode::Left, None) if armed => Action::Jog(-1),
+        (KeyCode::Char('+'), None) if armed => Action::Jog(10),
+        (KeyCode::Char('-'), None) if armed => Action::Jog(-10),
+        (KeyCode::Char(c @ ('0'..='9' | '.')), None) if armed => Action::Type(c),
+        (KeyCode::Char(','), None) if armed => Action::Type('.'),
+        (KeyCode::Backspace, None) if armed => Action::Rub,
+        (KeyCode::Enter, None) if armed => Action::Enter,
         _ => Action::Nothing,
     }
 }
@@ -118,14 +165,21 @@ mod tests {
     use super::*;
 
     fn meaning(code: KeyCode, open: Option<Question>) -> Action {
-        action(KeyEvent::from(code), open, true)
+        action(KeyEvent::from(code), Mode { open, vented: true, ..Mode::default() })
     }
 
     #[test]
     fn whatever_may_mean_it_vents_whatever_is_asked() {
         for key in ['v', 'V', ' '] {
             for open in [None, Some(Question::End), Some(Question::Release)] {
-                assert_eq!(meaning(KeyCode::Char(key), open), Action::Vent, "{key:?}, {open:?}");
+                for (armed, busy) in [(false, false), (true, false), (true, true)] {
+                    let mode = Mode { open, vented: false, armed, busy };
+                    assert_eq!(
+                        action(KeyEvent::from(KeyCode::Char(key)), mode),
+                        Action::Vent,
+                        "{key:?}, {mode:?}"
+                    );
+                }
             }
         }
     }
@@ -134,24 +188,38 @@ mod tests {
     fn escape_asks_and_only_a_yes_ends() {
         assert_eq!(meaning(KeyCode::Esc, None), Action::Ask(Question::End));
         assert_eq!(meaning(KeyCode::Char('y'), Some(Question::End)), Action::End);
-        for other in [KeyCode::Esc, KeyCode::Char('n'), KeyCode::Enter] {
+        for other in [KeyCode::Esc, KeyCode::Char('n'), KeyCode::Enter, KeyCode::Char('1')] {
             assert_eq!(meaning(other, Some(Question::End)), Action::Nothing, "{other:?}");
         }
         assert_eq!(meaning(KeyCode::Char('y'), None), Action::Nothing);
+        // With something open, Esc closes that first.
+        for (armed, busy) in [(true, false), (false, true)] {
+            let mode = Mode { armed, busy, ..Mode::default() };
+            assert_eq!(action(KeyEvent::from(KeyCode::Esc), mode), Action::Back);
+        }
     }
 
     #[test]
     fn a_release_takes_two_keys_and_a_vent_to_be_released() {
         let release = KeyEvent::from(KeyCode::Char('r'));
-        assert_eq!(action(release, None, false), Action::Nothing);
-        assert_eq!(action(release, None, true), Action::Ask(Question::Release));
+        assert_eq!(action(release, Mode::default()), Action::Nothing);
+        assert_eq!(meaning(KeyCode::Char('r'), None), Action::Ask(Question::Release));
         assert_eq!(meaning(KeyCode::Char('r'), Some(Question::Release)), Action::Ask(Question::Release));
         assert_eq!(meaning(KeyCode::Char('y'), Some(Question::Release)), Action::Release);
     }
 
     #[test]
+    fn set_points_move_only_on_an_armed_board() {
+        for code in [KeyCode::Right, KeyCode::Left, KeyCode::Char('+'), KeyCode::Char('5'), KeyCode::Enter] {
+            assert_eq!(action(KeyEvent::from(code), Mode::default()), Action::Nothing, "{code:?}");
+            let armed = Mode { armed: true, ..Mode::default() };
+            assert_ne!(action(KeyEvent::from(code), armed), Action::Nothing, "{code:?}");
+        }
+    }
+
+    #[test]
     fn ctrl_c_ends_and_c_does_not() {
-        let key = |modifiers| action(KeyEvent::new(KeyCode::Char('c'), modifiers), None, false);
+        let key = |modifiers| action(KeyEvent::new(KeyCode::Char('c'), modifiers), Mode::default());
         assert_eq!(key(KeyModifiers::CONTROL), Action::End);
         assert_eq!(key(KeyModifiers::NONE), Action::Nothing);
     }

@@ -1,16 +1,17 @@
 //! Full screen: every chamber's command and pressure, loop rate, losses, board states.
 
+mod act;
 mod draw;
+mod jog;
 mod keys;
 mod model;
 
-use super::{EndedBy, EventSender, Events, Session};
+use super::{EndedBy, Events, Session};
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
-use keys::{Action, Input, Keys, Question};
+use keys::{Input, Keys, Mode, Question};
 use model::Model;
-use pneudrive_host::notices::{Notice, NoticeKind};
-use pneudrive_host::poller::{Commanding, Poller};
+use pneudrive_host::poller::Poller;
 use std::time::{Duration, Instant};
 
 /// 20 pictures a second.
@@ -48,6 +49,7 @@ pub fn show(
             }
         }
         model.sample(poller.latest(), session.clock.now_ns());
+        act::step(&mut model);
         if terminal.draw(|frame| draw::draw(frame, &model)).is_err() {
             break EndedBy::Terminal;
         }
@@ -55,8 +57,13 @@ pub fn show(
             None => {}
             Some(Input::Gone) => break EndedBy::Terminal,
             Some(Input::Key(key)) => {
-                let vented = session.overriding.commanding() == Commanding::Vented;
-                if follow(keys::action(key, model.question.take(), vented), &mut model, &events.sender()) {
+                let mode = Mode {
+                    open: model.question.take(),
+                    vented: model.is_vented(),
+                    armed: model.jog.armed().is_some(),
+                    busy: model.help || !model.typed.is_empty(),
+                };
+                if act::follow(keys::action(key, mode), &mut model, &events.sender()) {
                     break EndedBy::Key;
                 }
             }
@@ -70,26 +77,6 @@ pub fn show(
     }
     model.events().for_each(|event| errln!("{event}"));
     Ok(ended)
-}
-
-/// Does what a key means; `true` if that is the end of the run.
-fn follow(action: Action, model: &mut Model, events: &EventSender) -> bool {
-    let note = |text: &str| events.note(&Notice::new(NoticeKind::Key, text));
-    match action {
-        Action::Nothing => {}
-        Action::Vent => {
-            model.session.overriding.vent();
-            note("vented from the keyboard");
-        }
-        Action::Ask(question) => model.question = Some(question),
-        Action::Release => {
-            model.session.overriding.release();
-            note("released from the keyboard");
-        }
-        Action::End => return true,
-        Action::Scroll(boards) => model.scroll(boards),
-    }
-    false
 }
 
 /// The question in words. What a release does depends on who vented.

@@ -1,0 +1,147 @@
+use super::super::model::Model;
+use super::*;
+use crate::cli::setup::Setup;
+use crate::cli::view::Session;
+use pneudrive_host::line::Clock;
+use pneudrive_host::poller::{ChannelLimit, Limits, Outcome, Override, Reading, Snapshot};
+use pneudrive_host::rig::{Rig, Unit};
+use pneudrive_protocol::{Counts, SensorScale};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+fn model(boards: u8, now_ns: u64) -> Model {
+    let rig = Rig::parse("rig.toml", "[boards.0]\nname = \"arm\"\n[boards.0.channels.1]\nname = \"left\"\n");
+    let session = Session {
+        port: "sim".into(),
+        recording: Some("run.csv".into()),
+        clock: Clock,
+        overriding: Override::manual(&vec![[Counts::ATMOSPHERE; CHANNELS]; usize::from(boards)]),
+        setup: Setup { rig: rig.ok(), ..Setup::default() },
+        limits: Limits::default(),
+        recorder: None,
+        keep_running: false,
+    };
+    let mut model = Model::new(session);
+    let command = [SensorScale::ORIGINAL.counts(344.7).unwrap(); CHANNELS];
+    let reading = Reading {
+        counts: [400; CHANNELS].map(Counts::saturating),
+        kpa: [100.0, 200.0, 300.0, 344.0],
+        asked_ns: 0,
+    };
+    let state = if now_ns > Model::OLD_NS { BoardState::Missing } else { BoardState::Present };
+    let outcome = Outcome::Fresh;
+    let row = |board| BoardRow { board, command, wanted: command, outcome, reading: Some(reading), state };
+    for cycle in [0, 500] {
+        let since_start_ns = cycle * 1_000_000;
+        let boards = (0..boards).map(row).collect();
+        model.sample(Snapshot { cycle: Some(cycle), at_ns: 0, since_start_ns, boards }, now_ns);
+    }
+    model.happened("board 0 answers".into());
+    model
+}
+
+fn screen(model: &Model, width: u16, height: u16) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| draw(frame, model)).unwrap();
+    terminal.backend().to_string()
+}
+
+#[track_caller]
+fn has(screen: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(screen.contains(part), "{part:?} is not in\n{screen}");
+    }
+}
+
+#[test]
+fn every_chamber_is_there_with_pressure_command_and_deviation() {
+    let screen = screen(&model(1, 1_000), 100, 14);
+    has(
+        &screen,
+        &["PneuDrive", "REC run.csv", "1000.0 Hz", "board 0 (arm): present", "0.5 s: board 0 answers"],
+    );
+    has(
+        &screen,
+        &[
+            ">0 ",
+            "100.0  344.7 kPa  -244.7",
+            "1 left          200.0",
+            "300.0  344.7",
+            "344.0  344.7 kPa    -0.7",
+        ],
+    );
+}
+
+/// A rig of four boards is whole on the smallest usual terminal.
+#[test]
+fn four_boards_fit_80x24_with_keys_and_an_event() {
+    let screen = screen(&model(4, 1_000), 80, 24);
+    for board in 0..4 {
+        has(&screen, &[&format!("board {board}")]);
+    }
+    assert_eq!(screen.matches(" kPa ").count(), 16, "{screen}");
+    has(&screen, &["0.5 s: board 0 answers", "? keys", "q end", "v or Space vent all"]);
+}
+
+#[test]
+fn old_pressures_are_not_shown() {
+    let screen = screen(&model(1, 2_000_000_000), 100, 14);
+    has(&screen, &["MISSING, last seen 2.0 s ago", "0                 ---"]);
+    assert!(!screen.contains("100.0"), "{screen}");
+}
+
+#[test]
+fn bars_end_at_the_limit_and_numbers_have_the_unit() {
+    let mut model = model(1, 1_000);
+    let limit = ChannelLimit { max_kpa: 400.0, ..ChannelLimit::NONE };
+    model.session.limits = Limits::everywhere(limit).unwrap();
+    model.session.setup.unit = Unit::Bar;
+    has(&screen(&model, 100, 14), &["scale 0 to 4.000 bar", "1.000  3.447 bar  -2.447"]);
+    model.session.limits = Limits::default();
+    model.session.setup.unit = Unit::Kpa;
+    // Nothing was above 344.7 kPa.
+    has(&screen(&model, 100, 14), &["scale 0 to 500.0 kPa"]);
+}
+
+/// 20x4 shows that it runs, and the selected channel.
+#[test]
+fn a_tiny_terminal_has_numbers() {
+    let mut model = model(1, 1_000);
+    let small = screen(&model, 20, 4);
+    has(&small, &["1000.0 Hz 0 lost", ">0.0  100.0/344.7", "v vent  q end"]);
+    model.select(3);
+    has(&screen(&model, 20, 4), &[">0.3  344.0/344.7"]);
+    model.session.overriding.vent();
+    has(&screen(&model, 20, 4), &["VENTED"]);
+    for (width, height) in [(1, 1), (1, 24), (10, 3), (30, 8), (39, 5), (61, 9), (200, 60)] {
+        for boards in [0, 1, 4, 16] {
+            screen(&self::model(boards, 1_000), width, height);
+        }
+    }
+}
+
+#[test]
+fn the_selected_board_is_in_view_and_the_help_has_all_keys() {
+    let mut model = model(16, 1_000);
+    assert!(!screen(&model, 80, 24).contains("board 15"));
+    model.select(61);
+    has(&screen(&model, 80, 24), &["board 15: present", ">1 "]);
+    model.help = true;
+    has(&screen(&model, 80, 24), &["r, then y", "PgUp PgDn", "q Ctrl-C", "w  "]);
+}
+
+#[test]
+fn events_scroll_and_stay_where_they_are_looked_at() {
+    let mut model = model(1, 1_000);
+    for number in 0..30 {
+        model.happened(format!("event {number}."));
+    }
+    has(&screen(&model, 80, 12), &["event 29."]);
+    model.scroll_events(10);
+    model.happened("event 30.".into());
+    let back = screen(&model, 80, 12);
+    has(&back, &["event 19.", "(11 newer, PgDn)"]);
+    assert!(!back.contains("event 29."), "{back}");
+    model.scroll_events(-50);
+    has(&screen(&model, 80, 12), &["event 30."]);
+}
