@@ -12,6 +12,7 @@
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
 //! - [`Calibration`]: what the counts of every channel mean.
 //! - `rig` (feature): limits and calibration from the rig file.
+//! - [`stream`]: rows as datagrams, for programs that draw them.
 //! - `web` (feature): a live page of a run.
 //!
 //! ```no_run
@@ -44,6 +45,7 @@ pub mod rig;
 pub mod statistics;
 #[cfg(feature = "trajectory")]
 mod stored;
+pub mod stream;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
 mod unix_time;

@@ -13,7 +13,10 @@ use support::pty::PtyBoards;
 
 fn run(args: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));
-    let output = command.args(args).stdin(Stdio::null()).output().unwrap();
+    // Answers may take long on a busy machine; that is no loss here.
+    let patient: &[&str] =
+        if args.contains(&"--allowance-us") { &[] } else { &["--allowance-us", "1000000"] };
+    let output = command.args(args).args(patient).stdin(Stdio::null()).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
@@ -64,8 +67,7 @@ fn set_points_and_pressures_are_converted_with_each_channels_own_calibration() {
     assert!(text.contains("# calibration: {\"1\":[{"), "{text}");
     assert!(text.contains("# rig: \"[bus]\\nport = "), "{text}");
     let header: Vec<&str> = text.lines().find(|line| line.starts_with("t_s")).unwrap().split(',').collect();
-    let row: Vec<&str> =
-        text.lines().filter(|line| !line.starts_with('#')).next_back().unwrap().split(',').collect();
+    let row: Vec<&str> = text.lines().rfind(|line| !line.starts_with('#')).unwrap().split(',').collect();
     let cell = |name: &str| row[header.iter().position(|column| *column == name).unwrap()];
     // 100 kPa are 221.2 counts nominally; here they are 221.1 too, which mean 99.9 kPa.
     assert_eq!((cell("b1_cmd1_kpa"), cell("b1_cmd2_kpa")), ("99.819", "99.900"));

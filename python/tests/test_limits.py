@@ -98,7 +98,7 @@ def test_limits_that_make_no_sense(arguments, error, message):
 def test_a_misspelt_limit_does_not_limit_nothing(tmp_path):
     rig = tmp_path / "rig.toml"
     rig.write_text("[limits]\nmax_pka = 100\n")
-    with pytest.raises(DataError, match="rig.toml:2: unknown field `max_pka`"):
+    with pytest.raises(DataError, match="rig.toml:2: unknown key limits.max_pka; did you mean max_kpa"):
         PressureController("sim", 1, rig=rig)
 
 
@@ -165,3 +165,18 @@ def test_after_a_port_came_back(resume, tmp_path):
             assert not poller.vented
     finally:
         link.boards.__exit__()
+
+
+def test_a_rig_file_says_port_boards_and_calibration(tmp_path):
+    rig = tmp_path / "rig.toml"
+    with Boards() as boards:
+        bus = f'[bus]\nport = "{boards.port}"\nboards = 1\n'
+        rig.write_text(bus + "[boards.0.channels.2.sensor]\nzero_counts = 110.0\nkpa_per_count = 0.9\n")
+        with PressureController(rig=rig, timeout=0.2) as controller:
+            assert controller.num_devices == 1
+            controller.ping_devices()
+    with pytest.raises(CommandError, match="no uart_port is given, and none by"):
+        PressureController()
+    rig.write_text("[sensor]\nbits = 12\nzero_counts = 409.6\nkpa_per_count = 0.21\n")
+    with pytest.raises(DataError, match="rig.toml:2: sensor.bits = 12: expected 10"):
+        PressureController("sim", 1, rig=rig)

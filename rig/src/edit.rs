@@ -91,13 +91,13 @@ pub fn with_sensor(
     let path = ["boards", &board.to_string(), "channels", &channel.to_string()];
     let mut table: &mut Item = document.as_item_mut();
     for name in path {
-        let inner = table.as_table_like_mut().and_then(|table| {
+        let inner = table.as_table_like_mut().map(|table| {
             let implicit = || {
                 let mut made = Table::new();
                 made.set_implicit(true);
                 Item::Table(made)
             };
-            Some(table.entry(name).or_insert_with(implicit))
+            table.entry(name).or_insert_with(implicit)
         });
         // The file has been read: where a table is, it is one.
         let Some(inner) = inner else { return Ok(text.to_owned()) };

@@ -58,6 +58,7 @@ pub fn command() -> Command {
         .mut_subcommand("list", |list| list.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("init", |init| init.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("calibrate", |calibrate| calibrate.mut_args(only(&SCAN)))
+        .mut_subcommand("generate", |generate| generate.mut_args(only(&["devices", "max_devices", "rig"])))
         .mut_subcommand("completions", |completions| completions.mut_args(only(&[])))
         .mut_subcommand("man", |man| man.mut_args(only(&[])))
         .mut_subcommand("info", |info| info.mut_args(only(&INFO)))

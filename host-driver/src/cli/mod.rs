@@ -10,6 +10,7 @@ mod connect;
 mod end_reason;
 mod failure;
 mod find_boards;
+mod generate;
 mod info;
 mod init;
 mod limits;
@@ -68,6 +69,7 @@ fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
         Some(Command::Man(args)) => manual::man(args),
         Some(Command::Ping(args)) => ping::run(&cli.bus, args, &setup),
         Some(Command::Timing(args)) => timing::run(&cli.bus, args),
+        Some(Command::Generate(args)) => generate::run(&cli.bus, args, &setup),
         Some(Command::Info(args)) => info::run(args, cli.bus.json),
         Some(Command::Bench(args)) => bench::run(&cli.bus, args),
     }

@@ -16,6 +16,7 @@ use crate::cli::{find_boards, start};
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
+use pneudrive_host::stream::UdpStream;
 use pneudrive_protocol::Baud;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -113,6 +114,11 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         }
         _ => None,
     };
+    if let Some(address) = &run.udp {
+        let stream = UdpStream::to(address, calibration.clone());
+        let stream = stream.map_err(|error| Failure::input(format!("--udp {error}")))?;
+        observers.push(Box::new(stream));
+    }
     observers.push(Box::new(events.observer()));
     #[cfg(feature = "web")]
     observers.extend(page.as_mut().and_then(super::web::Prepared::observer));

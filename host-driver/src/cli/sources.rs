@@ -53,16 +53,28 @@ pub fn source(
             Box::new(points)
         }
         Some(path) => {
-            let read = Trajectory::read(path, set_points.len(), calibration.clone());
+            let read = if path.as_os_str() == "-" {
+                let input = std::io::stdin().lock();
+                Trajectory::parse("standard input", input, set_points.len(), calibration.clone())
+            } else {
+                Trajectory::read(path, set_points.len(), calibration.clone())
+            };
             let mut trajectory = read.map_err(Failure::input)?;
             if run.from_first_row {
                 trajectory = trajectory.from_first_row();
+            }
+            if let Some(factor) = run.speed {
+                trajectory = trajectory.with_speed(factor);
             }
             trajectory
                 .check(limits)
                 .map_err(|refused| Failure::input(format!("{}: {refused}", path.display())))?;
             first_row_s = Some(trajectory.first_row_s());
-            let at_end = if run.duration.is_some() { AtEnd::Hold } else { AtEnd::Stop };
+            let at_end = match run.duration {
+                _ if run.repeat => AtEnd::Repeat,
+                Some(_) => AtEnd::Hold,
+                None => AtEnd::Stop,
+            };
             let interpolation = run.interpolate.map(Into::into).unwrap_or_default();
             Box::new(trajectory.play(interpolation, at_end, calibration.clone(), set_points))
         }

@@ -10,9 +10,11 @@
 #[cfg(feature = "mcap")]
 mod bag;
 mod error;
+mod generate;
 mod read;
 
 pub use error::{AboveLimitAt, TrajectoryError};
+pub use generate::{Plan, Shape};
 
 use crate::Calibration;
 use crate::poller::{BoardCommand, CommandSource, Limits, Supply};
@@ -36,6 +38,8 @@ pub enum AtEnd {
     Stop,
     /// The last row's commands stay.
     Hold,
+    /// The first row follows, and so on for ever: a row at the last row's time is the first one again.
+    Repeat,
 }
 
 /// Commands over time for some channels.
@@ -82,6 +86,17 @@ impl Trajectory {
     pub fn from_first_row(mut self) -> Self {
         let first_ns = self.times_ns.first().copied().unwrap_or(0);
         self.times_ns.iter_mut().for_each(|time_ns| *time_ns -= first_ns);
+        self
+    }
+
+    /// The same trajectory `factor` times as fast, from the run's start on. At least 1 ns is between two rows.
+    #[must_use]
+    pub fn with_speed(mut self, factor: f64) -> Self {
+        let mut least = 0;
+        for time_ns in &mut self.times_ns {
+            *time_ns = ((*time_ns as f64 / factor).round() as u64).max(least);
+            least = *time_ns + 1;
+        }
         self
     }
 
@@ -158,6 +173,17 @@ impl TrajectorySource {
 impl CommandSource for TrajectorySource {
     fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
         let times = &self.trajectory.times_ns;
+        let mut since_start_ns = since_start_ns;
+        if let (AtEnd::Repeat, Some(&first), Some(&last)) = (self.at_end, times.first(), times.last())
+            && last > first
+            && since_start_ns >= last
+        {
+            since_start_ns = first + (since_start_ns - first) % (last - first);
+            // Where it has begun anew, rows are looked for from the first on.
+            if times[self.row] > since_start_ns {
+                self.row = 0;
+            }
+        }
         while times.get(self.row + 1).is_some_and(|&next| next <= since_start_ns) {
             self.row += 1;
         }
@@ -241,6 +267,22 @@ mod tests {
         let at_once = trajectory().from_first_row();
         assert_eq!((at_once.first_row_s(), at_once.seconds()), (0.0, 1.0));
         assert_eq!(command(at_once, Interpolation::Hold, 0.0), (100.0, Supply::Continues));
+    }
+
+    #[test]
+    fn a_repeated_trajectory_begins_anew_with_its_first_row() {
+        let text = "t_s,b0_cmd1_kpa\n1,0\n2,100\n4,50\n";
+        let trajectory = Trajectory::parse("f.csv", text.as_bytes(), 1, SCALE).unwrap();
+        assert_eq!(trajectory.clone().with_speed(2.0).seconds(), 2.0);
+        let mut source = trajectory.play(Interpolation::Hold, AtEnd::Repeat, SCALE, vec![VENTED]);
+        let mut at = |s: f64| {
+            let mut commands = [VENTED];
+            assert_eq!(source.fill((s * 1e9) as u64, &mut commands), Supply::Continues);
+            SCALE.kpa(commands[0][1]).round()
+        };
+        // From 1 to 4 s, then the same again from 4 to 7 s.
+        let played: Vec<f64> = [1.5, 2.5, 3.9, 4.0, 4.9, 5.1, 6.9, 7.1, 8.1, 400.5].map(&mut at).into();
+        assert_eq!(played, [0.0, 100.0, 100.0, 0.0, 0.0, 100.0, 100.0, 0.0, 100.0, 0.0]);
     }
 
     /// A slow bus that misses rows altogether goes on with the right one.

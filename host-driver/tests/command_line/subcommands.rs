@@ -61,7 +61,7 @@ fn list_names_the_boards_of_a_port_and_what_they_are() {
     let boards = PtyBoards::start(2);
     let port = boards.path().to_str().unwrap();
     let (code, stdout, stderr) =
-        run(&["list", "--port", port, "--json", "--wait", "0.5", "--allowance-us", "100000"]);
+        run(&["list", "--port", port, "--json", "-n", "2", "--wait", "20", "--allowance-us", "100000"]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     let found = json["ports"][0]["boards"].as_array().unwrap();
@@ -69,7 +69,7 @@ fn list_names_the_boards_of_a_port_and_what_they_are() {
     assert_eq!(numbers, [0, 1], "{stdout}");
     assert_eq!(json["ports"][0]["path"], port);
     assert!(found[0]["pressures_kpa"][3].is_number(), "{stdout}");
-    let (_, text, _) = run(&["list", "--port", port, "--wait", "0.5", "--allowance-us", "100000"]);
+    let (_, text, _) = run(&["list", "--port", port, "-n", "2", "--wait", "20", "--allowance-us", "100000"]);
     assert!(text.contains("board 1: ") && text.contains("-0.3 -0.3 -0.3 -0.3 kPa"), "{text}");
     assert!(boards.stop().iter().all(|(_, command)| command[0].get() == 102), "only 0 kPa was commanded");
     refused(&["list", "--port", "/dev/no-such-port"], 2, "no such port");
@@ -83,7 +83,20 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rig.toml");
     let path = file.to_str().unwrap();
-    let (code, stdout, stderr) = run(&["init", path, "--port", port, "--wait", "0.5", "--unit", "psi"]);
+    let (code, stdout, stderr) = run(&[
+        "init",
+        path,
+        "--port",
+        port,
+        "-n",
+        "2",
+        "--wait",
+        "20",
+        "--allowance-us",
+        "100000",
+        "--unit",
+        "psi",
+    ]);
     assert_eq!(code, Some(0), "{stderr}");
     assert!(stdout.contains("board(s) 0, 1 on "), "{stdout}");
     let text = fs::read_to_string(&file).unwrap();
@@ -95,7 +108,18 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     refused(&["init", path, "--port", port], 2, "exists and is not replaced");
     assert_eq!(fs::read_to_string(&file).unwrap(), text);
     boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
-    let (code, stdout, _) = run(&["init", &format!("{path}.2"), "--port", port, "--wait", "0.3", "-n", "1"]);
+    let (code, stdout, _) = run(&[
+        "init",
+        &format!("{path}.2"),
+        "--port",
+        port,
+        "--wait",
+        "20",
+        "-n",
+        "1",
+        "--allowance-us",
+        "100000",
+    ]);
     assert_eq!(code, Some(0), "{stdout}");
 }
 
@@ -110,7 +134,7 @@ fn calibrate_asks_for_two_pressures_and_writes_them() {
     let path = file.to_str().unwrap();
     fs::write(&file, format!("# ours\n[bus]\nport = \"{port}\"\nboards = 2\n[limits]\nmax_kpa = 250\n"))
         .unwrap();
-    let asked = ["calibrate", "--rig", path, "--board", "1", "--settle", "0.2"];
+    let asked = ["calibrate", "--rig", path, "--board", "1", "--settle", "0.5", "--allowance-us", "100000"];
     let mut child = program(&asked).stdin(std::process::Stdio::piped()).spawn().unwrap();
     // Channel 0: a slip, then both; channel 1: a wrong unit, then left; 2 and 3 are left.
     let answers = "fifty\n50.5\n202\n7\n29\n\n\n\n";

@@ -1,6 +1,6 @@
 //! What is played, and when.
 
-use crate::program::{refused, run, table};
+use crate::program::{program, refused, run, table};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;
@@ -88,4 +88,40 @@ fn a_trajectory_is_played_to_its_end_and_recorded() {
         assert!(pressures_are_commands || cells[5].is_empty(), "{line}");
     }
     assert_eq!(boards.stop().last(), Some(&(0, [Counts::ATMOSPHERE; 4])));
+}
+
+/// From a shape to a run: made, piped in, played twice as fast, and seen by who listens.
+#[test]
+fn a_generated_trajectory_is_played_from_standard_input_and_streamed() {
+    use std::io::Write;
+    let (code, table, stderr) =
+        run(&["generate", "steps", "--seconds", "1", "--hold", "0.1", "--high", "50"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(table.starts_with("t_s,b0_cmd0_kpa,b0_cmd1_kpa,b0_cmd2_kpa,b0_cmd3_kpa\n0.000,0.00,"), "{table}");
+    assert!(table.contains("\n0.500,50.00,50.00,50.00,50.00\n"), "{table}");
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let listener = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
+    listener.set_read_timeout(Some(std::time::Duration::from_secs(60))).unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let args =
+        ["--port", &port, "--rate", "100", "--trajectory", "-", "--speed", "2", "--udp", &address, "--json"];
+    let args = [&args[..], &["--allowance-us", "100000"]].concat();
+    let mut child = program(&args).stdin(std::process::Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(table.as_bytes()).unwrap();
+    let mut bytes = [0; 2048];
+    let count = listener.recv(&mut bytes).unwrap();
+    let row: serde_json::Value = serde_json::from_slice(&bytes[..count]).unwrap();
+    assert!(
+        row["t_s"].is_number() && row["b0_cmd3_kpa"].is_number() && row["b0_p0_kpa"].is_number(),
+        "{row}"
+    );
+    let output = child.wait_with_output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["ended"], "trajectory");
+    assert!(json["seconds"].as_f64().unwrap() >= 0.5, "{json}");
+    assert!(boards.stop().iter().any(|(_, command)| command[0].get() == 162), "50 kPa was commanded");
+    refused(&["--port", "x", "--repeat"], 2, "--trajectory");
+    refused(&["--port", "x", "--trajectory", "y", "--speed", "0"], 2, "expected a number from 0.01 to 100");
+    refused(&["generate", "sine", "--low", "300"], 2, "--low must be below --high");
 }

@@ -410,12 +410,12 @@ class PressureController:
 
     Parameters
     ----------
-    uart_port : str or os.PathLike
-        Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them.
-    num_devices : int
-        Boards on the bus; their address switches are set to 0, 1, ... 1 to 255.
-    baud : int, default 1_000_000
-        Line rate.
+    uart_port : str or os.PathLike, optional
+        Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
+    num_devices : int, optional
+        Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
+    baud : int, optional
+        Line rate; that of ``rig``, or 1_000_000 by default.
     timeout : float, optional
         How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
     retries : int, default 3
@@ -427,8 +427,8 @@ class PressureController:
         Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A poller ramps what is faster; by hand
         it is refused.
     rig : str or os.PathLike, optional
-        Rig file (TOML) with limits of boards and channels: ``[limits]``, ``[boards.0.limits]``, ``[boards.0.channels.3.limits]``, each
-        with ``max_kpa`` and ``max_rate_kpa_s``. Of several limits the strictest holds.
+        Rig file (TOML, docs/rig.md) with port, boards, line rate, calibration of the sensors, and limits. Of several limits the
+        strictest holds.
     resume : bool, default False
         Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
         vented until ``Poller.release`` is called.
@@ -455,7 +455,7 @@ class PressureController:
     """
     def __enter__(self, /) -> PressureController: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
-    def __new__(cls, /, uart_port: str | PathLike[str], num_devices: SupportsIndex, *, baud: SupportsIndex = 1000000, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, timing: str = "wire") -> PressureController: ...
+    def __new__(cls, /, uart_port: str | PathLike[str] | None = None, num_devices: SupportsIndex | None = None, *, baud: SupportsIndex | None = None, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, timing: str = "wire") -> PressureController: ...
     def __repr__(self, /) -> str: ...
     def close(self, /) -> None:
         """

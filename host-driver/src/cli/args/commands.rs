@@ -1,7 +1,7 @@
 //! The subcommands.
 
 use super::values::{kpa, number, seconds};
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::path::PathBuf;
 
@@ -19,6 +19,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Wire times at a line rate, and the resistor of the boards' 555 timer
     Timing(TimingArgs),
+    /// Write a trajectory: steps, sine, sweep or APRBS, within the limits
+    Generate(GenerateArgs),
     /// What a recording says of itself, and what happened meanwhile
     Info(InfoArgs),
     /// Completions for a shell
@@ -36,6 +38,7 @@ impl Command {
             Self::Ping(_) => "ping",
             Self::Bench(_) => "bench",
             Self::Timing(_) => "timing",
+            Self::Generate(_) => "generate",
             Self::Info(_) => "info",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
@@ -78,6 +81,47 @@ pub struct CalibrateArgs {
     /// How long a pressure is waited for, s
     #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
     pub settle: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Args)]
+pub struct GenerateArgs {
+    /// What it does
+    #[arg(value_enum)]
+    pub shape: ShapeArg,
+    /// The file; standard output without it
+    #[arg(value_name = "FILE.csv")]
+    pub file: Option<PathBuf>,
+    /// Its length, s
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// The lowest set point, kPa
+    #[arg(long, value_name = "KPA", default_value_t = 0.0, value_parser = kpa)]
+    pub low: f64,
+    /// The highest set point, kPa; a channel whose limit (--rig) is lower ends at its limit
+    #[arg(long, value_name = "KPA", default_value_t = 200.0, value_parser = kpa)]
+    pub high: f64,
+    /// Steps and APRBS: how long a level is held, s (APRBS: on the mean). Sines: the period, s
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = seconds)]
+    pub hold: f64,
+    /// Sweep: the period at its end, s
+    #[arg(long, value_name = "S", default_value_t = 0.2, value_parser = seconds)]
+    pub last_period: f64,
+    /// APRBS: which of the random ones
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// Shapes of trajectories.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShapeArg {
+    /// Up and down again in five steps
+    Steps,
+    /// A sine
+    Sine,
+    /// A sine that becomes faster
+    Sweep,
+    /// Random levels held for random times, each channel for itself
+    Aprbs,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Args)]

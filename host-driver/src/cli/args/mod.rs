@@ -9,8 +9,8 @@ mod values;
 pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg};
 pub use commands::{
-    BenchArgs, CalibrateArgs, Command, CompletionsArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs,
-    TimingArgs,
+    BenchArgs, CalibrateArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs,
+    PingArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::number;
@@ -21,7 +21,7 @@ use clap::Parser;
 const SHORT: &str = "\
 Examples:
   pneudrive-host --port sim --devices 3                          three virtual boards
-  pneudrive-host init --port /dev/ttyUSB0                        a rig file for the boards that are there
+  pneudrive-host init --port /dev/ttyUSB0                        a rig file for the boards
   pneudrive-host --rig rig.toml --command 100 --record run.csv.zst
 --help has all options, examples and exit statuses.";
 

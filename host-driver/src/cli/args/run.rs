@@ -1,6 +1,6 @@
 //! Polling: what is commanded, recorded and shown.
 
-use super::values::{filter, number, seconds};
+use super::values::{filter, number, seconds, speed};
 use crate::cli::command_arg::CommandArg;
 use crate::cli::limits::LimitArgs;
 use clap::{Args, ValueEnum};
@@ -22,7 +22,7 @@ pub struct RunArgs {
     pub command: Vec<CommandArg>,
     /// Commands from a table or recording
     ///
-    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap: a column t_s, and columns such as b0_cmd3_kpa for board 0, channel 3.
+    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap, or - for a table on standard input: a column t_s, and columns such as b0_cmd3_kpa for board 0, channel 3.
     /// Before its first row, and for channels without a column, --command holds, or 0 kPa.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
@@ -32,6 +32,12 @@ pub struct RunArgs {
     /// What to command between two rows of the trajectory [default: hold]
     #[arg(long, value_enum, requires = "trajectory", hide_short_help = true)]
     pub interpolate: Option<InterpolateArg>,
+    /// Begin the trajectory anew when it is over, until --duration or a key ends the run
+    #[arg(long, requires = "trajectory", hide_short_help = true)]
+    pub repeat: bool,
+    /// Play the trajectory so many times as fast, 0.01 to 100
+    #[arg(long, requires = "trajectory", hide_short_help = true, value_name = "FACTOR", value_parser = speed)]
+    pub speed: Option<f64>,
     /// Stop after so many seconds
     ///
     /// A shorter trajectory holds its last row until then.
@@ -42,6 +48,9 @@ pub struct RunArgs {
     /// What the boards sent, unfiltered; a .mcap is a ROS 2 bag. A full disk ends the run.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Send rows to HOST:PORT as JSON in UDP, at most 100 a second: PlotJuggler draws them
+    #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
+    pub udp: Option<String>,
     /// Replace the recording if it exists
     #[arg(long, requires = "record")]
     pub overwrite: bool,

@@ -38,6 +38,14 @@ pub fn filter(text: &str) -> Result<PressureFilter, String> {
     PressureFilter::new(weight).map_err(|error| error.to_string())
 }
 
+/// How many times as fast.
+pub fn speed(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(factor) if (0.01..=100.0).contains(&factor) => Ok(factor),
+        _ => Err("expected a number from 0.01 to 100".to_owned()),
+    }
+}
+
 /// A pressure that can be a set point, kPa gauge; limits and the sensor's range come later.
 pub fn kpa(text: &str) -> Result<f64, String> {
     let kpa: f64 = text.parse().map_err(|_| "expected a number of kPa".to_owned())?;
