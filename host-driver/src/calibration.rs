@@ -1,6 +1,5 @@
 //! What the counts of every channel mean.
 
-use crate::poller::BoardCommand;
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use std::collections::BTreeMap;
 
@@ -46,7 +45,7 @@ impl Calibration {
 
     /// Pressures that a command means, kPa gauge. The count of 0 kPa may lie below it; a command below
     /// 0 kPa does not exist.
-    pub fn command_kpa(&self, board: u8, command: BoardCommand) -> [f64; CHANNELS] {
+    pub fn command_kpa(&self, board: u8, command: [Counts; CHANNELS]) -> [f64; CHANNELS] {
         self.kpa(board, command).map(|kpa| kpa.max(0.0))
     }
 
