@@ -16,7 +16,7 @@ use graph::{Source, cycles, graph, sources};
 const KNOWN: &[(&str, &str, &[&str])] = &[
     ("firmware", "", &["bus", "chip"]),
     ("host-driver", "", &["poller", "statistics"]),
-    ("host-driver/page", "", &["api", "picture", "sampler", "server", "stream"]),
+    ("host-driver/page", "", &["api", "download", "picture", "sampler", "server", "stream"]),
     ("sim-hil", "", &["bus", "fault"]),
     ("ros", "", &["bus", "diagnostics", "node", "run", "services"]),
     ("models", "", &["data", "rig"]),
