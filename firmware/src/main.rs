@@ -9,9 +9,10 @@
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
 //!
-//! On the RP2040 all code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache decides how
-//! long something takes. Nothing makes the bus wait for more than about a microsecond: critical sections leave its interrupts alone
-//! ([`masking`]), and what it shares with the control loop is little ([`shared`]).
+//! All code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache
+//! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
+//! critical sections leave its interrupts alone ([`masking`]), and what it shares with the control
+//! loop is little ([`shared`]). What the two chips do not have in common is in [`chip`].
 //! `docs/firmware.md` has the pin map, the wiring, and what was measured.
 #![no_std]
 #![no_main]
@@ -26,11 +27,8 @@ mod post_mortem;
 mod safe_state;
 mod sensors;
 mod shared;
-#[cfg(feature = "rp2040")]
-mod start;
 mod supervision;
 mod valves;
-#[cfg(feature = "rp2040")]
 mod vectors;
 
 use defmt_rtt as _;
@@ -45,12 +43,8 @@ static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     // SAFETY: nothing has enabled an interrupt yet.
-    #[cfg(feature = "rp2040")]
-    unsafe {
-        vectors::move_to_ram();
-    }
-    #[cfg(feature = "rp2040")]
-    start::wait_for_crystal();
+    unsafe { vectors::move_to_ram() };
+    chip::wait_for_crystal();
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     safe_state::enter();

@@ -1,7 +1,7 @@
 //! Both pins of every valve high: full vent. At boot, and when the program cannot go on.
 
 use crate::pins::VALVE_PINS;
-use crate::post_mortem;
+use crate::{chip, post_mortem};
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::pac;
@@ -16,15 +16,7 @@ pub fn enter() {
     pac::SIO.gpio_out(0).value_set().write_value(VALVE_PINS);
     pac::SIO.gpio_oe(0).value_set().write_value(VALVE_PINS);
     for pin in (0..30).filter(|pin| VALVE_PINS >> pin & 1 == 1) {
-        #[cfg(feature = "rp2350")]
-        pac::PADS_BANK0.gpio(pin).modify(|w| w.set_iso(false));
-        #[cfg(feature = "rp2040")]
-        pac::IO_BANK0.gpio(pin).ctrl().write(|w| w.set_funcsel(pac::io::vals::Gpio0ctrlFuncsel::SIO_0 as u8));
-        #[cfg(feature = "rp2350")]
-        pac::IO_BANK0
-            .gpio(pin)
-            .ctrl()
-            .write(|w| w.set_funcsel(pac::io::vals::Gpio0ctrlFuncsel::SIOB_PROC_0 as u8));
+        chip::drive_by_sio(pin);
     }
 }
 

@@ -144,7 +144,8 @@ pub fn address_of_function(part_of_name: &str) -> u32 {
     address
 }
 
-fn file_offset_of_address(elf: &[u8], address: u32) -> Option<usize> {
+/// Where in the file the byte is that the program finds at this address.
+pub fn file_offset_of_address(elf: &[u8], address: u32) -> Option<usize> {
     let segments = ElfBytes::<AnyEndian>::minimal_parse(elf).ok()?.segments()?;
     let address = u64::from(address);
     let segment = segments.iter().find(|s| (s.p_vaddr..s.p_vaddr + s.p_filesz).contains(&address))?;
