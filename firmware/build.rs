@@ -38,6 +38,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for argument in arguments {
         println!("cargo:rustc-link-arg-bins={argument}");
+        println!("cargo:rustc-link-arg-tests={argument}");
     }
+    println!("cargo:rustc-link-arg-tests=-Tembedded-test.x");
     Ok(())
 }

@@ -2,10 +2,8 @@
 
 use crate::pins::VALVE_PINS;
 use crate::{chip, post_mortem};
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::pac;
-use pneudrive_control::{FaultRegisters, StopCause};
+use pneudrive_control::StopCause;
 
 /// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
 ///
@@ -28,26 +26,4 @@ pub fn stop(cause: StopCause) -> ! {
     loop {
         cortex_m::asm::nop();
     }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    enter();
-    // Where, but not what: formatting the message would cost more memory than the rest of the firmware.
-    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
-    stop(StopCause::panic(file, line))
-}
-
-#[exception]
-// SAFETY: called by the hardware only. It vents before it touches anything in RAM.
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    enter();
-    stop(StopCause::HardFault(FaultRegisters {
-        r: [frame.r0(), frame.r1(), frame.r2(), frame.r3()],
-        r12: frame.r12(),
-        lr: frame.lr(),
-        pc: frame.pc(),
-        xpsr: frame.xpsr(),
-    }))
 }

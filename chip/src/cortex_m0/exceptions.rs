@@ -83,7 +83,7 @@ impl Core {
         };
         let wake = match self.activity {
             Activity::Running => return true,
-            Activity::LockedUp => false,
+            Activity::LockedUp | Activity::Halted => false,
             // WFI wakes even if PRIMASK then keeps the exception from being taken.
             Activity::WaitingForInterrupt => preempts(self, self.active_priority()),
             Activity::WaitingForEvent => {

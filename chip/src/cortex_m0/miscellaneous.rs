@@ -60,8 +60,14 @@ pub(super) fn cps(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     Ok(1)
 }
 
-pub(super) fn bkpt(_: &mut Core, _: &mut Bus, _: u16) -> Outcome {
-    Err(Fault::Breakpoint)
+/// `BKPT`: a HardFault, unless a debugger is attached (C1.5).
+pub(super) fn bkpt(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
+    if !core.debugger_attached {
+        return Err(Fault::Breakpoint);
+    }
+    core.breakpoint = opcode as u8;
+    core.sleep(bus, Activity::Halted);
+    Ok(1)
 }
 
 /// `NOP`, `YIELD`, `WFE`, `WFI`, `SEV`; the rest of the hint space executes as `NOP` (A5.2.5, table A5-7).

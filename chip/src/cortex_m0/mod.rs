@@ -44,6 +44,8 @@ pub(crate) enum Activity {
     WaitingForInterrupt,
     /// A HardFault within a HardFault (B1.5.15): only a reset helps.
     LockedUp,
+    /// At a breakpoint, with a debugger attached.
+    Halted,
 }
 
 /// N, Z, C, V of the APSR.
@@ -78,6 +80,10 @@ pub(crate) struct Core {
     /// SCR.SEVONPEND: an interrupt becoming pending is an event, even if it is disabled.
     send_event_on_pending: bool,
     system_reset_requested: bool,
+    /// `BKPT` halts.
+    debugger_attached: bool,
+    /// Number of the last `BKPT` that halted.
+    breakpoint: u8,
     counters: Counters,
 }
 
@@ -124,6 +130,8 @@ impl Core {
             vector_table: 0,
             send_event_on_pending: false,
             system_reset_requested: false,
+            debugger_attached: false,
+            breakpoint: 0,
             counters: Counters::default(),
         }
     }
@@ -149,7 +157,8 @@ impl Core {
 
     fn restart(&mut self, bus: &mut Bus, vector_table: u32) {
         let counters = std::mem::take(&mut self.counters);
-        *self = Core { counters, vector_table, ..Core::new() };
+        let debugger_attached = self.debugger_attached;
+        *self = Core { counters, vector_table, debugger_attached, ..Core::new() };
         bus.take_interrupt_edges();
         self.nvic.pending = bus.interrupt_lines();
         bus.interrupts_changed = true;
@@ -175,6 +184,28 @@ impl Core {
     /// Register `number` (0 to 14; 15 is the address of the next instruction).
     pub fn register(&self, number: usize) -> u32 {
         self.r[number]
+    }
+
+    /// Changes R0 to R12.
+    pub fn set_register(&mut self, number: usize, value: u32) {
+        self.r[..SP][number] = value;
+    }
+
+    pub fn attach_debugger(&mut self) {
+        self.debugger_attached = true;
+    }
+
+    /// The number of the breakpoint at which it has halted.
+    pub fn breakpoint(&self) -> Option<u8> {
+        (self.activity == Activity::Halted).then_some(self.breakpoint)
+    }
+
+    /// Goes on behind a breakpoint.
+    pub fn resume(&mut self, bus: &mut Bus) {
+        if self.activity == Activity::Halted {
+            self.activity = Activity::Running;
+            bus.interrupts_changed = true;
+        }
     }
 
     /// True once after AIRCR.SYSRESETREQ was written.
