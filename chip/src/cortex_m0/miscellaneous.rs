@@ -56,7 +56,7 @@ pub(super) fn cps(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
         0xb672 => core.primask = true,
         _ => return Err(Fault::UndefinedInstruction),
     }
-    bus.interrupts_changed = true;
+    bus.notice_interrupts();
     Ok(1)
 }
 
@@ -87,7 +87,7 @@ pub(super) fn hint(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
         }
         0x40 => {
             core.event_register = true;
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
             Ok(1)
         }
         hint if hint & 0x0f != 0 => Err(Fault::UndefinedInstruction),

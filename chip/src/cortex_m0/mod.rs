@@ -161,7 +161,7 @@ impl Core {
         *self = Core { counters, vector_table, debugger_attached, ..Core::new() };
         bus.take_interrupt_edges();
         self.nvic.pending = bus.interrupt_lines();
-        bus.interrupts_changed = true;
+        bus.notice_interrupts();
     }
 
     pub fn activity(&self) -> Activity {
@@ -204,7 +204,7 @@ impl Core {
     pub fn resume(&mut self, bus: &mut Bus) {
         if self.activity == Activity::Halted {
             self.activity = Activity::Running;
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
         }
     }
 
@@ -222,7 +222,7 @@ impl Core {
     pub fn advance(&mut self, bus: &mut Bus) {
         if self.systick.advance(bus.now) {
             self.nvic.set_systick_pending(true);
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
         }
     }
 
@@ -231,30 +231,60 @@ impl Core {
         self.systick.restart(bus);
     }
 
-    /// Executes one instruction or enters one exception, and moves the bus's time on by its cycles.
-    #[inline]
-    pub fn step(&mut self, bus: &mut Bus) {
-        if bus.interrupts_changed && self.take_pending_exception(bus) {
-            return;
+    /// Executes instructions, and enters the exceptions that become pending, until `limit` or until something else is
+    /// due: a peripheral's event, or a look at the core. An instruction is never cut.
+    pub fn run(&mut self, bus: &mut Bus, limit: Ticks) {
+        bus.let_core_run(limit);
+        loop {
+            while bus.core_runs() {
+                self.execute(bus);
+            }
+            bus.catch_up();
+            // Between two instructions, unless something is due first.
+            if bus.now >= limit.min(bus.next_event()) || bus.core_paused() {
+                return;
+            }
+            if bus.interrupts_changed() {
+                self.take_pending_exception(bus);
+            } else {
+                bus.let_core_run(limit);
+            }
         }
+    }
+
+    /// Executes one instruction or enters one exception.
+    #[cfg(test)]
+    pub fn step(&mut self, bus: &mut Bus) {
+        if !(bus.interrupts_changed() && self.take_pending_exception(bus)) {
+            self.execute(bus);
+        }
+        bus.catch_up();
+    }
+
+    /// Executes one instruction, and moves the bus's time on by its cycles.
+    #[inline]
+    fn execute(&mut self, bus: &mut Bus) {
         let pc = self.r[PC];
-        let fetched = bus.fetch(pc);
+        let Some(opcode) = bus.fetch_at_once(pc) else {
+            self.wait_or_fault(bus, pc);
+            return;
+        };
+        self.r[PC] = pc.wrapping_add(2);
+        self.counters.instructions += 1;
+        match decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode) {
+            Ok(cycles) => self.spend(bus, cycles),
+            Err(fault) => self.hard_fault(bus, pc, fault),
+        }
+    }
+
+    /// There is no instruction at `pc`, not yet or never.
+    #[cold]
+    fn wait_or_fault(&mut self, bus: &mut Bus, pc: u32) {
         if bus.must_wait() {
             // Time goes on first; the instruction is there when the core comes back.
             self.spend(bus, 0);
-            return;
-        }
-        let result = match fetched {
-            Ok(opcode) => {
-                self.r[PC] = pc.wrapping_add(2);
-                self.counters.instructions += 1;
-                decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode)
-            }
-            Err(fault) => Err(fault),
-        };
-        match result {
-            Ok(cycles) => self.spend(bus, cycles),
-            Err(fault) => self.hard_fault(bus, pc, fault),
+        } else {
+            self.hard_fault(bus, pc, Fault::Bus(pc));
         }
     }
 
