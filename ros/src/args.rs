@@ -58,7 +58,7 @@ pub struct Flags {
     /// Fastest change of every set point, kPa/s: what is faster is ramped; venting is not slowed down
     #[arg(long, value_name = "KPA/S", allow_negative_numbers = true)]
     pub max_rate_kpa_s: Option<f64>,
-    /// Rig file, for its limits: [limits], [boards.0.limits], [boards.0.channels.3.limits], each with max_kpa and max_rate_kpa_s.
+    /// Rig file, for its limits: `[limits]`, `[boards.0.limits]`, `[boards.0.channels.3.limits]`, each with max_kpa and max_rate_kpa_s.
     /// Boards are numbered as on each bus; of several limits the strictest holds
     #[arg(long, value_name = "FILE.toml")]
     pub rig: Option<PathBuf>,
