@@ -15,6 +15,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-protocol", &[]),
     ("pneudrive-control", &["pneudrive-protocol"]),
     ("pneudrive-firmware", &["pneudrive-control", "pneudrive-protocol"]),
+    ("pneudrive-uf2", &[]),
     ("pneudrive-host", &["pneudrive-protocol", "pneudrive-page", "pneudrive-sim"]),
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip"]),
