@@ -15,7 +15,7 @@ use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
 
 /// Rows of a channel that are looked at, at most.
-const MOST_ROWS: usize = 3000;
+const MOST_ROWS: usize = 2400;
 /// Least gain of the logarithm of the density that is worth a name: more than a look at the whole catalogue finds in noise.
 const LEAST: f64 = 20.0;
 /// An effect acts on a channel where it gains this part of what it gains on the channel where it gains most.

@@ -18,7 +18,7 @@ pub const INFO: EffectInfo = EffectInfo {
         EffectParameter::logarithmic("volume_ratio", "1", (0.003, 0.02, 0.5), "volume of the tube over the chamber's"),
         EffectParameter::linear("laminar", "kPa", (0.0, 0.0, 100.0), "flow pressure below which the loss in the tube is laminar"),
     ],
-    probes: &[&[0.01, 0.02, 0.0], &[0.05, 0.02, 0.0], &[0.2, 0.02, 0.0], &[0.05, 0.1, 0.0], &[0.7, 0.06, 5.0], &[3.0, 0.06, 5.0]],
+    probes: &[&[0.1, 0.02, 0.0], &[0.3, 0.02, 0.0], &[1.0, 0.02, 0.0], &[0.3, 0.1, 0.0], &[0.7, 0.06, 5.0], &[3.0, 0.06, 5.0]],
     rivals: &["heat_exchange", "sensor_lag", "wall_creep"],
     separated_by: "fast steps over a wide range of pressure: at the end of a flow the reading falls back or rises",
     smallest: 0.0005,
