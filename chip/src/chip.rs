@@ -103,7 +103,7 @@ impl Chip {
     /// one instruction, exception entry or read from flash. Whatever the peripherals do at or before `until` has been done.
     pub fn run_until(&mut self, until: Ticks) {
         loop {
-            if std::mem::take(&mut self.bus.pause_core) {
+            if self.bus.take_core_pause() {
                 self.look_at_core();
             }
             let due = self.bus.next_event().min(self.core_event);
@@ -117,20 +117,11 @@ impl Chip {
             if self.bus.now < self.stalled_until {
                 self.bus.now = due.min(until).min(self.stalled_until);
             } else if self.core.activity() == Activity::Running {
-                self.run_core(until);
-            } else if !(self.bus.interrupts_changed && self.core.try_wake(&mut self.bus)) {
-                self.bus.interrupts_changed = false;
+                self.core.run(&mut self.bus, until.min(self.core_event));
+            } else if !(self.bus.interrupts_changed() && self.core.try_wake(&mut self.bus)) {
+                self.bus.interrupts_seen();
                 self.bus.now = due.min(until);
             }
-        }
-    }
-
-    /// Instructions until something else has to be looked at.
-    fn run_core(&mut self, until: Ticks) {
-        let Chip { core, bus, core_event, .. } = self;
-        let until = until.min(*core_event);
-        while bus.now < until && bus.now < bus.next_event() && !bus.pause_core {
-            core.step(bus);
         }
     }
 
@@ -166,7 +157,7 @@ impl Chip {
         match self.core.activity() {
             _ if self.bus.now < self.stalled_until => peripherals.min(self.stalled_until).max(self.bus.now),
             Activity::Running => self.bus.now,
-            _ if self.bus.interrupts_changed || self.bus.pause_core => self.bus.now,
+            _ if self.bus.interrupts_changed() || self.bus.core_paused() => self.bus.now,
             _ => peripherals.max(self.bus.now),
         }
     }

@@ -42,7 +42,7 @@
 //!
 //! `cortex_m0/` is the core, one file per encoding class of the architecture manual; `peripherals/` one file per
 //! peripheral of the datasheet; `bus/` joins them: address map, events, DMA transfers, clocks, pins. `chip.rs` runs
-//! it, `wires.rs` is the outside of the package, `upsets.rs` what can be made to go wrong inside.
+//! it, `wires.rs` is the outside of the package, `debugger.rs` a probe at it, `upsets.rs` what can be made to go wrong inside.
 
 /// The README's example compiles.
 #[cfg(doctest)]
@@ -52,6 +52,7 @@ struct Readme;
 mod bus;
 mod chip;
 mod cortex_m0;
+mod debugger;
 mod image;
 mod peripherals;
 mod report;
@@ -62,6 +63,7 @@ mod wires;
 
 pub use bus::{Edge, Level};
 pub use chip::Chip;
+pub use debugger::SEMIHOSTING;
 pub use image::ElfError;
 pub use peripherals::adc::Conversions;
 pub use peripherals::uart::{LineErrors, Transmitted};

@@ -305,3 +305,21 @@ fn a_stalled_processor_does_nothing_and_peripherals_go_on() {
     sleeping.run_until(Ticks::from_micros(5_600));
     assert_eq!(sleeping.interrupts_taken(0), before + 1);
 }
+
+/// The processor runs until something is due, however far that is: where the caller stops it, nothing changes.
+#[test]
+fn how_far_it_runs_at_a_time_changes_nothing() {
+    let (mut at_once, mut in_steps) = (alarm_program(), alarm_program());
+    let end = Ticks::from_millis(5);
+    at_once.run_until(end);
+    while in_steps.now() < end {
+        in_steps.run_until(in_steps.now() + Ticks::new(1));
+    }
+    let seen = |chip: &Chip| {
+        let registers: Vec<u32> = (0..16).map(|number| chip.register(number)).collect();
+        let counted = [chip.instructions(), chip.cycles(), chip.now().get(), chip.interrupts_taken(0)];
+        (registers, counted, chip.flash_accesses())
+    };
+    assert_eq!(seen(&at_once), seen(&in_steps));
+    assert!(at_once.interrupts_taken(0) > 2);
+}

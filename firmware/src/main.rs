@@ -1,93 +1,36 @@
-//! A PneuDrive board: Embassy on the RP2040 (or RP2350).
-//!
-//! All behaviour is in `pneudrive-control`. What is here moves bytes, samples and duties, at these priorities:
-//!
-//! | priority | what | when |
-//! | --- | --- | --- |
-//! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
-//! | P1 | Embassy's timer and DMA interrupts | |
-//! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
-//! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
-//!
-//! On the RP2040 all code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache decides how
-//! long something takes. Nothing makes the bus wait for more than about a microsecond: critical sections leave its interrupts alone
-//! ([`masking`]), and what it shares with the control loop is little ([`shared`]).
-//! `docs/firmware.md` has the pin map, the wiring, and what was measured.
+//! The program on a board: see the library's front page.
 #![no_std]
 #![no_main]
 
-mod bus;
-mod chip;
-mod config;
-mod control_loop;
-mod masking;
-mod pins;
-mod post_mortem;
-mod safe_state;
-mod sensors;
-mod shared;
-#[cfg(feature = "rp2040")]
-mod start;
-mod supervision;
-mod valves;
-#[cfg(feature = "rp2040")]
-mod vectors;
-
-use defmt_rtt as _;
-use embassy_executor::{InterruptExecutor, Spawner};
-use embassy_rp::interrupt;
-use embassy_rp::interrupt::{InterruptExt, Priority};
-use pneudrive_control::Board;
-
-/// Runs the control loop above everything but the interrupts.
-static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+use core::panic::PanicInfo;
+use cortex_m_rt::{ExceptionFrame, exception};
+use embassy_executor::Spawner;
+use pneudrive_control::{FaultRegisters, StopCause};
+use pneudrive_firmware::safe_state;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    // SAFETY: nothing has enabled an interrupt yet.
-    #[cfg(feature = "rp2040")]
-    unsafe {
-        vectors::move_to_ram();
-    }
-    #[cfg(feature = "rp2040")]
-    start::wait_for_crystal();
-    // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
-    let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
-    safe_state::enter();
-
-    let hardware = pins::Hardware::split(peripherals);
-    let watchdog = supervision::start_watchdog(hardware.watchdog);
-
-    let address = hardware.switch.read().await;
-    // The configuration was checked at compile time (config.rs).
-    let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
-    let (port, control) = board.split();
-    shared::install(port, control.status());
-    defmt::info!("board {=u8}", address.board());
-
-    let sensors = sensors::Sensors::new(hardware.sensors);
-    bus::start(hardware.bus);
-
-    chip::EMBASSY_TIMER_IRQ.set_priority(Priority::P1);
-    interrupt::DMA_IRQ_0.set_priority(Priority::P1);
-    interrupt::SWI_IRQ_0.set_priority(Priority::P2);
-    let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
-
-    // A task can be spawned once, and is.
-    let (Ok(control_loop), Ok(supervision)) =
-        (control_loop::run(control, sensors, hardware.valves), supervision::run(watchdog, hardware.led))
-    else {
-        defmt::unreachable!()
-    };
-    control_spawner.spawn(control_loop);
-    spawner.spawn(supervision);
-    // What this task still owns (the pins of the address switch) stays as it is.
-    core::future::pending().await
+    pneudrive_firmware::run(spawner).await;
 }
 
-#[interrupt]
-// SAFETY: called by the hardware only, as the executor's interrupt.
-unsafe fn SWI_IRQ_0() {
-    // SAFETY: this is the interrupt that the executor was started with.
-    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    cortex_m::interrupt::disable();
+    safe_state::enter();
+    // Where, but not what: formatting the message would cost more memory than the rest of the firmware.
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    safe_state::stop(StopCause::panic(file, line))
+}
+
+#[exception]
+// SAFETY: called by the hardware only. It vents before it touches anything in RAM.
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    safe_state::enter();
+    safe_state::stop(StopCause::HardFault(FaultRegisters {
+        r: [frame.r0(), frame.r1(), frame.r2(), frame.r3()],
+        r12: frame.r12(),
+        lr: frame.lr(),
+        pc: frame.pc(),
+        xpsr: frame.xpsr(),
+    }))
 }

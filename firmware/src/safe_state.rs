@@ -1,11 +1,9 @@
 //! Both pins of every valve high: full vent. At boot, and when the program cannot go on.
 
 use crate::pins::VALVE_PINS;
-use crate::post_mortem;
-use core::panic::PanicInfo;
-use cortex_m_rt::{ExceptionFrame, exception};
+use crate::{chip, post_mortem};
 use embassy_rp::pac;
-use pneudrive_control::{FaultRegisters, StopCause};
+use pneudrive_control::StopCause;
 
 /// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
 ///
@@ -16,15 +14,7 @@ pub fn enter() {
     pac::SIO.gpio_out(0).value_set().write_value(VALVE_PINS);
     pac::SIO.gpio_oe(0).value_set().write_value(VALVE_PINS);
     for pin in (0..30).filter(|pin| VALVE_PINS >> pin & 1 == 1) {
-        #[cfg(feature = "rp2350")]
-        pac::PADS_BANK0.gpio(pin).modify(|w| w.set_iso(false));
-        #[cfg(feature = "rp2040")]
-        pac::IO_BANK0.gpio(pin).ctrl().write(|w| w.set_funcsel(pac::io::vals::Gpio0ctrlFuncsel::SIO_0 as u8));
-        #[cfg(feature = "rp2350")]
-        pac::IO_BANK0
-            .gpio(pin)
-            .ctrl()
-            .write(|w| w.set_funcsel(pac::io::vals::Gpio0ctrlFuncsel::SIOB_PROC_0 as u8));
+        chip::drive_by_sio(pin);
     }
 }
 
@@ -36,26 +26,4 @@ pub fn stop(cause: StopCause) -> ! {
     loop {
         cortex_m::asm::nop();
     }
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    enter();
-    // Where, but not what: formatting the message would cost more memory than the rest of the firmware.
-    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
-    stop(StopCause::panic(file, line))
-}
-
-#[exception]
-// SAFETY: called by the hardware only. It vents before it touches anything in RAM.
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    enter();
-    stop(StopCause::HardFault(FaultRegisters {
-        r: [frame.r0(), frame.r1(), frame.r2(), frame.r3()],
-        r12: frame.r12(),
-        lr: frame.lr(),
-        pc: frame.pc(),
-        xpsr: frame.xpsr(),
-    }))
 }

@@ -1,13 +1,14 @@
 //! The vector table in RAM: an interrupt whose vector had to come from flash would begin 0.4 us late.
 
+use crate::chip;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::peripheral::SCB;
 
-/// Sixteen of the processor, and the RP2040's interrupts on 32 lines.
-const VECTORS: usize = 16 + 32;
+/// Sixteen of the processor, and the chip's interrupts.
+const VECTORS: usize = 16 + chip::INTERRUPT_LINES;
 
-/// Aligned to the next power of two of its size, as VTOR needs.
-#[repr(align(256))]
+/// Aligned to a power of two that is not less than its size, as VTOR needs.
+#[repr(align(512))]
 struct Table([AtomicU32; VECTORS]);
 
 static TABLE: Table = Table([const { AtomicU32::new(0) }; VECTORS]);
@@ -30,3 +31,5 @@ pub unsafe fn move_to_ram() {
     cortex_m::asm::dsb();
     cortex_m::asm::isb();
 }
+
+const _: () = assert!(size_of::<Table>() == align_of::<Table>());

@@ -40,3 +40,24 @@ fn a_ventilator_run_is_compared() {
         assert!(r2 > 0.8, "{}: R2 = {r2}", model["model"]);
     }
 }
+
+/// Every run has a resistance between the sensor and the lung. One run alone must show it, and nothing else.
+#[test]
+fn the_resistance_behind_the_sensor_is_named() {
+    let Some(data) = real_data("the_resistance_behind_the_sensor_is_named") else { return };
+    for (valve, number) in [("solenoid", 4), ("pinch_valve", 1)] {
+        let rig = format!("{}/examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
+        let folder = Folder::new();
+        let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
+        assert_eq!(done.status, 0, "{}", done.stderr);
+        let report = json(&folder.path("d/report.json"));
+        let causes = report["causes"].as_array().unwrap();
+        let named: Vec<&str> = causes.iter().filter_map(|cause| cause["effect"].as_str()).collect();
+        assert_eq!(named, ["line_restriction"], "{valve} {number}");
+        assert_eq!(causes[0]["equivalent"].as_array().map(Vec::len), Some(0), "{valve} {number}");
+        // The lower end of what it takes off the error of blocks that were not fitted.
+        let least = causes[0]["gain"]["ci95"][0].as_f64().unwrap();
+        assert!(least > 0.5, "{valve} {number}: {least}");
+    }
+}

@@ -37,7 +37,7 @@ max_rate_kpa_s = 20.0
 ";
 
 fn refused(text: &str) -> String {
-    Rig::parse("rig.toml", text).unwrap_err().to_string()
+    Rig::parse("rig.toml", text).expect_err("it is refused").to_string()
 }
 
 #[test]

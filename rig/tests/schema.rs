@@ -8,8 +8,8 @@ const PAGE: &str = include_str!("../../docs/rig.md");
 
 fn compiled() -> (Schemas, SchemaIndex) {
     let (mut schemas, mut compiler) = (Schemas::new(), Compiler::new());
-    compiler.add_resource("rig.json", pneudrive_rig::schema()).unwrap();
-    let index = compiler.compile("rig.json", &mut schemas).unwrap();
+    compiler.add_resource("rig.json", pneudrive_rig::schema()).expect("the schema is taken");
+    let index = compiler.compile("rig.json", &mut schemas).expect("the schema compiles");
     (schemas, index)
 }
 
@@ -40,7 +40,7 @@ fn the_example_in_docs_is_whole() {
 /// Paths of all keys; board 0 and channel 3 stand for all.
 fn keys(schema: &serde_json::Value, path: String, found: &mut Vec<String>) {
     let join = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    for (name, inner) in schema["properties"].as_object().unwrap() {
+    for (name, inner) in schema["properties"].as_object().expect("it has properties") {
         if inner["type"] == "object" {
             keys(inner, join(name), found);
         } else {

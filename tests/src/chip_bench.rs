@@ -85,7 +85,11 @@ impl ChipBench {
     /// # Panics
     /// If it is no program for this chip.
     pub fn power_on_with(elf: &[u8], board: u8) -> Self {
-        let mut chip = Chip::from_elf(elf).unwrap_or_else(|error| panic!("{error}"));
+        Self::on_board(Chip::from_elf(elf).unwrap_or_else(|error| panic!("{error}")), board)
+    }
+
+    /// The same with a chip whose flash has been written already.
+    pub fn on_board(mut chip: Chip, board: u8) -> Self {
         for (bit, pin) in SWITCH.into_iter().enumerate() {
             if board >> bit & 1 == 1 {
                 chip.set_pin_input(pin, Level::Low);

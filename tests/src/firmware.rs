@@ -3,7 +3,7 @@
 use elf::ElfBytes;
 use elf::endian::AnyEndian;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::{env, fs};
 
@@ -38,19 +38,44 @@ pub fn elf_path() -> PathBuf {
 }
 
 fn build() -> PathBuf {
+    cargo("build", &[]);
+    artefact()
+}
+
+/// The tests that a board runs behind a debug probe (`firmware/tests/on_target.rs`), as they are flashed.
+///
+/// # Panics
+/// As [`elf()`].
+pub fn on_target_tests() -> Vec<u8> {
+    let messages = cargo("test", &["--test", "on_target", "--no-run", "--message-format", "json"]);
+    let executable = messages.lines().find_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        let ours = message["target"]["name"] == "on_target";
+        message["executable"].as_str().filter(|_| ours).map(PathBuf::from)
+    });
+    let path = executable.unwrap_or_else(|| panic!("cargo names no executable: {messages}"));
+    fs::read(&path).unwrap_or_else(|error| panic!("cannot read {}: {error}", path.display()))
+}
+
+/// What cargo does with the firmware, for the chip and into a folder of its own; gives what it prints.
+fn cargo(command: &str, arguments: &[&str]) -> String {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let status = Command::new(cargo)
-        .args(["build", "--quiet", "--release", "--package", PACKAGE, "--target", TARGET])
+    let output = Command::new(cargo)
+        .args([command, "--quiet", "--release", "--package", PACKAGE, "--target", TARGET])
+        .args(arguments)
         .arg("--target-dir")
         .arg(target_folder())
         .current_dir(workspace())
         // Flags meant for the host (coverage, sanitizers) do not suit the chip.
         .env_remove("RUSTFLAGS")
         .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .status();
-    match status {
-        Ok(status) if status.success() => artefact(),
-        Ok(status) => panic!("building {PACKAGE} for {TARGET} failed ({status}); is the target installed?"),
+        .stderr(Stdio::inherit())
+        .output();
+    match output {
+        Ok(output) if output.status.success() => String::from_utf8_lossy(&output.stdout).into_owned(),
+        Ok(output) => {
+            panic!("building {PACKAGE} for {TARGET} failed ({}); is the target installed?", output.status)
+        }
         Err(error) => panic!("cannot run cargo to build {PACKAGE}: {error}"),
     }
 }
@@ -144,7 +169,8 @@ pub fn address_of_function(part_of_name: &str) -> u32 {
     address
 }
 
-fn file_offset_of_address(elf: &[u8], address: u32) -> Option<usize> {
+/// Where in the file the byte is that the program finds at this address.
+pub fn file_offset_of_address(elf: &[u8], address: u32) -> Option<usize> {
     let segments = ElfBytes::<AnyEndian>::minimal_parse(elf).ok()?.segments()?;
     let address = u64::from(address);
     let segment = segments.iter().find(|s| (s.p_vaddr..s.p_vaddr + s.p_filesz).contains(&address))?;

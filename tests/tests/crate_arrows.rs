@@ -17,6 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-firmware", &["pneudrive-control", "pneudrive-protocol"]),
     ("pneudrive-rig", &[]),
     ("pneudrive-host", &["pneudrive-protocol", "pneudrive-rig", "pneudrive-page", "pneudrive-sim"]),
+    ("pneudrive-uf2", &[]),
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip"]),
     ("pneudrive-chip", &[]),

@@ -13,11 +13,23 @@ pub(super) struct CycleClock {
     cycles: u64,
     /// Ticks owed, in units of 1/`cycles`.
     remainder: u64,
+    /// What a few cycles take, by their number: nearly all instructions need no division.
+    few: [Duration; FEW],
+}
+
+/// Instructions take up to so many cycles, less one, unless they wait for flash or load and store many registers.
+const FEW: usize = 16;
+
+/// Whole ticks, and the rest in units of 1/`cycles`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Duration {
+    ticks: u64,
+    rest: u64,
 }
 
 impl Default for CycleClock {
     fn default() -> Self {
-        CycleClock { rate: Rate::STOPPED, ticks: 1, cycles: 1, remainder: 0 }
+        CycleClock { rate: Rate::STOPPED, ticks: 1, cycles: 1, remainder: 0, few: Default::default() }
     }
 }
 
@@ -33,6 +45,10 @@ impl CycleClock {
             (self.ticks, self.cycles) = rate.period();
             self.rate = rate;
             self.remainder = 0;
+            self.few = std::array::from_fn(|cycles| {
+                let due = cycles as u64 * self.ticks;
+                Duration { ticks: due / self.cycles, rest: due % self.cycles }
+            });
         }
         true
     }
@@ -43,12 +59,29 @@ impl CycleClock {
 
     #[inline]
     pub fn ticks(&mut self, cycles: u32) -> Ticks {
-        let due = u64::from(cycles) * self.ticks;
+        let Some(time) = self.few.get(cycles as usize) else { return self.ticks_of_many(cycles) };
+        // Both are less than a tick, so together less than two.
+        let rest = self.remainder + time.rest;
+        let carry = rest >= self.cycles;
+        self.remainder = if carry { rest - self.cycles } else { rest };
+        Ticks::new(time.ticks + u64::from(carry))
+    }
+
+    /// The least number of cycles after which `time` has passed, or one that is smaller where that is very long.
+    #[inline]
+    pub fn cycles_to_pass(&self, time: Ticks) -> u32 {
+        const LONG: u64 = 1 << 24;
+        let time = time.get().min(LONG);
         // At 125 MHz, where nearly all time is spent, a cycle is a tick.
-        if self.cycles == 1 {
-            return Ticks::new(due);
+        if self.ticks == 1 && self.cycles == 1 {
+            return time as u32;
         }
-        let due = due + self.remainder;
+        let cycles = (time * self.cycles).saturating_sub(self.remainder).div_ceil(self.ticks);
+        u32::try_from(cycles).unwrap_or(u32::MAX)
+    }
+
+    fn ticks_of_many(&mut self, cycles: u32) -> Ticks {
+        let due = u64::from(cycles) * self.ticks + self.remainder;
         self.remainder = due % self.cycles;
         Ticks::new(due / self.cycles)
     }
@@ -86,6 +119,36 @@ impl Bus {
         self.timer.set_tick(tick, self.now);
         self.watchdog.set_tick(tick, self.now);
         self.clocks_changed = true;
-        self.pause_core = true;
+        self.pause_core();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock(hertz: Hertz) -> CycleClock {
+        let mut clock = CycleClock::default();
+        assert!(clock.set(hertz));
+        clock
+    }
+
+    #[test]
+    fn no_fraction_of_a_tick_is_lost() {
+        for hertz in [(6_500_000, 1), (12_000_000, 1), (48_000_000, 7), (125_000_000, 1), (133_000_000, 1)] {
+            let mut clock = clock(hertz);
+            let (ticks, cycles) = clock.rate.period();
+            let (mut spent, mut passed) = (0, 0);
+            for n in 0..100_000_u32 {
+                let now = n * 7 % 23;
+                spent += u64::from(now);
+                let wait = Ticks::new(u64::from(n % 1_000));
+                let enough = clock.cycles_to_pass(wait);
+                assert!(clock.clone().ticks(enough) >= wait);
+                assert!(enough == 0 || clock.clone().ticks(enough - 1) < wait);
+                passed += clock.ticks(now).get();
+                assert_eq!(passed, spent * ticks / cycles, "after {spent} cycles at {hertz:?}");
+            }
+        }
     }
 }

@@ -61,7 +61,7 @@ impl Bus {
     fn note_reset_request(&mut self) {
         if let Some(reason) = self.watchdog.take_reset() {
             self.reset_request = Some(reason);
-            self.pause_core = true;
+            self.pause_core();
         }
     }
 
@@ -74,6 +74,7 @@ impl Bus {
             .min(self.pwm.next_event())
             .min(self.dma.next_event())
             .min(self.next_dma_transfer());
+        self.set_budget();
     }
 
     pub(super) fn update_interrupt_lines(&mut self) {
@@ -89,6 +90,8 @@ impl Bus {
         let rising = lines & !self.interrupt_lines;
         self.interrupt_lines = lines;
         self.interrupt_edges |= rising;
-        self.interrupts_changed |= rising != 0;
+        if rising != 0 {
+            self.notice_interrupts();
+        }
     }
 }

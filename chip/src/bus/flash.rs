@@ -60,16 +60,20 @@ impl Bus {
     #[inline]
     pub(super) fn fetch_flash(&mut self, address: u32) -> Option<u16> {
         let bytes = self.flash(address)?;
-        let word = address & !3;
-        let ahead = word.wrapping_add(2 * (address & 2));
+        let ahead = address.wrapping_add(2) & !3;
         if self.flash_port.fetched != ahead {
-            if self.flash_port.fetched != word && ahead != word {
-                self.access_flash(word);
-            }
-            self.access_flash(ahead);
-            self.flash_port.fetched = ahead;
+            self.fetch_words(address & !3, ahead);
         }
         Some(u16::from_le_bytes(bytes))
+    }
+
+    #[inline]
+    fn fetch_words(&mut self, word: u32, ahead: u32) {
+        if self.flash_port.fetched != word && ahead != word {
+            self.access_flash(word);
+        }
+        self.access_flash(ahead);
+        self.flash_port.fetched = ahead;
     }
 
     #[inline]
@@ -81,6 +85,7 @@ impl Bus {
 
     #[cold]
     fn miss(&mut self, word: u32) {
+        self.catch_up();
         if !self.ssi.can_read() {
             self.note_unmodelled(word, Access::Read, Concern::ValueNotModelled);
         }
@@ -98,7 +103,7 @@ impl Bus {
     /// The cycles for which the processor must wait for flash, once.
     #[inline]
     pub fn take_wait_cycles(&mut self) -> u32 {
-        std::mem::take(&mut self.flash_port.wait_cycles)
+        if self.flash_port.wait_cycles == 0 { 0 } else { std::mem::take(&mut self.flash_port.wait_cycles) }
     }
 
     pub(super) fn set_wait_cycles(&mut self, cycles: u32) {

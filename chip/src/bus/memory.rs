@@ -21,8 +21,8 @@ const ROM_END: u32 = 0x0000_4000;
 /// shows reads of memory that was never written.
 const POWER_ON_BYTE: u8 = 0xa5;
 
-pub(super) fn power_on_sram() -> Vec<u8> {
-    vec![POWER_ON_BYTE; SRAM_SIZE]
+pub(super) fn power_on_sram() -> Box<[u8; SRAM_SIZE]> {
+    Box::new([POWER_ON_BYTE; SRAM_SIZE])
 }
 
 /// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port. Behind the APB bridge the bus takes
@@ -44,13 +44,19 @@ impl Bus {
     #[inline]
     fn sram<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
         let start = address.wrapping_sub(SRAM) as usize;
-        self.sram.get(start..)?.first_chunk().copied()
+        if start > SRAM_SIZE - N {
+            return None;
+        }
+        self.sram[start..].first_chunk().copied()
     }
 
     #[inline]
     fn sram_mut<const N: usize>(&mut self, address: u32) -> Option<&mut [u8; N]> {
         let start = address.wrapping_sub(SRAM) as usize;
-        self.sram.get_mut(start..)?.first_chunk_mut()
+        if start > SRAM_SIZE - N {
+            return None;
+        }
+        self.sram[start..].first_chunk_mut()
     }
 
     #[inline]
@@ -58,13 +64,22 @@ impl Bus {
         self.sram(address).or_else(|| self.read_flash(address))
     }
 
-    /// An instruction.
+    /// An instruction; none where there is no memory.
     #[inline]
-    pub fn fetch(&mut self, address: u32) -> Result<u16, Fault> {
-        if let Some(bytes) = self.sram(address) {
-            return Ok(u16::from_le_bytes(bytes));
+    pub fn fetch(&mut self, address: u32) -> Option<u16> {
+        match self.sram(address) {
+            Some(bytes) => Some(u16::from_le_bytes(bytes)),
+            None => self.fetch_flash(address),
         }
-        self.fetch_flash(address).ok_or(Fault::Bus(address))
+    }
+
+    /// The same, and none if flash must be waited for ([`Bus::must_wait`]): the next time it is there.
+    #[inline]
+    pub fn fetch_at_once(&mut self, address: u32) -> Option<u16> {
+        match self.sram(address) {
+            Some(bytes) => Some(u16::from_le_bytes(bytes)),
+            None => self.fetch_flash(address).filter(|_| !self.must_wait()),
+        }
     }
 
     #[inline]
@@ -132,6 +147,7 @@ impl Bus {
     }
 
     fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
+        self.catch_up();
         match address {
             SIO..SIO_END => Ok(self.read_sio(address)),
             PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),
@@ -146,6 +162,7 @@ impl Bus {
     }
 
     fn write_device(&mut self, address: u32, value: u32) -> Result<(), Fault> {
+        self.catch_up();
         match address {
             SIO..SIO_END => self.write_sio(address, value),
             PERIPHERALS..PERIPHERALS_END => self.write_register(address, value),

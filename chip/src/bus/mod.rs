@@ -54,22 +54,26 @@ pub use pins::{Edge, Level};
 /// The whole chip but the core.
 #[derive(Clone, Debug)]
 pub(crate) struct Bus {
-    /// Virtual time.
+    /// Virtual time, without the cycles that the core has spent since [`Bus::catch_up`]: whoever looks at time from within an
+    /// instruction catches up first.
     pub now: Ticks,
-    /// The interrupt lines, or something else the core must look at before its next instruction, changed.
-    pub interrupts_changed: bool,
-    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed,
-    /// a peripheral asks for a reset.
-    pub pause_core: bool,
-    /// The processor clock or the 1 us tick changed. Sets `pause_core` too.
+    /// The processor clock or the 1 us tick changed. The core is paused, too.
     pub clocks_changed: bool,
+    /// Cycles that the core has spent since `now`.
+    spent: u32,
+    /// The core executes while it has spent less: the only thing to be compared for each instruction.
+    budget: u32,
+    /// Up to where the run loop lets the core run, if nothing else is due.
+    run_limit: Ticks,
+    interrupts_changed: bool,
+    core_paused: bool,
     interrupt_lines: u32,
     interrupt_edges: u32,
     /// When a peripheral next does something by itself.
     next_event: Ticks,
     cycle_clock: CycleClock,
     flash: Arc<[u8]>,
-    sram: Vec<u8>,
+    sram: Box<[u8; memory::SRAM_SIZE]>,
     reset_request: Option<ResetReason>,
     unmodelled: UnmodelledLog,
     pins: PinState,
@@ -108,9 +112,12 @@ impl Bus {
     pub fn new(flash: Arc<[u8]>) -> Bus {
         let mut bus = Bus {
             now: Ticks::ZERO,
-            interrupts_changed: true,
-            pause_core: true,
             clocks_changed: true,
+            spent: 0,
+            budget: 0,
+            run_limit: Ticks::ZERO,
+            interrupts_changed: true,
+            core_paused: true,
             interrupt_lines: 0,
             interrupt_edges: 0,
             next_event: Ticks::NEVER,
@@ -159,6 +166,61 @@ impl Bus {
         self.next_event
     }
 
+    /// The interrupt lines, or something else the core must look at before its next instruction, changed.
+    #[inline]
+    pub fn notice_interrupts(&mut self) {
+        self.interrupts_changed = true;
+        self.budget = 0;
+    }
+
+    /// Whether [`Self::notice_interrupts`] was called since the core last looked.
+    #[inline]
+    pub fn interrupts_changed(&self) -> bool {
+        self.interrupts_changed
+    }
+
+    /// The core has looked at the interrupt lines.
+    pub fn interrupts_seen(&mut self) {
+        self.interrupts_changed = false;
+        self.set_budget();
+    }
+
+    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed,
+    /// a peripheral asks for a reset.
+    pub fn pause_core(&mut self) {
+        self.core_paused = true;
+        self.budget = 0;
+    }
+
+    /// Whether the core is to be looked at.
+    pub fn core_paused(&self) -> bool {
+        self.core_paused
+    }
+
+    /// The same, once.
+    pub fn take_core_pause(&mut self) -> bool {
+        std::mem::take(&mut self.core_paused)
+    }
+
+    /// Lets the core execute until `limit` or whatever is due before it.
+    pub fn let_core_run(&mut self, limit: Ticks) {
+        self.run_limit = limit;
+        self.set_budget();
+    }
+
+    /// Whether the core executes its next instruction without a look at anything else.
+    #[inline]
+    pub fn core_runs(&self) -> bool {
+        self.spent < self.budget
+    }
+
+    fn set_budget(&mut self) {
+        debug_assert!(self.spent == 0, "time has been caught up with");
+        let stops = self.interrupts_changed || self.core_paused;
+        let time = self.run_limit.min(self.next_event).saturating_sub(self.now);
+        self.budget = if stops { 0 } else { self.cycle_clock.cycles_to_pass(time) };
+    }
+
     /// The interrupt lines as they are now, bit n for IRQ n.
     pub fn interrupt_lines(&self) -> u32 {
         self.interrupt_lines
@@ -177,7 +239,15 @@ impl Bus {
     /// Moves time on by processor cycles.
     #[inline]
     pub fn spend_cycles(&mut self, cycles: u32) {
-        self.now += self.cycle_clock.ticks(cycles);
+        self.spent += cycles;
+    }
+
+    /// Makes [`Bus::now`] the time at which the core is.
+    #[inline]
+    pub fn catch_up(&mut self) {
+        let spent = std::mem::take(&mut self.spent);
+        self.budget = self.budget.saturating_sub(spent);
+        self.now += self.cycle_clock.ticks(spent);
     }
 
     /// clk_sys, which is the processor's clock.

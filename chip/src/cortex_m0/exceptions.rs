@@ -51,7 +51,7 @@ impl Core {
                 true
             }
             _ => {
-                bus.interrupts_changed = false;
+                bus.interrupts_seen();
                 false
             }
         }
@@ -71,8 +71,8 @@ impl Core {
     /// Stops executing. An interrupt that is already pending may wake the core at once, so it is looked for.
     pub(super) fn sleep(&mut self, bus: &mut Bus, activity: Activity) {
         self.activity = activity;
-        bus.interrupts_changed = true;
-        bus.pause_core = true;
+        bus.notice_interrupts();
+        bus.pause_core();
     }
 
     /// Whether a sleeping core has a reason to go on; wakes it if so.
@@ -83,7 +83,7 @@ impl Core {
         };
         let wake = match self.activity {
             Activity::Running => return true,
-            Activity::LockedUp => false,
+            Activity::LockedUp | Activity::Halted => false,
             // WFI wakes even if PRIMASK then keeps the exception from being taken.
             Activity::WaitingForInterrupt => preempts(self, self.active_priority()),
             Activity::WaitingForEvent => {
@@ -92,7 +92,7 @@ impl Core {
         };
         if wake {
             self.activity = Activity::Running;
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
         }
         wake
     }
@@ -115,7 +115,7 @@ impl Core {
         self.event_register = true;
         self.activity = Activity::Running;
         self.counters.exceptions[exception as usize] += 1;
-        bus.interrupts_changed = true;
+        bus.notice_interrupts();
         match bus.read32(self.vector_table.wrapping_add(4 * exception)) {
             Ok(handler) => self.r[PC] = handler & !1,
             Err(fault) => self.lock_up(bus, fault),
@@ -157,7 +157,7 @@ impl Core {
         self.select_process_stack(exc_return == RETURN_TO_THREAD_PROCESS);
         self.pop_frame(bus)?;
         self.event_register = true;
-        bus.interrupts_changed = true;
+        bus.notice_interrupts();
         self.spend(bus, RETURN_CYCLES);
         Ok(())
     }
@@ -191,6 +191,7 @@ impl Core {
     /// The instruction at `pc` faulted.
     #[cold]
     pub(super) fn hard_fault(&mut self, bus: &mut Bus, pc: u32, fault: Fault) {
+        bus.catch_up();
         self.counters.hard_faults += 1;
         self.counters.last_hard_fault = Some(HardFault { at: bus.now, pc, fault });
         self.r[PC] = pc;
@@ -203,6 +204,7 @@ impl Core {
 
     /// The exception frame or vector could not be accessed.
     fn lock_up(&mut self, bus: &mut Bus, fault: Fault) {
+        bus.catch_up();
         self.counters.hard_faults += 1;
         self.counters.last_hard_fault = Some(HardFault { at: bus.now, pc: self.r[PC], fault });
         self.sleep(bus, Activity::LockedUp);

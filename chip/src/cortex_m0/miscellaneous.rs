@@ -56,12 +56,18 @@ pub(super) fn cps(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
         0xb672 => core.primask = true,
         _ => return Err(Fault::UndefinedInstruction),
     }
-    bus.interrupts_changed = true;
+    bus.notice_interrupts();
     Ok(1)
 }
 
-pub(super) fn bkpt(_: &mut Core, _: &mut Bus, _: u16) -> Outcome {
-    Err(Fault::Breakpoint)
+/// `BKPT`: a HardFault, unless a debugger is attached (C1.5).
+pub(super) fn bkpt(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
+    if !core.debugger_attached {
+        return Err(Fault::Breakpoint);
+    }
+    core.breakpoint = opcode as u8;
+    core.sleep(bus, Activity::Halted);
+    Ok(1)
 }
 
 /// `NOP`, `YIELD`, `WFE`, `WFI`, `SEV`; the rest of the hint space executes as `NOP` (A5.2.5, table A5-7).
@@ -81,7 +87,7 @@ pub(super) fn hint(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
         }
         0x40 => {
             core.event_register = true;
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
             Ok(1)
         }
         hint if hint & 0x0f != 0 => Err(Fault::UndefinedInstruction),

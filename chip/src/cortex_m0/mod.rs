@@ -44,6 +44,8 @@ pub(crate) enum Activity {
     WaitingForInterrupt,
     /// A HardFault within a HardFault (B1.5.15): only a reset helps.
     LockedUp,
+    /// At a breakpoint, with a debugger attached.
+    Halted,
 }
 
 /// N, Z, C, V of the APSR.
@@ -78,6 +80,10 @@ pub(crate) struct Core {
     /// SCR.SEVONPEND: an interrupt becoming pending is an event, even if it is disabled.
     send_event_on_pending: bool,
     system_reset_requested: bool,
+    /// `BKPT` halts.
+    debugger_attached: bool,
+    /// Number of the last `BKPT` that halted.
+    breakpoint: u8,
     counters: Counters,
 }
 
@@ -124,6 +130,8 @@ impl Core {
             vector_table: 0,
             send_event_on_pending: false,
             system_reset_requested: false,
+            debugger_attached: false,
+            breakpoint: 0,
             counters: Counters::default(),
         }
     }
@@ -149,10 +157,11 @@ impl Core {
 
     fn restart(&mut self, bus: &mut Bus, vector_table: u32) {
         let counters = std::mem::take(&mut self.counters);
-        *self = Core { counters, vector_table, ..Core::new() };
+        let debugger_attached = self.debugger_attached;
+        *self = Core { counters, vector_table, debugger_attached, ..Core::new() };
         bus.take_interrupt_edges();
         self.nvic.pending = bus.interrupt_lines();
-        bus.interrupts_changed = true;
+        bus.notice_interrupts();
     }
 
     pub fn activity(&self) -> Activity {
@@ -177,6 +186,28 @@ impl Core {
         self.r[number]
     }
 
+    /// Changes R0 to R12.
+    pub fn set_register(&mut self, number: usize, value: u32) {
+        self.r[..SP][number] = value;
+    }
+
+    pub fn attach_debugger(&mut self) {
+        self.debugger_attached = true;
+    }
+
+    /// The number of the breakpoint at which it has halted.
+    pub fn breakpoint(&self) -> Option<u8> {
+        (self.activity == Activity::Halted).then_some(self.breakpoint)
+    }
+
+    /// Goes on behind a breakpoint.
+    pub fn resume(&mut self, bus: &mut Bus) {
+        if self.activity == Activity::Halted {
+            self.activity = Activity::Running;
+            bus.notice_interrupts();
+        }
+    }
+
     /// True once after AIRCR.SYSRESETREQ was written.
     pub fn take_system_reset_request(&mut self) -> bool {
         std::mem::take(&mut self.system_reset_requested)
@@ -191,7 +222,7 @@ impl Core {
     pub fn advance(&mut self, bus: &mut Bus) {
         if self.systick.advance(bus.now) {
             self.nvic.set_systick_pending(true);
-            bus.interrupts_changed = true;
+            bus.notice_interrupts();
         }
     }
 
@@ -200,30 +231,60 @@ impl Core {
         self.systick.restart(bus);
     }
 
-    /// Executes one instruction or enters one exception, and moves the bus's time on by its cycles.
-    #[inline]
-    pub fn step(&mut self, bus: &mut Bus) {
-        if bus.interrupts_changed && self.take_pending_exception(bus) {
-            return;
+    /// Executes instructions, and enters the exceptions that become pending, until `limit` or until something else is
+    /// due: a peripheral's event, or a look at the core. An instruction is never cut.
+    pub fn run(&mut self, bus: &mut Bus, limit: Ticks) {
+        bus.let_core_run(limit);
+        loop {
+            while bus.core_runs() {
+                self.execute(bus);
+            }
+            bus.catch_up();
+            // Between two instructions, unless something is due first.
+            if bus.now >= limit.min(bus.next_event()) || bus.core_paused() {
+                return;
+            }
+            if bus.interrupts_changed() {
+                self.take_pending_exception(bus);
+            } else {
+                bus.let_core_run(limit);
+            }
         }
+    }
+
+    /// Executes one instruction or enters one exception.
+    #[cfg(test)]
+    pub fn step(&mut self, bus: &mut Bus) {
+        if !(bus.interrupts_changed() && self.take_pending_exception(bus)) {
+            self.execute(bus);
+        }
+        bus.catch_up();
+    }
+
+    /// Executes one instruction, and moves the bus's time on by its cycles.
+    #[inline]
+    fn execute(&mut self, bus: &mut Bus) {
         let pc = self.r[PC];
-        let fetched = bus.fetch(pc);
+        let Some(opcode) = bus.fetch_at_once(pc) else {
+            self.wait_or_fault(bus, pc);
+            return;
+        };
+        self.r[PC] = pc.wrapping_add(2);
+        self.counters.instructions += 1;
+        match decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode) {
+            Ok(cycles) => self.spend(bus, cycles),
+            Err(fault) => self.hard_fault(bus, pc, fault),
+        }
+    }
+
+    /// There is no instruction at `pc`, not yet or never.
+    #[cold]
+    fn wait_or_fault(&mut self, bus: &mut Bus, pc: u32) {
         if bus.must_wait() {
             // Time goes on first; the instruction is there when the core comes back.
             self.spend(bus, 0);
-            return;
-        }
-        let result = match fetched {
-            Ok(opcode) => {
-                self.r[PC] = pc.wrapping_add(2);
-                self.counters.instructions += 1;
-                decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode)
-            }
-            Err(fault) => Err(fault),
-        };
-        match result {
-            Ok(cycles) => self.spend(bus, cycles),
-            Err(fault) => self.hard_fault(bus, pc, fault),
+        } else {
+            self.hard_fault(bus, pc, Fault::Bus(pc));
         }
     }
 

@@ -55,7 +55,7 @@ impl Core {
             PSP => self.banked_sp = value & !3,
             PRIMASK => {
                 self.primask = value & 1 != 0;
-                bus.interrupts_changed = true;
+                bus.notice_interrupts();
             }
             // In handler mode CONTROL.SPSEL ignores writes. nPRIV is not modelled: code always runs privileged.
             CONTROL if self.ipsr == 0 => self.select_process_stack(value & 2 != 0),

@@ -52,6 +52,7 @@ fn offset(address: u32) -> Result<u32, Fault> {
 
 impl Core {
     pub(super) fn read_system_control(&mut self, bus: &mut Bus, address: u32) -> Result<u32, Fault> {
+        bus.catch_up();
         let now = bus.now;
         // What the lines did since the last look must show in ISPR and ICSR.
         self.latch_interrupts(bus);
@@ -88,6 +89,7 @@ impl Core {
         address: u32,
         value: u32,
     ) -> Result<(), Fault> {
+        bus.catch_up();
         self.latch_interrupts(bus);
         match offset(address)? {
             SYST_CSR => self.systick.write_control(bus, value),
@@ -116,8 +118,8 @@ impl Core {
             SHPR3 => self.nvic.write_shpr3(value),
             _ => bus.note_unmodelled(address, Access::Write, Concern::NotModelled),
         }
-        bus.interrupts_changed = true;
-        bus.pause_core = true;
+        bus.notice_interrupts();
+        bus.pause_core();
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use crate::bus::Bus;
 use crate::report::Fault;
 
 pub(super) fn wide(core: &mut Core, bus: &mut Bus, first: u16) -> Outcome {
-    let second = bus.fetch(core.r[PC])?;
+    let second = bus.fetch(core.r[PC]).ok_or(Fault::Bus(core.r[PC]))?;
     core.r[PC] = core.r[PC].wrapping_add(2);
     match (first, second) {
         (_, _) if second & 0xd000 == 0xd000 => Ok(branch_with_link(core, first, second)),

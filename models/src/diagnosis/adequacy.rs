@@ -3,6 +3,7 @@
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::dependence::rows_of;
+use super::gain::BlockErrors;
 use super::json::Symptom;
 use super::search::Outcome;
 use super::whiten::{Whitening, wander};
@@ -12,6 +13,8 @@ use crate::effects::catalogue::CATALOGUE;
 const POOR: f64 = 0.3;
 /// An error larger than the allowed one by this factor is something else.
 const BEYOND: f64 = 1.7;
+/// An error larger by this factor is more than any weight accounts for.
+const ASTRAY: f64 = 5.0;
 
 /// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where the model is right, kPa.
 #[must_use]
@@ -34,6 +37,13 @@ pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
 #[must_use]
 pub fn beyond(error_kpa: f64, allowed_kpa: f64) -> bool {
     error_kpa > BEYOND * allowed_kpa
+}
+
+/// Is the base model so far off, where drives are recorded, that weights which belong to noise and wander mean nothing?
+#[must_use]
+pub fn astray(channels: &[ChannelData], base: &[Extended]) -> bool {
+    let driven = channels.iter().all(|data| !data.inputs.in_loop());
+    driven && BlockErrors::of(channels, base, Role::Select).all() > ASTRAY * allowed_kpa(channels, base)
 }
 
 /// A remark on a base model that describes nothing.

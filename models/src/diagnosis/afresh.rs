@@ -131,7 +131,7 @@ mod tests {
     fn behind_a_tube() -> (ChannelData, ChannelStage, Extended) {
         let (mut data, base) = channel(true);
         let tube = index_of("line_restriction").expect("it is in the catalogue");
-        let truth = base.with(&data.plant, tube, &[0.6, 0.05]);
+        let truth = base.with(&data.plant, tube, &[1.3, 0.05, 0.0]);
         data.measured_kpa = data.readings(&truth).into();
         let mut astray = base;
         astray.values[2] *= 10.0;

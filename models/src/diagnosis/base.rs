@@ -10,10 +10,11 @@ use crate::effects::Kind;
 /// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
-const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
+pub const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
 /// Leaks and width of the corner where a search begins, over the gain.
-const LEAK: f64 = 0.003;
-const CORNER: f64 = 0.03;
+pub const LEAK: f64 = 0.003;
+/// See [`LEAK`].
+pub const CORNER: f64 = 0.03;
 /// A corner of this width, mm^2, is sharp: the smallest drives open as much.
 const SHARP_MM2: f64 = 1e-3;
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::channel::ChannelData;
 use super::found::Found;
-use super::interval::{Coordinate, coordinates, interval, pool};
+use super::interval::{Coordinate, as_estimated, coordinates, interval, pool};
 use super::json::{Cause, Estimate, Gain};
 use super::search::Outcome;
 use crate::effects::EffectParameter;
@@ -23,7 +23,12 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
         channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
     let by_channel: Vec<(String, Vec<Coordinate>)> = acting
         .par_iter()
-        .map(|(k, data)| (data.id.to_string(), coordinates(data, &outcome.stages[*k], found.effect)))
+        .map(|(k, data)| {
+            let stage = &outcome.stages[*k];
+            let known =
+                found.errors.as_ref().map(|errors| as_estimated(data, stage, found.effect, &errors[*k]));
+            (data.id.to_string(), known.unwrap_or_else(|| coordinates(data, stage, found.effect)))
+        })
         .collect();
     let named = |estimates: Vec<Coordinate>| -> BTreeMap<String, Estimate> {
         info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()

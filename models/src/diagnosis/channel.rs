@@ -130,7 +130,7 @@ impl Extended {
 }
 
 /// Puts the effects to work.
-fn install<S: Scalar>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
+pub(super) fn install<S: Scalar>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
     let mut at = plant.parameters().len();
     effects
         .iter()

@@ -22,6 +22,8 @@ pub struct Found {
     pub gained: f64,
     /// Models of the rivals, for the next experiment.
     pub rivals: Vec<Candidate>,
+    /// Standard errors of its parameters on their scales, channel by channel, where the likelihood has given them.
+    pub errors: Option<Vec<Vec<f64>>>,
 }
 
 impl Found {
@@ -43,6 +45,7 @@ impl Found {
             gained: select_total(channels, stages.iter().map(|s| &s.losses))
                 - select_total(channels, &ranked[winner].losses),
             rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
+            errors: None,
         }
     }
 }

@@ -33,6 +33,7 @@ mod gate;
 mod hunting;
 mod interval;
 pub mod json;
+mod likelihood;
 mod losses;
 mod neighbours;
 mod noise;

@@ -12,6 +12,7 @@ use super::extended::{ExtendedFile, extended_file};
 use super::gain::BlockErrors;
 use super::hunting;
 use super::json::{Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict};
+use super::likelihood;
 use super::prepare::{Purpose, prepare_for};
 use super::rest::{Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search};
@@ -23,6 +24,9 @@ use crate::rig::Rig;
 
 /// File name of the extended model.
 pub const EXTENDED_FILE: &str = "extended.toml";
+
+/// How models were fitted where the usual way leaves too much.
+const BY_LIKELIHOOD: &str = "The base model is so far from this recording that errors of rollouts say little about single causes. All models were fitted by a likelihood instead that has room for what none of them describes, and a cause is named only if it is the likeliest of the catalogue and its rollouts are the closest.";
 
 /// Everything a report is made of.
 #[derive(Debug, Clone)]
@@ -97,6 +101,14 @@ pub fn diagnose(
     if named && (rest.imitated(&channels, &outcome) || Rest::harmful(&channels, &outcome)) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
+    }
+    if !change && outcome.causes.is_empty() && adequacy::astray(&channels, &outcome.base) {
+        progress("fitting the catalogue by likelihood", 0);
+        if let Some(named) = likelihood::name(&channels, &outcome.base, &|| progress("", 1)) {
+            outcome.adopt(&mut channels, named);
+            rest = Rest::new(&channels, &outcome, change);
+            notes.push(BY_LIKELIHOOD.to_owned());
+        }
     }
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);

@@ -1,21 +1,24 @@
 //! The gas behind one valve: pressure, and where an effect asks for it the gas temperature or a tube.
 //!
-//! One pressure is advanced by the exponential Rosenbrock-Euler step (Hochbruck and Ostermann, Acta Numerica 2010, section
-//! 2.4): second order, and stable where the flow's slope near equal pressures is steep. Two coupled pressures (a tube) take the
-//! two-stage Rosenbrock step ROS2 (Verwer et al., SIAM J. Sci. Comput. 20, 1999), which is L-stable.
-//!
-//! Both use the slope of the flow by the pressure. It depends on the parameters too: a derivative of the step that leaves that out is wrong in
-//! fast transients, and grows without bound where the step is much longer than the time in which a tube fills.
+//! The pressure is advanced by the exponential Rosenbrock-Euler step (Hochbruck and Ostermann, Acta Numerica 2010, section
+//! 2.4): second order, and stable where the flow's slope near equal pressures is steep. It uses the slope of the flow by the pressure,
+//! which depends on the parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
-use super::hook::{Areas, Stretch, Structure};
+use super::hook::{Areas, LineParameters, Memory, Stretch, Structure};
 use super::outlet::{Outflow, Outlet, Venting};
 use super::plant::Plant;
 use super::ports::Ports;
+use super::tube::{self, Ends};
 use crate::model::GAMMA;
 use crate::numeric::{Real, Scalar};
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
+
+/// Half of the flow pressure below which the loss in any tube is laminar, Pa: its conductance is finite without a drop.
+const LEAST_LAMINAR_PA: f64 = 500.0;
+/// No pressure falls below this, Pa: what would take more in a step than there is.
+const LOWEST_PA: f64 = 1e3;
 
 /// What holds during one step.
 #[derive(Debug, Clone, Copy)]
@@ -86,6 +89,26 @@ impl<S: Scalar> Chamber<S> {
         self.port = self.port + change;
     }
 
+    /// Shows what is remembered from step to step: the pressure in the chamber, and what its structure adds.
+    pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        visit(Memory::Estimated, &mut self.pressure);
+        if self.structure.line.is_some() {
+            visit(Memory::Estimated, &mut self.port);
+        }
+        if self.structure.heat_time_constant_s.is_some() {
+            visit(Memory::Estimated, &mut self.temperature);
+        }
+        // Filled and emptied within milliseconds.
+        if let Some(outlet) = &mut self.outlet {
+            visit(Memory::Known, &mut outlet.pressure);
+        }
+    }
+
+    /// Is there a tube between valve and chamber?
+    pub fn has_tube(&self) -> bool {
+        self.structure.line.is_some()
+    }
+
     /// Pressure in the chamber, Pa.
     pub fn pressure(&self) -> S {
         self.pressure
@@ -93,14 +116,14 @@ impl<S: Scalar> Chamber<S> {
 
     /// Pressure at the valve's port, where the sensor sits, Pa.
     pub fn port(&self) -> S {
-        if self.structure.line.is_some() { self.port } else { self.pressure }
+        if self.has_tube() { self.port } else { self.pressure }
     }
 
     /// Advances by `h` seconds. Returns the flow drawn from the supply at its start, mm^2 Pa.
     #[inline(always)]
     pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> S::Real {
-        if let Some((area, fraction)) = self.structure.line {
-            return self.advance_line(h, c, area * c.open.fill, fraction);
+        if let Some(line) = self.structure.line {
+            return self.advance_line(h, c, &line);
         }
         if let Some(tau) = self.structure.heat_time_constant_s {
             return self.advance_heat(h, c, tau);
@@ -151,38 +174,27 @@ impl<S: Scalar> Chamber<S> {
         c.areas.fill.real() * inflow.real()
     }
 
-    /// The port's volume and the chamber's, with an orifice between them.
-    fn advance_line(&mut self, h: f64, c: &Conditions<S>, area: S, fraction: S) -> S::Real {
-        const G: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+    /// The port's volume and the chamber's, with a tube between them.
+    fn advance_line(&mut self, h: f64, c: &Conditions<S>, line: &LineParameters<S>) -> S::Real {
         let per_area = self.conductance / c.volume_m3;
-        let (fill, vent, tube) =
-            (c.areas.fill.times(per_area), c.areas.vent.times(per_area), area.times(per_area));
+        let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
+        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.port);
+        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.port);
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
-        let rates = |port: S, chamber: S| {
-            let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, port);
-            let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, port);
-            let (through, by_port, by_chamber) = self.ports.flow_pressure(port, chamber);
-            let room = c.stretch.factor + (chamber * c.stretch.by_pressure).times(GAMMA);
-            let at_port = (fill * inflow - vent * outflow - tube * through) / fraction;
-            let in_chamber = (tube * through - swelling * chamber) / room;
-            let jacobian = [
-                [(fill * in_by - vent * out_by - tube * by_port) / fraction, -tube * by_chamber / fraction],
-                [tube * by_port / room, (tube * by_chamber - swelling) / room],
-            ];
-            ([at_port, in_chamber], jacobian, fill.real().times(1.0 / per_area) * inflow.real(), after)
+        let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
+        let ends = Ends {
+            driven: fill * inflow - vent * outflow,
+            slope: fill * in_by - vent * out_by,
+            swelling: swelling / room,
+            port: line.volume_ratio.recip(),
+            chamber: room.recip(),
         };
-        let (f1, j, draw, after) = rates(self.port, self.pressure);
-        let one = |slope: S| slope.times(-G * h).plus(1.0);
-        let (a, b, cc, d) = (one(j[0][0]), j[0][1].times(-G * h), j[1][0].times(-G * h), one(j[1][1]));
-        let inverse = (a * d - b * cc).recip();
-        let solve = |r: [S; 2]| [(r[0] * d - r[1] * b) * inverse, (r[1] * a - r[0] * cc) * inverse];
-        let k1 = solve(f1);
-        let (f2, _, _, _) = rates(self.port + k1[0].times(h), self.pressure + k1[1].times(h));
-        let k2 = solve([f2[0] - k1[0].times(2.0), f2[1] - k1[1].times(2.0)]);
-        self.outlet = after;
-        self.port = self.port + k1[0].times(1.5 * h) + k2[0].times(0.5 * h);
-        self.pressure = self.pressure + k1[1].times(1.5 * h) + k2[1].times(0.5 * h);
-        draw
+        let half = line.laminar_pa.times(0.5).plus(LEAST_LAMINAR_PA);
+        let through = |port, chamber| self.ports.own.conductance(port, chamber, half) / line.time_constant_s;
+        let [port, chamber] = tube::advance(h, &ends, [self.port, self.pressure], through);
+        let lowest = S::constant(LOWEST_PA);
+        (self.port, self.pressure, self.outlet) = (port.max(lowest), chamber.max(lowest), after);
+        c.areas.fill.real() * inflow.real()
     }
 
     /// What flows out of the vent port over a step with the absolute pressure `port`, Pa, in front of it.

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::hook::Memory;
 use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
 use crate::numeric::Scalar;
@@ -61,6 +62,13 @@ impl<S: Scalar> Controller<S> {
     /// Begins at rest where the sensor delivers `reading`, gauge, Pa, of this pressure, Pa.
     pub fn start(&mut self, reading: S, pressure: S) {
         (self.before, self.filtered) = ((reading, pressure), reading);
+    }
+
+    /// Shows what it remembers: the filtered sample, and the step before.
+    pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        visit(Memory::Estimated, &mut self.filtered);
+        visit(Memory::Known, &mut self.before.0);
+        visit(Memory::Known, &mut self.before.1);
     }
 
     /// Follows a jump of the pressure, Pa.

@@ -110,8 +110,28 @@ pub struct Structure<S> {
     pub heat_time_constant_s: Option<S>,
     /// Restriction behind the vent port.
     pub outlet: Option<OutletParameters<S>>,
-    /// Tube between valve and chamber: area of its orifice over the fill port's gain, and its volume over the chamber's.
-    pub line: Option<(S, S)>,
+    /// Tube between valve and chamber.
+    pub line: Option<LineParameters<S>>,
+}
+
+/// A tube between valve and chamber.
+#[derive(Debug, Clone, Copy)]
+pub struct LineParameters<S> {
+    /// Flow pressure over the rate at which it changes the chamber's pressure, s: what is lost when the flow is turbulent.
+    pub time_constant_s: S,
+    /// Its volume over the chamber's.
+    pub volume_ratio: S,
+    /// Flow pressure below which its loss is laminar rather than turbulent, Pa.
+    pub laminar_pa: S,
+}
+
+/// What a filter does with a number that a simulation remembers from row to row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Memory {
+    /// It depends on the pressures so far, and is estimated along with them.
+    Estimated,
+    /// It follows from what is recorded, or is over within a row: taken as it is.
+    Known,
 }
 
 /// An effect at work in the simulation of one channel. Every method passes its argument through by default.
@@ -121,6 +141,9 @@ pub struct Structure<S> {
 pub trait Hook<S: Scalar> {
     /// Forgets the past: a new stretch of rows begins.
     fn reset(&mut self) {}
+
+    /// Shows everything that the effect remembers from row to row.
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {}
 
     /// Replaces parts of the channel; called once, before the simulation.
     fn structure(&self, structure: &mut Structure<S>) {}

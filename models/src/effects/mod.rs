@@ -15,11 +15,12 @@ mod outlet;
 mod plant;
 mod ports;
 mod simulate;
+mod tube;
 
 pub use chamber::HEAT_REFERENCE_PA;
-pub use hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+pub use hook::{Areas, Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;
 pub use plant::{BoardLoop, Kind, Plant};
-pub use simulate::{Disturbance, Row, Undisturbed, simulate};
+pub use simulate::{Disturbance, Row, Stepper, Undisturbed, simulate};

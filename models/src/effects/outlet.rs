@@ -26,7 +26,7 @@ pub struct Outlet<S> {
     pub parameters: OutletParameters<S>,
     ambient_pa: f64,
     /// Absolute pressure, Pa.
-    pressure: S,
+    pub pressure: S,
 }
 
 /// What holds during a step.

@@ -3,7 +3,7 @@
 use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::{Controller, Pace};
-use super::hook::{Areas, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+use super::hook::{Areas, Hook, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::{Kind, Plant};
 use multiversion::multiversion;
@@ -67,38 +67,113 @@ fn roll<S: Scalar>(
     disturbance: &dyn Disturbance<S>,
     each: &mut dyn FnMut(Row<S>),
 ) {
-    let mut structure =
-        Structure { flow_function: None, heat_time_constant_s: None, outlet: None, line: None };
-    for effect in effects.iter() {
-        effect.structure(&mut structure);
-    }
-    let mut run = Run {
-        plant,
-        base,
-        inputs,
-        chamber: Chamber::new(plant, structure),
-        reading: S::zero(),
-        controller: Controller::new(),
-        law: ValveLaw::of(plant, base),
-        supply: S::zero(),
-    };
+    let mut run = Stepper::new(plant, base, effects, inputs);
     let mut next_start = 0;
     for row in 0..inputs.rows() {
         if inputs.starts.get(next_start) == Some(&row) {
             next_start += 1;
-            for effect in effects.iter_mut() {
-                effect.reset();
-            }
             run.start(row);
         }
-        run.disturb(disturbance.pressure(row, run.chamber.pressure()));
-        run.supply = disturbance.supply(row, S::constant(inputs.supply_pa[row]));
-        let mut reading = run.report();
-        for effect in effects.iter_mut() {
-            reading = effect.sample(inputs, row, reading);
-        }
-        let (drive, draw) = run.interval(row, effects);
+        run.set_pressure(disturbance.pressure(row, run.pressure()));
+        run.set_supply(disturbance.supply(row, S::constant(inputs.supply_pa[row])));
+        let reading = run.reading(row);
+        let (drive, draw) = run.interval(row);
         each(Row { row, reading, drive, draw });
+    }
+}
+
+/// A channel simulated row by row, for callers that look at its state or change it in between.
+pub struct Stepper<'a, S: Scalar> {
+    run: Run<'a, S>,
+    effects: &'a mut [AnyEffect<S>],
+}
+
+impl<'a, S: Scalar> Stepper<'a, S> {
+    /// A channel with effects, before its first row; arguments as of [`simulate`].
+    #[inline(always)]
+    pub fn new(
+        plant: &'a Plant,
+        base: &'a [S],
+        effects: &'a mut [AnyEffect<S>],
+        inputs: &'a ChannelInputs,
+    ) -> Self {
+        let mut structure =
+            Structure { flow_function: None, heat_time_constant_s: None, outlet: None, line: None };
+        for effect in effects.iter() {
+            effect.structure(&mut structure);
+        }
+        let run = Run {
+            plant,
+            base,
+            inputs,
+            chamber: Chamber::new(plant, structure),
+            reading: S::zero(),
+            controller: Controller::new(),
+            law: ValveLaw::of(plant, base),
+            supply: S::zero(),
+        };
+        Self { run, effects }
+    }
+
+    /// Begins at rest at the pressure measured in a row.
+    #[inline(always)]
+    pub fn start(&mut self, row: usize) {
+        for effect in self.effects.iter_mut() {
+            effect.reset();
+        }
+        self.run.start(row);
+    }
+
+    /// Is there a tube between valve and chamber?
+    pub fn has_tube(&self) -> bool {
+        self.run.chamber.has_tube()
+    }
+
+    /// Pressure in the chamber, absolute, Pa.
+    #[inline(always)]
+    pub fn pressure(&self) -> S {
+        self.run.chamber.pressure()
+    }
+
+    /// Sets the pressure in the chamber, absolute, Pa; what the sensor delivers moves with it.
+    #[inline(always)]
+    pub fn set_pressure(&mut self, pressure: S) {
+        self.run.disturb(pressure);
+    }
+
+    /// Sets the supply pressure of the interval to come, before effects, absolute, Pa.
+    #[inline(always)]
+    pub fn set_supply(&mut self, supply: S) {
+        self.run.supply = supply;
+    }
+
+    /// What is recorded in a row, gauge, Pa. Once a row, before its interval.
+    #[inline(always)]
+    pub fn reading(&mut self, row: usize) -> S {
+        let mut reading = self.run.report();
+        for effect in self.effects.iter_mut() {
+            reading = effect.sample(self.run.inputs, row, reading);
+        }
+        reading
+    }
+
+    /// Advances over the interval that starts at a row. Returns the mean drive, -1 to 1, and the mean flow drawn from the supply, mm^2 Pa.
+    #[inline(always)]
+    pub fn interval(&mut self, row: usize) -> (S::Real, S::Real) {
+        self.run.interval(row, self.effects)
+    }
+
+    /// Shows everything that is remembered from row to row, in an order that stays: first the pressure in the chamber (absolute, Pa)
+    /// and, if there is a tube, at its other end.
+    pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.run.chamber.memory(visit);
+        if self.run.in_loop() {
+            visit(Memory::Estimated, &mut self.run.reading);
+            self.run.controller.memory(visit);
+        }
+        for effect in self.effects.iter_mut() {
+            effect.memory(visit);
+        }
     }
 }
 
@@ -131,6 +206,11 @@ impl<S: Scalar> Run<'_, S> {
         self.chamber.shift(change);
         self.reading = self.reading + change;
         self.controller.shift(change);
+    }
+
+    /// Is the board's loop part of the simulation?
+    fn in_loop(&self) -> bool {
+        self.inputs.in_loop() && self.plant.board.is_some()
     }
 
     /// What is reported: by a board, what its loop makes of the reading.

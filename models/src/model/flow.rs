@@ -93,6 +93,19 @@ impl FlowFunction {
         from.chain(value, by_from)
     }
 
+    /// Of a passage with a laminar loss beside the orifice's: what flows, over the drop, `m / (p_u - p_d)`, with `F^2 = m^2 + 2 half m`. It is
+    /// the same in both directions, and finite without a drop. `half` is in Pa and positive.
+    #[inline(always)]
+    pub(crate) fn conductance<S: Scalar>(&self, from: S, to: S, half: S) -> S {
+        let drop = (from - to).abs();
+        let choking = from.max(to).times(self.choking_drop);
+        let share = S::select(choking.less(drop), choking / drop.plus(1e-9), S::constant(1.0));
+        let effective = drop * share;
+        let squared_by_drop = share * (choking + choking - effective).times(self.gain * self.gain);
+        let root = (squared_by_drop * drop + half.square()).sqrt();
+        squared_by_drop / (root + half)
+    }
+
     /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
     #[inline(always)]
     pub(crate) fn with_partials<S: Scalar>(&self, from: S, to: S) -> (S, S, S) {

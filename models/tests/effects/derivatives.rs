@@ -18,6 +18,8 @@ fn sizes(info: &EffectInfo) -> Vec<Vec<f64>> {
         "inflow_cycle" => vec![vec![0.1, 0.9, 0.3]],
         // At whole steps the response to a step of the drive has a kink.
         "transport_delay" => info.probes.iter().map(|p| vec![p[0] + 0.0013]).collect(),
+        // Differences go with the size: without a laminar loss they drown in rounding.
+        "line_restriction" => info.probes.iter().map(|p| vec![p[0], p[1], p[2].max(2.0)]).collect(),
         _ => info.probes.iter().map(|p| p.to_vec()).collect(),
     }
 }

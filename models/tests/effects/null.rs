@@ -53,7 +53,7 @@ fn an_effect_at_its_null_value_is_the_base_model() {
         let mut nulls: Vec<f64> = info.parameters.iter().map(|p| p.null).collect();
         if info.id == "line_restriction" {
             // At its bound a wide tube still needs a drop for its flow. The drop goes with the square of the area.
-            nulls[0] *= 10.0;
+            nulls[0] /= 10.0;
         }
         for &driven_by in DrivenBy::of(info.domain) {
             for seed in 0..6 {

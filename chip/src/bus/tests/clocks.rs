@@ -8,10 +8,12 @@ use crate::ticks::Ticks;
 fn a_cycle_is_a_tick_at_125_mhz_and_19_ticks_and_a_bit_before() {
     let mut slow = bus();
     slow.spend_cycles(13);
+    slow.catch_up();
     assert_eq!(slow.now, Ticks::new(250), "13 cycles of 6.5 MHz");
     let mut fast = clocked_bus();
     let before = fast.now;
     fast.spend_cycles(13);
+    fast.catch_up();
     assert_eq!(fast.now, before + Ticks::new(13));
 }
 
@@ -22,6 +24,7 @@ fn cycles_at_133_mhz_add_up_exactly() {
     let before = bus.now;
     for _ in 0..133_000 {
         bus.spend_cycles(1);
+        bus.catch_up();
     }
     assert_eq!(bus.now, before + Ticks::from_millis(1));
 }

@@ -31,7 +31,7 @@ impl Pair {
             theirs: CortexM0Plus::new(),
             their_bus: OtherBus::default(),
         };
-        pair.our_bus.interrupts_changed = false;
+        pair.our_bus.interrupts_seen();
         for address in (DATA - WINDOW..DATA + WINDOW).step_by(4) {
             let word = pair.rng.random();
             pair.our_bus.write32(address, word).expect("SRAM");

@@ -79,3 +79,46 @@ fn a_flush_empties_it_and_any_write_clears_a_counter() {
     assert_eq!(xip.counters(), (0, 0));
     assert_eq!(xip.write(0x14, RegisterWrite::plain(0), Ticks::ZERO), Written::NotModelled, "STREAM_ADDR");
 }
+
+fn access_by_looking_at_both(xip: &mut Xip, address: u32) -> bool {
+    xip.accesses += 1;
+    xip.access_elsewhere(address)
+}
+
+/// Sequential code, jumps, data between them, every alias, and what empties the cache.
+#[test]
+fn the_look_at_one_way_first_changes_no_hit() {
+    let mut random = 1_u64;
+    let mut next = |bound: u64| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) % bound
+    };
+    let (mut short, mut whole) = (Xip::default(), Xip::default());
+    let mut address = FLASH;
+    for step in 0..200_000 {
+        address = match next(16) {
+            0 => FLASH + 4 * next(12) as u32 + STRIDE * next(4) as u32,
+            1..=8 => address + 4,
+            _ => address,
+        };
+        let alias = [0, 0, 0, 0, NO_ALLOCATE, NO_LOOKUP, NO_ALLOCATE | NO_LOOKUP][next(7) as usize];
+        let access = address | alias;
+        match next(200) {
+            0 => assert_eq!(short.invalidate(access), whole.invalidate(access)),
+            1 => [&mut short, &mut whole].into_iter().for_each(|xip| xip.flush(Ticks::ZERO)),
+            2..=3 => {
+                let write = RegisterWrite::plain([0, ENABLE, ENABLE, POWER_DOWN][next(4) as usize]);
+                let both = [&mut short, &mut whole].map(|xip| xip.write(CTRL, write, Ticks::ZERO));
+                assert_eq!(both, [Written::Done; 2]);
+            }
+            _ => assert_eq!(
+                short.access(access),
+                access_by_looking_at_both(&mut whole, access),
+                "step {step}, {access:#x}"
+            ),
+        }
+    }
+    assert_eq!(short.counters(), whole.counters());
+    let (accesses, hits) = short.counters();
+    assert!(hits > accesses / 10 && hits < accesses * 9 / 10, "{hits} of {accesses}");
+}

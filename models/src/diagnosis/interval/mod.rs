@@ -20,6 +20,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub use self::pool::pool;
 use self::profile::Profile;
 use self::sandwich::{BlockError, Sandwich};
+use super::blocks::Role;
 use super::channel::ChannelData;
 use super::hunting::as_likely;
 use super::stage::ChannelStage;
@@ -106,6 +107,32 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             }
         })
         .collect()
+}
+
+/// The parameters of one effect on one channel with standard errors, on their scales, that are known already.
+#[must_use]
+pub fn as_estimated(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    effect: usize,
+    errors: &[f64],
+) -> Vec<Coordinate> {
+    let parameters = stage.model.parameters(&data.plant);
+    let blocks = data.blocks.iter().filter(|block| block.role == Role::Fit).count();
+    let range = stage.model.range(&data.plant, effect).unwrap_or_default();
+    let coordinate = |(k, error): (usize, &f64)| {
+        let value = stage.model.values[k];
+        Coordinate {
+            value: if parameters[k].scale == Scale::Linear { value } else { value.ln() },
+            error: *error,
+            by_block: Vec::new(),
+            freedom: blocks.saturating_sub(1).max(1) as f64,
+            reach: [1.0; 2],
+            as_likely: [0.0; 2],
+            halving: 0.0,
+        }
+    };
+    range.zip(errors).map(coordinate).collect()
 }
 
 /// What half the integration step changes in the free parameters, to first order.

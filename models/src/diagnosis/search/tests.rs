@@ -60,6 +60,7 @@ fn a_cause_that_another_has_made_needless_is_dropped() {
         rivals: Vec::new(),
         gained: 1.0,
         p_value: 0.001,
+        errors: None,
     };
     let mut causes = vec![cause("wall_compliance"), cause("valve_lag")];
     eliminate(&mut channels, &mut stages, &mut causes, false);

@@ -1,6 +1,6 @@
 //! `chamber_coupling`: opposite chamber changes the volume.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -44,6 +44,13 @@ impl<S: Scalar> ChamberCoupling<S> {
 impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
     fn reset(&mut self) {
         self.state = None;
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        if let Some((x, v)) = &mut self.state {
+            visit(Memory::Estimated, x);
+            visit(Memory::Estimated, v);
+        }
     }
 
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {

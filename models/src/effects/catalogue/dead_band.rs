@@ -1,6 +1,6 @@
 //! `dead_band`: regulator ignores small changes.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -40,6 +40,10 @@ impl<S: Scalar> DeadBand<S> {
 impl<S: Scalar> Hook<S> for DeadBand<S> {
     fn reset(&mut self) {
         self.position = [None; 2];
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.position.iter_mut().flatten().for_each(|position| visit(Memory::Known, position));
     }
 
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {

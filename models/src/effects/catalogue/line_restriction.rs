@@ -1,6 +1,6 @@
 //! `line_restriction`: tube between valve and chamber.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Structure, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, LineParameters, Structure, Question, Reach};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -8,38 +8,39 @@ pub const INFO: EffectInfo = EffectInfo {
     id: "line_restriction",
     title: "Tube between valve and chamber",
     physics: "A narrow tube separates the chamber from the valve, where the sensor sits: the sensor sees the tube fill first and the chamber after it.",
-    equation: "V_t dp_t/dt = n R T (m_in - m_out - m_t),  V dp/dt = n R T m_t,  m_t through an orifice",
-    source: "two volumes and an orifice, ISO 6358-1",
+    equation: "V_t dp_t/dt = n R T (m_in - m_out - m_t),  V dp/dt = n R T m_t,  n R T m_t = V (sqrt(F^2 + (l/2)^2) - l/2) / tau with the flow pressure F of an orifice",
+    source: "two volumes and an orifice, ISO 6358-1; the laminar part l of the loss is that of an isothermal pipe, proportional to the difference of squared pressures",
     question: Question::Structure,
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::logarithmic("area_ratio", "1", (0.1, 30.0, 30.0), "area of the tube over the fill port's at full drive"),
-        EffectParameter::logarithmic("volume_ratio", "1", (0.003, 0.02, 0.3), "volume of the tube over the chamber's"),
+        EffectParameter::logarithmic("time_constant", "s", (0.0003, 0.0003, 30.0), "pressure of the chamber over its rate at a flow pressure as large"),
+        EffectParameter::logarithmic("volume_ratio", "1", (0.003, 0.02, 0.5), "volume of the tube over the chamber's"),
+        EffectParameter::linear("laminar", "kPa", (0.0, 0.0, 100.0), "flow pressure below which the loss in the tube is laminar"),
     ],
-    probes: &[&[4.0, 0.02], &[1.5, 0.02], &[0.6, 0.02], &[1.5, 0.1]],
+    probes: &[&[0.1, 0.02, 0.0], &[0.3, 0.02, 0.0], &[1.0, 0.02, 0.0], &[0.3, 0.1, 0.0], &[0.7, 0.06, 5.0], &[3.0, 0.06, 5.0]],
     rivals: &["heat_exchange", "sensor_lag", "wall_creep"],
     separated_by: "fast steps over a wide range of pressure: at the end of a flow the reading falls back or rises",
-    smallest: 0.05,
+    smallest: 0.0005,
     check: "length and bore of the tube, kinks, fittings between valve and chamber",
 };
 
 /// The effect at work.
 #[derive(Debug, Clone)]
 pub struct LineRestriction<S> {
-    area_ratio: S,
-    volume_ratio: S,
+    line: LineParameters<S>,
 }
 
 impl<S: Scalar> LineRestriction<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { area_ratio: values[0], volume_ratio: values[1] }
+        let [time_constant_s, volume_ratio, laminar] = [0, 1, 2].map(|k| values[k]);
+        Self { line: LineParameters { time_constant_s, volume_ratio, laminar_pa: laminar.times(1e3) } }
     }
 }
 
 impl<S: Scalar> Hook<S> for LineRestriction<S> {
     fn structure(&self, structure: &mut Structure<S>) {
-        structure.line = Some((self.area_ratio, self.volume_ratio));
+        structure.line = Some(self.line);
     }
 }

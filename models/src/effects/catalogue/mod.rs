@@ -1,6 +1,8 @@
 //! One file per effect, and their list.
 
-use super::{Areas, ChannelInputs, EffectInfo, Hook, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+use super::{
+    Areas, ChannelInputs, EffectInfo, Hook, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw,
+};
 use crate::numeric::Scalar;
 
 /// Declares the modules, the list and one type that is any of them. Effects of a model are called in the order of the list,
@@ -39,6 +41,10 @@ macro_rules! catalogue {
         impl<S: Scalar> Hook<S> for AnyEffect<S> {
             fn reset(&mut self) {
                 match self { $(Self::$name(e) => e.reset()),* }
+            }
+
+            fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+                match self { $(Self::$name(e) => e.memory(visit)),* }
             }
 
             fn structure(&self, structure: &mut Structure<S>) {

@@ -1,6 +1,6 @@
 //! `sensor_lag`: measurement lags the pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -42,6 +42,10 @@ impl<S: Scalar> Hook<S> for SensorLag<S> {
     fn reset(&mut self) {
         self.last = None;
         self.reading = None;
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        [&mut self.last, &mut self.reading].into_iter().flatten().for_each(|value| visit(Memory::Estimated, value));
     }
 
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {

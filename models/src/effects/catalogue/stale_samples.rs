@@ -1,6 +1,6 @@
 //! `stale_samples`: old samples repeated.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach, Step};
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Memory, Question, Reach, Step};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -61,6 +61,10 @@ fn repeated(inputs: &ChannelInputs, row: usize) -> bool {
 impl<S: Scalar> Hook<S> for StaleSamples<S> {
     fn reset(&mut self) {
         self.held = None;
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.held.iter_mut().for_each(|held| visit(Memory::Known, held));
     }
 
     /// A board's loop follows the old sample. Rows that are equal say that it was held from some time before the first of them until some

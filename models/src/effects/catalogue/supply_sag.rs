@@ -1,6 +1,6 @@
 //! `supply_sag`: supply falls with the flow drawn.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Step, ValveLaw, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Memory, Step, ValveLaw, Question, Reach};
 use crate::model::psi_max;
 use crate::numeric::Scalar;
 
@@ -44,6 +44,10 @@ impl<S: Scalar> SupplySag<S> {
 impl<S: Scalar> Hook<S> for SupplySag<S> {
     fn reset(&mut self) {
         self.sag = S::zero();
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        visit(Memory::Estimated, &mut self.sag);
     }
 
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {

@@ -1,6 +1,6 @@
 //! `transport_delay`: dead time between drive and flow.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
 use std::collections::VecDeque;
 
 use crate::numeric::{Real, Scalar};
@@ -42,6 +42,10 @@ impl<S: Scalar> TransportDelay<S> {
 impl<S: Scalar> Hook<S> for TransportDelay<S> {
     fn reset(&mut self) {
         self.past.iter_mut().for_each(VecDeque::clear);
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.past.iter_mut().flatten().for_each(|drive| visit(Memory::Known, drive));
     }
 
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {

@@ -1,6 +1,6 @@
 //! `wall_creep`: chamber creeps under pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -42,6 +42,10 @@ impl<S: Scalar> WallCreep<S> {
 impl<S: Scalar> Hook<S> for WallCreep<S> {
     fn reset(&mut self) {
         self.stretch = None;
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.stretch.iter_mut().for_each(|stretch| visit(Memory::Estimated, stretch));
     }
 
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {

@@ -1,0 +1,98 @@
+//! A PneuDrive board: Embassy on the RP2040 (or RP2350).
+//!
+//! All behaviour is in `pneudrive-control`. What is here moves bytes, samples and duties, at these priorities:
+//!
+//! | priority | what | when |
+//! | --- | --- | --- |
+//! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
+//! | P1 | Embassy's timer and DMA interrupts | |
+//! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
+//! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
+//!
+//! All code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache
+//! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
+//! critical sections leave its interrupts alone ([`masking`]), and what it shares with the control
+//! loop is little ([`shared`]). What the two chips do not have in common is in [`chip`].
+//! `docs/firmware.md` has the pin map, the wiring, and what was measured.
+//!
+//! A library, so that tests on the chip (`tests/on_target.rs`) can call its parts. The program itself
+//! (`main.rs`) adds what there can be one of: `main`, the panic handler and that of the HardFault.
+#![no_std]
+
+pub mod bus;
+pub mod chip;
+pub mod config;
+pub mod control_loop;
+mod masking;
+pub mod pins;
+pub mod post_mortem;
+pub mod safe_state;
+pub mod sensors;
+pub mod shared;
+pub mod supervision;
+pub mod valves;
+mod vectors;
+
+use defmt_rtt as _;
+use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_rp::Peripherals;
+use embassy_rp::interrupt;
+use embassy_rp::interrupt::{InterruptExt, Priority};
+use pneudrive_control::Board;
+
+/// Runs the control loop above everything but the interrupts.
+static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+/// Chip and clocks ready, and all valve pins at vent.
+///
+/// # Safety
+/// Called once, before anything has enabled an interrupt.
+pub unsafe fn start() -> Peripherals {
+    // SAFETY: the caller's promise.
+    unsafe { vectors::move_to_ram() };
+    chip::wait_for_crystal();
+    // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
+    let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
+    safe_state::enter();
+    peripherals
+}
+
+/// The whole board, for ever. Called once.
+pub async fn run(spawner: Spawner) {
+    // SAFETY: nothing has enabled an interrupt yet.
+    let hardware = pins::Hardware::split(unsafe { start() });
+    let watchdog = supervision::start_watchdog(hardware.watchdog);
+
+    let address = hardware.switch.read().await;
+    // The configuration was checked at compile time (config.rs).
+    let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
+    let (port, control) = board.split();
+    shared::install(port, control.status());
+    defmt::info!("board {=u8}", address.board());
+
+    let sensors = sensors::Sensors::new(hardware.sensors);
+    bus::start(hardware.bus);
+
+    chip::EMBASSY_TIMER_IRQ.set_priority(Priority::P1);
+    interrupt::DMA_IRQ_0.set_priority(Priority::P1);
+    interrupt::SWI_IRQ_0.set_priority(Priority::P2);
+    let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
+
+    // A task can be spawned once, and is.
+    let (Ok(control_loop), Ok(supervision)) =
+        (control_loop::run(control, sensors, hardware.valves), supervision::run(watchdog, hardware.led))
+    else {
+        defmt::unreachable!()
+    };
+    control_spawner.spawn(control_loop);
+    spawner.spawn(supervision);
+    // What this task still owns (the pins of the address switch) stays as it is.
+    core::future::pending().await
+}
+
+#[interrupt]
+// SAFETY: called by the hardware only, as the executor's interrupt.
+unsafe fn SWI_IRQ_0() {
+    // SAFETY: this is the interrupt that the executor was started with.
+    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+}
