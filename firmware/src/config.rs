@@ -14,3 +14,6 @@ pub const OVERSAMPLING: usize = 16;
 
 /// PWM frequency, Hz: that of the original (16 MHz / 510, an Arduino's phase-correct timer).
 pub const PWM_HZ: u32 = 31_372;
+
+/// All DIR and PWM pins, bit n for GPIO n; `pins.rs` says which is which.
+pub const VALVE_PINS: u32 = 0b0011_1111_1100_0000;

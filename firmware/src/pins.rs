@@ -22,9 +22,6 @@ use embassy_rp::{Peri, Peripherals};
 use embassy_time::Timer;
 use pneudrive_protocol::Address;
 
-/// All DIR and PWM pins, bit n for GPIO n.
-pub const VALVE_PINS: u32 = 0b0011_1111_1100_0000;
-
 /// The chip's hardware, by the part of the firmware that uses it.
 pub struct Hardware {
     /// UART, driver enable, and two DMA channels.

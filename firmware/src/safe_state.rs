@@ -1,6 +1,6 @@
 //! Both pins of every valve high: full vent. At boot, and when the program cannot go on.
 
-use crate::pins::VALVE_PINS;
+use crate::config::VALVE_PINS;
 use crate::{chip, post_mortem};
 use embassy_rp::pac;
 use pneudrive_control::StopCause;

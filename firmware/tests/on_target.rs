@@ -20,7 +20,8 @@ mod tests {
     use embassy_rp::interrupt::{InterruptExt, Priority};
     use embassy_rp::{interrupt, pac};
     use pneudrive_control::{Board, DirPwm, ValveDrive};
-    use pneudrive_firmware::pins::{Hardware, VALVE_PINS};
+    use pneudrive_firmware::config::VALVE_PINS;
+    use pneudrive_firmware::pins::Hardware;
     use pneudrive_firmware::sensors::Sensors;
     use pneudrive_firmware::{bus, chip, config, shared};
     use pneudrive_protocol::Address;

@@ -8,6 +8,7 @@
 //! ```
 
 mod adequacy;
+mod adopt;
 mod afresh;
 mod base;
 mod beside;

@@ -1,6 +1,7 @@
 //! A whole diagnosis: from a recording to what the reports hold.
 
 use super::adequacy;
+use super::adopt::adopt;
 use super::blocks::{Role, block_length_s};
 use super::causes::cause;
 use super::channel::{ChannelData, Extended};
@@ -105,7 +106,7 @@ pub fn diagnose(
     if !change && outcome.causes.is_empty() && adequacy::astray(&channels, &outcome.base) {
         progress("fitting the catalogue by likelihood", 0);
         if let Some(named) = likelihood::name(&channels, &outcome.base, &|| progress("", 1)) {
-            outcome.adopt(&mut channels, named);
+            adopt(&mut outcome, &mut channels, named);
             rest = Rest::new(&channels, &outcome, change);
             notes.push(BY_LIKELIHOOD.to_owned());
         }

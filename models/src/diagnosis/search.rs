@@ -3,16 +3,15 @@
 use rayon::prelude::*;
 
 use super::afresh::explained_afresh;
-use super::base::{fit_base, free_base, plain_cost};
-use super::candidate::{Candidate, bootstrap};
+use super::base::{fit_base, free_base};
+use super::candidate::bootstrap;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
 use super::fit::refit;
 use super::found::{Found, Withheld};
 use super::gate::{Gate, judge, trials};
 use super::hunting::{hunts, likelier};
-use super::likelihood::{Named as NamedByLikelihood, NamedEffect};
-use super::losses::{select_total, together};
+use super::losses::together;
 use super::round::{Considered, is_foil, kept_total, open_rows, rivals, round};
 use super::stage::{ChannelStage, OPEN, share_draws};
 use super::steps::{halved, simulate_finer};
@@ -204,7 +203,7 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
 }
 
 /// Where models stand, each with the weights that go with it.
-fn staged(channels: &[ChannelData], models: Vec<Extended>, fixed: bool) -> Vec<ChannelStage> {
+pub fn staged(channels: &[ChannelData], models: Vec<Extended>, fixed: bool) -> Vec<ChannelStage> {
     channels
         .par_iter()
         .zip(models)
@@ -241,46 +240,6 @@ impl Outcome {
         self.causes.clear();
         self.stages = base.to_vec();
         share_draws(channels, &self.base);
-    }
-
-    /// Takes over what the likelihood has found.
-    pub fn adopt(&mut self, channels: &mut [ChannelData], named: NamedByLikelihood) {
-        let NamedByLikelihood { base, effect } = named;
-        for ((data, known), base) in channels.iter().zip(&mut self.base).zip(base) {
-            if plain_cost(data, &base) < plain_cost(data, known) {
-                *known = base;
-            }
-        }
-        self.by_likelihood = true;
-        let models = effect.as_ref().map_or_else(|| self.base.clone(), |found| self.with_effect(found));
-        share_draws(channels, &models);
-        self.stages = staged(channels, models, false);
-        self.causes = effect.map(|found| self.cause(channels, found)).into_iter().collect();
-    }
-
-    /// Models with an effect where it acts, and the base models elsewhere.
-    fn with_effect(&self, found: &NamedEffect) -> Vec<Extended> {
-        let by_channel = found.models.iter().zip(&found.acts).zip(&self.base);
-        by_channel.map(|((model, acts), base)| if *acts { model } else { base }.clone()).collect()
-    }
-
-    fn cause(&self, channels: &[ChannelData], found: NamedEffect) -> Found {
-        let before = staged(channels, self.base.clone(), false);
-        let left = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
-        let rival = |(effect, models, acts): &(usize, Vec<Extended>, Vec<bool>)| {
-            let losses = staged(channels, models.clone(), false).into_iter().map(|s| s.losses).collect();
-            Candidate { effect: *effect, models: models.clone(), acts: acts.clone(), losses }
-        };
-        Found {
-            effect: found.effect,
-            acts: found.acts,
-            p_value: found.p_value,
-            equivalent: found.equivalent.iter().map(|rival| rival.0).collect(),
-            gained: left(&before) - left(&self.stages),
-            before: self.base.clone(),
-            rivals: found.equivalent.iter().map(rival).collect(),
-            errors: Some(found.errors),
-        }
     }
 
     /// Fits all models again, after the channels' simulation has become finer.

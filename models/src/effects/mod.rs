@@ -12,6 +12,7 @@ mod hook;
 mod info;
 mod inputs;
 mod outlet;
+mod phi;
 mod plant;
 mod ports;
 mod simulate;

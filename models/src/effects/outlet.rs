@@ -5,7 +5,7 @@
 //! The chamber sees the mean over that step, and how the mean follows the chamber. For a space of almost no volume that is
 //! one Newton step towards equal flows.
 
-use super::chamber::{far_or, next, phi1, taylor};
+use super::phi::{far_or, next, phi1, taylor};
 use super::ports::Ports;
 use crate::model::GAMMA;
 use crate::numeric::Scalar;

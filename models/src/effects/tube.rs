@@ -4,7 +4,7 @@
 //! pressures are a linear system, whose step is exact for any length and any stiffness (exponential Euler, Hochbruck and Ostermann, Acta
 //! Numerica 2010). The step is made twice, the second time with the conductance of its middle.
 
-use super::chamber::phi1;
+use super::phi::phi1;
 use crate::numeric::Scalar;
 
 /// What holds at the two ends during a step. Rates are those of the chamber's pressure.

@@ -7,7 +7,7 @@
 //! At 6.5 MHz and with an empty cache every word of it takes 8 us to come from flash. The crystal needs 128 ms from then on,
 //! which is more than the copying.
 
-use crate::pins::VALVE_PINS;
+use crate::config::VALVE_PINS;
 use embassy_rp::pac;
 
 /// RESETS: the pins' functions and pads.
