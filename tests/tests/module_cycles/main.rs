@@ -53,7 +53,6 @@ const KNOWN: &[(&str, &str, &[&str])] = &[
         ],
     ),
     ("models", "diagnosis", &["common", "prepare"]),
-    ("models", "effects", &["chamber", "hook", "outlet"]),
     ("models", "fit", &["report", "run"]),
     ("models", "report", &["plot", "svg"]),
     ("models", "rig", &["input_error", "inputs"]),
