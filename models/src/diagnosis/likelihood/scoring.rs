@@ -26,7 +26,7 @@ pub struct Estimate {
     pub uncertainty: Uncertainty,
     /// Logarithm of the posterior density.
     pub log: f64,
-    /// Standard errors of the coordinates that are free; infinite for one at its bound.
+    /// Standard errors of the free parameters on their scales; empty before the end of a search.
     pub errors: Vec<f64>,
 }
 
