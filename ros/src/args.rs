@@ -301,7 +301,7 @@ mod tests {
     use clap::CommandFactory;
 
     fn settings(line: &str) -> Result<Settings, ArgsError> {
-        Settings::from_command_line(format!("x {line}").split(' ').map(OsString::from))
+        Settings::from_command_line(format!("x {line}").split_whitespace().map(OsString::from))
     }
 
     #[test]
