@@ -107,7 +107,7 @@ pub fn name(channels: &[ChannelData], known: &[Extended], progress: &(dyn Fn() +
     Some(Named { base, effect })
 }
 
-/// The whole catalogue on the channel with the largest error, and what gained most there on the others.
+/// The whole catalogue on the channel whose pressure moves most over its noise, and what gained most there on the others.
 fn rankings(
     channels: &[ChannelData],
     fit: &[Vec<bool>],
@@ -115,14 +115,15 @@ fn rankings(
 ) -> Option<Vec<Ranking>> {
     let whole: Vec<usize> = (0..CATALOGUE.len()).collect();
     let scale = |data: &ChannelData| scales(data).discrepancy_pa / data.noise_kpa;
-    let worst = (0..channels.len()).max_by(|&a, &b| scale(&channels[a]).total_cmp(&scale(&channels[b])))?;
-    let first = rank(&channels[worst], &fit[worst], &whole, progress)?;
+    let liveliest =
+        (0..channels.len()).max_by(|&a, &b| scale(&channels[a]).total_cmp(&scale(&channels[b])))?;
+    let first = rank(&channels[liveliest], &fit[liveliest], &whole, progress)?;
     let gain = |ranked: &Ranked| ranked.estimate.log - first.base.log;
     let most = first.effects.iter().map(gain).fold(0.0, f64::max);
     let promising: Vec<usize> =
         first.effects.iter().filter(|r| gain(r) >= ELSEWHERE * most).map(|r| r.effect).collect();
     let ranked = channels.iter().zip(fit).enumerate().map(|(k, (data, rows))| {
-        if k == worst { Some(first.clone()) } else { rank(data, rows, &promising, progress) }
+        if k == liveliest { Some(first.clone()) } else { rank(data, rows, &promising, progress) }
     });
     ranked.collect()
 }
