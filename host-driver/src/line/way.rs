@@ -12,27 +12,34 @@ pub(super) enum Way {
     Look,
 }
 
-/// The ways, tried in turn on the first answers.
+/// The ways, tried in turn on the first answers, and shortly again from time to time: one trial can fall into another program's busy
+/// second.
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
     /// How long answers took, ns, by way.
     delays_ns: [Vec<u64>; 3],
+    /// Turns of each way in the trial that goes on or comes next.
+    turns: usize,
     chosen: Option<Way>,
+    /// Answers since it was chosen.
+    answers: usize,
 }
 
 impl Default for Trial {
     fn default() -> Self {
-        Self { delays_ns: [const { Vec::new() }; 3], chosen: None }
+        Self { delays_ns: [const { Vec::new() }; 3], turns: Self::TURNS, chosen: None, answers: 0 }
     }
 }
 
 impl Trial {
     /// Answers to a turn, of which the second half counts: how soon cores wake up follows from how long they slept lately.
-    const TURN: usize = 128;
+    const TURN: usize = 512;
     /// Turns of each way; their order takes slow changes of the machine out of the comparison.
-    const TURNS: usize = 3;
+    const TURNS: usize = 2;
+    /// A choice holds for so many answers, 15 s of a busy bus; trying the three ways again takes 1536 more, one turn of each.
+    const HOLDS: usize = 64 * 1024;
     /// What a dearer way has to save to be chosen: less is within what one trial and the next differ by.
-    const WORTHWHILE: f64 = 0.02;
+    const WORTHWHILE: f64 = 0.01;
     const WAYS: [Way; 3] = [Way::Sleep, Way::LookWhenDue, Way::Look];
 
     /// How to wait for the next answer.
@@ -48,11 +55,17 @@ impl Trial {
     /// An answer was complete so long after its request, ns.
     pub(super) fn seen(&mut self, delay_ns: u64) {
         if self.chosen.is_some() {
+            self.answers += 1;
+            if self.answers < Self::HOLDS {
+                return;
+            }
+            // Room for the turn of each way, so that nothing is allocated while it lasts.
+            *self = Self { delays_ns: [(); 3].map(|()| Vec::with_capacity(Self::TURN)), turns: 1, ..Self::default() };
             return;
         }
         let turn = self.turn();
         self.delays_ns[turn].push(delay_ns);
-        if self.delays_ns.iter().all(|delays| delays.len() == Self::TURN * Self::TURNS) {
+        if self.delays_ns.iter().all(|delays| delays.len() == Self::TURN * self.turns) {
             let usual = std::mem::take(&mut self.delays_ns).map(usual_delay);
             self.chosen = Some(Self::best(usual));
             log::debug!(
@@ -114,20 +127,34 @@ mod tests {
             let way = trial.way();
             of_this_turn = if of_this_turn.0 == way { (way, of_this_turn.1 + 1) } else { (way, 0) };
             // Looking is slow at first, and the fastest once the cores are awake.
-            let looking = if of_this_turn.1 < 40 { 300_000 } else { 226_000 };
+            let looking = if of_this_turn.1 < 200 { 300_000 } else { 226_000 };
             trial.seen(if way == Way::Look { looking } else { 245_000 });
         }
         assert_eq!(trial.chosen, Some(Way::Look));
     }
 
     #[test]
-    fn a_core_is_not_spent_on_less_than_two_percent() {
-        assert_eq!(choice([230_000, 228_000, 226_500]).0, Some(Way::Sleep));
+    fn a_core_is_not_spent_on_less_than_one_percent() {
+        assert_eq!(choice([229_000, 228_000, 227_000]).0, Some(Way::Sleep));
     }
 
     #[test]
-    fn it_is_over_within_1200_answers() {
+    fn a_choice_made_in_a_busy_second_is_made_again() {
+        let mut trial = Trial::default();
+        let chosen = |answers: usize, busy: bool, trial: &mut Trial| {
+            for _ in 0..answers {
+                let looking = if busy { 300_000 } else { 226_000 };
+                trial.seen(if trial.way() == Way::Look { looking } else { 245_000 });
+            }
+            trial.way()
+        };
+        assert_eq!(chosen(3200, true, &mut trial), Way::Sleep);
+        assert_eq!(chosen(Trial::HOLDS + 1600, false, &mut trial), Way::Look);
+    }
+
+    #[test]
+    fn it_is_over_within_3100_answers() {
         let (_, answers) = choice([250_000, 240_000, 228_000]);
-        assert!(answers <= 1200, "{answers}");
+        assert!(answers <= 3100, "{answers}");
     }
 }
