@@ -60,7 +60,11 @@ impl Trial {
                 return;
             }
             // Room for the turn of each way, so that nothing is allocated while it lasts.
-            *self = Self { delays_ns: [(); 3].map(|()| Vec::with_capacity(Self::TURN)), turns: 1, ..Self::default() };
+            *self = Self {
+                delays_ns: [(); 3].map(|()| Vec::with_capacity(Self::TURN)),
+                turns: 1,
+                ..Self::default()
+            };
             return;
         }
         let turn = self.turn();
