@@ -3,6 +3,7 @@
 //! `m = C rho_0 sqrt(T_0 / T_u) p_u phi(p_d / p_u)` with `phi = 1` up to the critical ratio `b` and
 //! `phi = (1 - ((r - b) / (1 - b))^2)^m` above it. Reference state ANR: 293.15 K, 100 kPa, 65 % humidity.
 
+use super::background::{Deviation, factor};
 use super::error::PlantError;
 
 /// Density of air in the reference state ANR of ISO 8778, kg/m^3.
@@ -21,6 +22,8 @@ pub struct FlowFunction {
     laminar_ratio: f64,
     per_subsonic: f64,
     laminar_slope: f64,
+    /// Relative deviation over the pressure ratio.
+    bend: Deviation,
 }
 
 impl Default for FlowFunction {
@@ -58,13 +61,23 @@ impl FlowFunction {
         let per_subsonic = 1.0 / (1.0 - critical_ratio);
         let x = (laminar_ratio - critical_ratio) * per_subsonic;
         let laminar_slope = (1.0 - x * x).powf(exponent) / (1.0 - laminar_ratio);
-        Self { critical_ratio, exponent, laminar_ratio, per_subsonic, laminar_slope }
+        Self { critical_ratio, exponent, laminar_ratio, per_subsonic, laminar_slope, bend: [0.0; 3] }
     }
 
     /// The same function with the critical ratio and the exponent moved. Whether the result is in range is checked with
     /// [`FlowFunction::new`] once everything is resolved.
     pub(super) fn changed_by(&self, critical_ratio: f64, exponent: f64) -> Self {
-        Self::unchecked(self.critical_ratio + critical_ratio, self.exponent + exponent, self.laminar_ratio)
+        let changed = Self::unchecked(
+            self.critical_ratio + critical_ratio,
+            self.exponent + exponent,
+            self.laminar_ratio,
+        );
+        changed.bent_by(self.bend)
+    }
+
+    /// The same function times one plus a deviation over the pressure ratio.
+    pub(super) fn bent_by(self, bend: Deviation) -> Self {
+        Self { bend, ..self }
     }
 
     /// Critical pressure ratio `b`, 1.
@@ -87,7 +100,7 @@ impl FlowFunction {
 
     /// Steepest slope of `phi`, reached in the laminar segment.
     pub(super) fn steepest(&self) -> f64 {
-        self.laminar_slope
+        self.laminar_slope * factor(&self.bend, 1.0)
     }
 
     /// `phi` at the ratio of the downstream to the upstream absolute pressure, 0 to 1.
@@ -100,7 +113,7 @@ impl FlowFunction {
         let x = ((ratio - self.critical_ratio) * self.per_subsonic).max(0.0);
         let inner = 1.0 - x * x;
         let subsonic = if self.exponent == 0.5 { inner.sqrt() } else { inner.max(0.0).powf(self.exponent) };
-        subsonic.min(self.laminar_slope * (1.0 - ratio))
+        subsonic.min(self.laminar_slope * (1.0 - ratio)) * factor(&self.bend, ratio)
     }
 
     /// Mass flow, kg/s, from `a` to `b` (negative when it goes back) through conductance `conductance` in m^3/(s Pa); absolute

@@ -21,6 +21,7 @@
 //! ```
 
 mod ageing;
+mod background;
 mod chamber;
 mod drive;
 mod effects;
@@ -40,6 +41,7 @@ mod truth;
 mod validate;
 mod valve;
 
+pub use background::Background;
 pub use effects::{
     Effect, EffectDefinition, EffectGroup, EffectParameter, Scope, catalogue, definition, effects_table,
 };

@@ -16,6 +16,8 @@ pub enum Purpose {
     Water = 6,
     SupplySensor = 7,
     Excitation = 8,
+    Background = 9,
+    FastWander = 10,
 }
 
 /// The stream of one purpose in one place (a channel's index, or 0 for the rig).

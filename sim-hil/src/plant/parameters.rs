@@ -3,6 +3,7 @@
 //! The defaults are the nominal rig of the project (chambers of 0.36 litre, 550 kPa supply) with a valve that fills a
 //! chamber from 0 to 300 kPa in 0.41 s. Pressures whose name says nothing else are gauge.
 
+use super::background::Background;
 use super::flow::FlowFunction;
 
 /// A rig: one supply, `channels` valve/chamber/sensor channels, four to a board, two joint axes to a board.
@@ -136,6 +137,8 @@ pub struct Nuisances {
     pub supply_wander_time_s: f64,
     /// Spread of conductance, volume, edges and leakage from channel to channel, relative standard deviation, 0 to 0.3.
     pub spread: f64,
+    /// What every real rig has and no textbook describes.
+    pub background: Background,
 }
 
 impl Default for PlantParameters {
@@ -172,13 +175,13 @@ impl Nuisances {
     /// No wander, all channels alike.
     #[must_use]
     pub fn none() -> Self {
-        Self { supply_wander: 0.0, supply_wander_time_s: 20.0, spread: 0.0 }
+        Self { supply_wander: 0.0, supply_wander_time_s: 20.0, spread: 0.0, background: Background::none() }
     }
 
     /// What a laboratory rig shows: 1 % supply wander over 20 s, 5 % spread between channels.
     #[must_use]
     pub fn laboratory() -> Self {
-        Self { supply_wander: 0.01, supply_wander_time_s: 20.0, spread: 0.05 }
+        Self { supply_wander: 0.01, supply_wander_time_s: 20.0, spread: 0.05, background: Background::none() }
     }
 }
 

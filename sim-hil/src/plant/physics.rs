@@ -1,5 +1,6 @@
 //! What the integrator runs: parameters, spread and effects resolved to SI numbers for each channel, board and the supply.
 
+use super::background::Deviation;
 use super::flow::FlowFunction;
 use super::parameters::{GasModel, HEAT_REFERENCE_KPA_ABS, PlantParameters};
 
@@ -46,6 +47,10 @@ pub struct ValvePhysics {
     pub centre: f64,
     /// Conductance of a leak past the fill edge, m^3/(s Pa).
     pub fill_leak: f64,
+    /// Relative deviation of each edge's conductance over its opening, 0 to 1.
+    pub fill_curve: Deviation,
+    /// The same of the vent edge.
+    pub vent_curve: Deviation,
 }
 
 /// The gas volumes behind one valve.
@@ -156,6 +161,8 @@ pub struct SupplyPhysics {
     pub relay: Option<RelayRegulator>,
     pub wander: f64,
     pub wander_time_s: f64,
+    /// The same over 2 s.
+    pub fast_wander: f64,
 }
 
 /// Line from the regulator to the valves' manifold: `drop = linear m + quadratic m^2`.
@@ -209,6 +216,8 @@ impl PlantParameters {
                 vent_gain: 1.0,
                 centre: 0.0,
                 fill_leak: 0.0,
+                fill_curve: [0.0; 3],
+                vent_curve: [0.0; 3],
             },
             chamber: ChamberPhysics {
                 flow: valve.flow,
@@ -267,6 +276,7 @@ impl PlantParameters {
             relay: None,
             wander: self.nuisances.supply_wander,
             wander_time_s: self.nuisances.supply_wander_time_s,
+            fast_wander: self.nuisances.background.fast_wander,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The shared supply: regulator, tank, line and manifold.
 
+use super::background::FAST_WANDER_S;
 use super::noise::{Purpose, Wander, stream, uniform};
 use super::physics::{GAS_CONSTANT, RelayRegulator, SupplyLine, SupplyPhysics};
 
@@ -12,6 +13,7 @@ pub struct Supply {
     pub physics: SupplyPhysics,
     phase: f64,
     wander: Option<Wander>,
+    fast_wander: Option<Wander>,
     refilling: bool,
 }
 
@@ -31,7 +33,9 @@ impl Supply {
         let phase = uniform(&mut stream(seed, Purpose::RipplePhase, 0));
         let wander = (physics.wander > 0.0)
             .then(|| Wander::new(stream(seed, Purpose::SupplyWander, 0), physics.wander_time_s));
-        Self { physics, phase, wander, refilling: false }
+        let fast_wander = (physics.fast_wander > 0.0)
+            .then(|| Wander::new(stream(seed, Purpose::FastWander, 0), FAST_WANDER_S));
+        Self { physics, phase, wander, fast_wander, refilling: false }
     }
 
     /// Conditions for a step whose middle is at `time_s`, with the tank at `tank_pa`.
@@ -40,6 +44,9 @@ impl Supply {
         let mut pressure = p.nominal_pa + p.level_pa;
         if let Some(wander) = &mut self.wander {
             pressure += p.gauge_pa * p.wander * wander.at(time_s);
+        }
+        if let Some(wander) = &mut self.fast_wander {
+            pressure += p.gauge_pa * p.fast_wander * wander.at(time_s);
         }
         if let Some((amplitude, period)) = p.ripple {
             pressure += amplitude * compressor_cycle(time_s / period + self.phase);

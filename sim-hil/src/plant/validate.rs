@@ -51,7 +51,9 @@ impl PlantParameters {
             ("nuisances.supply_wander_time_s", n.supply_wander_time_s, "s", 0.5, 1e6, "0.5 or more"),
             ("nuisances.spread", n.spread, "1", 0.0, 0.3, "0 to 0.3"),
         ];
-        for (name, value, unit, min, max, expected) in checks {
+        let background =
+            n.background.checks().map(|(name, value, max, expected)| (name, value, "1", 0.0, max, expected));
+        for (name, value, unit, min, max, expected) in checks.into_iter().chain(background) {
             if !(min..=max).contains(&value) {
                 return Err(PlantError::Parameter { name, value, unit, expected });
             }

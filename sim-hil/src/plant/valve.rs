@@ -1,5 +1,6 @@
 //! The spool's metering edges: conductance over position.
 
+use super::background::{Deviation, factor};
 use super::physics::ValvePhysics;
 
 /// Conductances of a valve's two edges, m^3/(s Pa).
@@ -22,6 +23,8 @@ pub struct Valve {
     leakage: f64,
     corner_squared: f64,
     fill_leak: f64,
+    fill_curve: Deviation,
+    vent_curve: Deviation,
 }
 
 impl Valve {
@@ -38,6 +41,8 @@ impl Valve {
             leakage: p.leakage * p.conductance,
             corner_squared: corner * corner,
             fill_leak: p.fill_leak,
+            fill_curve: p.fill_curve,
+            vent_curve: p.vent_curve,
         }
     }
 
@@ -48,8 +53,10 @@ impl Valve {
         let fill = gain * self.slope * (x - self.fill_edge) - self.leakage;
         let vent = gain * self.vent_slope * (self.vent_edge - x) - self.leakage;
         Conductances {
-            fill: self.leakage + self.corner(fill) + self.fill_leak,
-            vent: self.leakage + self.corner(vent),
+            fill: self.leakage
+                + self.corner(fill) * factor(&self.fill_curve, x.clamp(0.0, 1.0))
+                + self.fill_leak,
+            vent: self.leakage + self.corner(vent) * factor(&self.vent_curve, (-x).clamp(0.0, 1.0)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::plant::{Effect, Nuisances, PlantParameters};
+use crate::plant::{Background, Effect, Nuisances, PlantParameters};
 
 use super::{
     BoardKind, Columns, ControlSettings, Excitation, Loop, RecordError, Recorder, RecordingSettings,
@@ -72,6 +72,10 @@ pub struct RecordArgs {
     /// Laboratory nuisances: 1 % supply wander, 5 % spread between channels
     #[arg(long)]
     pub nuisances: bool,
+    /// With what every real rig has and no textbook describes: valves' curves and flow functions a little off, tubes, gas between
+    /// isothermal and adiabatic, two time scales of supply wander
+    #[arg(long)]
+    pub background: bool,
     /// Sensor noise before conversion, kPa RMS
     #[arg(long, value_name = "KPA", default_value_t = PlantParameters::default().sensor.noise_kpa)]
     pub noise: f64,
@@ -89,6 +93,9 @@ impl RecordArgs {
         plant.joint.free = self.joints;
         if self.nuisances {
             plant.nuisances = Nuisances::laboratory();
+        }
+        if self.background {
+            plant.nuisances.background = Background::typical();
         }
         let defaults = RecordingSettings::default();
         RecordingSettings {

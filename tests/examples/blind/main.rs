@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! blind generate DIR --rounds 3          recordings and truth.json, by the truth plant alone; --seed 7 makes others,
-//!                                        --size limit|moderate|gross and --loop drive|closed only some
+//!                                        --size limit|moderate|gross and --loop drive|closed only some; --hard by a rig with
+//!                                        a background of imperfections, which its file describes wrongly
 //! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`
 //! blind score DIR                        the confusion matrix, from truth.json and report.json
 //! blind table [FILE]                     whether the diagnosis still says of fixed recordings what the table says
@@ -15,12 +16,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use recording::{Extent, record};
-use system_tests::blind::plan::{Case, SIZES, round};
+use system_tests::blind::plan::{self, Case, SIZES, round};
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
-  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed]
-                                            recordings and truth.json, by the truth plant alone
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--hard]
+                                            recordings and truth.json, by the truth plant alone; --hard: 50 to
+                                            500 Hz, 60 to 300 s, of a rig with a background of imperfections
+                                            and a rig file that is off by up to 10 % in volume, 5 % in supply
   diagnose DIR [--program pneudrive-model]  report.json beside each; goes on where it was stopped
   score DIR                                 tables, from truth.json and report.json
   table [FILE] [--share 0.1] [--only TEXT] [--write]
@@ -70,7 +73,8 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
                 option("--size").is_none_or(|size| *size == case.size)
                     && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
             };
-            generate(&directory, seed, rounds, wanted)?;
+            let hard = arguments.iter().any(|a| a == "--hard");
+            generate(&directory, seed, rounds, hard, wanted)?;
         }
         "diagnose" => diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str))?,
         "score" => print_score(&directory)?,
@@ -80,10 +84,20 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on the board.
-fn generate(directory: &Path, seed: u64, rounds: u64, wanted: impl Fn(&Case) -> bool) -> Result<()> {
+fn generate(
+    directory: &Path,
+    seed: u64,
+    rounds: u64,
+    hard: bool,
+    wanted: impl Fn(&Case) -> bool,
+) -> Result<()> {
     for k in 0..rounds {
         let size = [1, 2, 0][(k as usize / 2) % SIZES.len()];
-        for case in round(seed + k, size, k % 2 == 0).into_iter().filter(&wanted) {
+        let mut cases = round(seed + k, size, k % 2 == 0);
+        if hard {
+            cases = plan::hard(seed + k, cases);
+        }
+        for case in cases.into_iter().filter(&wanted) {
             let folder = directory.join(format!("r{k:03}c{:03}", case.number));
             record(&folder, &case, Extent::default())?;
             println!("{}", folder.display());

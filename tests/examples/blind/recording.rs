@@ -2,13 +2,15 @@
 
 use std::path::Path;
 
-use pneudrive_sim::plant::{Effect, Nuisances};
+use pneudrive_sim::plant::{Background, Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
-use system_tests::blind::plan::Case;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use system_tests::blind::plan::{Case, Hard};
 
 use super::Result;
 
-/// How much is recorded.
+/// How much is recorded of a round that is not hard.
 #[derive(Debug, Clone, Copy)]
 pub struct Extent {
     /// Length, s.
@@ -31,20 +33,37 @@ pub fn record(folder: &Path, case: &Case, extent: Extent) -> Result<()> {
     let mut plant = defaults.plant.clone();
     plant.channels = extent.channels;
     plant.nuisances = Nuisances::laboratory();
+    if case.hard.is_some() {
+        plant.nuisances.background = Background::typical();
+    }
+    let (seconds, rate_hz) = case.hard.as_ref().map_or((extent.seconds, 100.0), |h| (h.seconds, h.rate_hz));
     let effects =
         case.arguments.iter().map(|text| text.parse()).collect::<std::result::Result<Vec<Effect>, _>>()?;
     let settings = RecordingSettings {
         plant,
         effects,
         seed: case.seed,
-        seconds: extent.seconds,
-        rate_hz: 100.0,
+        seconds,
+        rate_hz,
         control_loop: if case.drive { Loop::Row } else { defaults.control_loop },
         columns: Columns { drive: case.drive, ..Columns::default() },
         ..defaults
     };
-    write_csv(&folder.join("run.csv"), settings.plant.channels, settings.columns, Recorder::new(&settings)?)?;
-    std::fs::write(folder.join("rig.toml"), rig_toml(&settings)?)?;
+    let mut clock = Pcg64Mcg::seed_from_u64(case.seed);
+    let jitter_s = case.hard.as_ref().map_or(0.0, |hard| hard.jitter / hard.rate_hz);
+    let rows = Recorder::new(&settings)?.map(|mut row| {
+        row.t_s += jitter_s * (2.0 * clock.random::<f64>() - 1.0);
+        row
+    });
+    write_csv(&folder.join("run.csv"), settings.plant.channels, settings.columns, rows)?;
+    std::fs::write(folder.join("rig.toml"), rig_toml(&case.hard.iter().fold(settings, stated))?)?;
     std::fs::write(folder.join("truth.json"), serde_json::to_string_pretty(case)?)?;
     Ok(())
+}
+
+/// What the rig's user believes.
+fn stated(mut settings: RecordingSettings, hard: &Hard) -> RecordingSettings {
+    settings.plant.chamber.radius_m *= hard.stated_volume.sqrt();
+    settings.plant.supply.pressure_kpa *= hard.stated_supply;
+    settings
 }

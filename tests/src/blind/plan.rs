@@ -73,6 +73,46 @@ pub struct Case {
     pub seed: u64,
     /// Is the drive recorded (and the loop closed once a row)?
     pub drive: bool,
+    /// What is not as the textbook and the rig file say, in a hard round.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hard: Option<Hard>,
+}
+
+/// How a hard round's recording is made: by a rig with a background of imperfections, which its file describes wrongly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Hard {
+    /// Rows a second.
+    pub rate_hz: f64,
+    /// Length, s.
+    pub seconds: f64,
+    /// Volume in the rig file over the true one.
+    pub stated_volume: f64,
+    /// Supply pressure in the rig file over the true one.
+    pub stated_supply: f64,
+    /// Largest error of a time stamp, part of a row's interval.
+    pub jitter: f64,
+}
+
+/// Rates of hard rounds, Hz: recorded drives, and loops on the board.
+const RATES_HZ: [f64; 4] = [50.0, 100.0, 200.0, 500.0];
+
+/// The cases of a round, each with circumstances of its own, drawn beside it: the same seed hides the same things.
+#[must_use]
+pub fn hard(seed: u64, cases: Vec<Case>) -> Vec<Case> {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x6861_7264);
+    let mut within = |low: f64, high: f64| low + (high - low) * rng.random::<f64>();
+    let drawn = cases.into_iter().map(|case| {
+        let rate = within(0.0, RATES_HZ.len() as f64) as usize;
+        let hard = Hard {
+            rate_hz: RATES_HZ[rate.min(RATES_HZ.len() - 1)],
+            seconds: within(60.0, 300.0).round(),
+            stated_volume: within(0.9, 1.1),
+            stated_supply: within(0.95, 1.05),
+            jitter: 0.05,
+        };
+        Case { hard: Some(hard), ..case }
+    });
+    drawn.collect()
 }
 
 /// Names of the size classes.
@@ -94,6 +134,7 @@ pub fn round(seed: u64, size: usize, drive: bool) -> Vec<Case> {
             size: SIZES[size].to_owned(),
             seed: seed.wrapping_mul(1000).wrapping_add(number as u64),
             drive,
+            hard: None,
         });
     };
     let argument = |(id, sizes): &(&str, [f64; 3]), scope: &str| format!("{id}={}{scope}", sizes[size]);

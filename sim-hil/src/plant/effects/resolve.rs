@@ -55,6 +55,7 @@ fn spread(parameters: &PlantParameters, seed: u64, place: usize) -> ChannelPhysi
         channel.valve.vent_edge *= factor(2.0);
         channel.valve.leakage *= factor(4.0);
     }
+    parameters.nuisances.background.draw(&parameters.valve, seed, place, &mut channel);
     channel
 }
 
