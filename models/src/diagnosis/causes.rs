@@ -5,23 +5,27 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::channel::ChannelData;
+use super::earned::{stands_out, usual};
 use super::found::Found;
 use super::interval::{Coordinate, as_estimated, coordinates, interval, pool};
 use super::json::{Cause, Estimate, Gain};
 use super::search::Outcome;
-use crate::effects::EffectParameter;
 use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{EffectInfo, EffectParameter};
 use crate::model::Scale;
 
 /// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
 const FLAT: f64 = 0.8;
 
 /// A found cause as the report has it: where it acts, its parameters with their intervals, its rivals and its gain.
-pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: Gain) -> Cause {
+///
+/// Where the size is usual over all channels and beyond that on some, it acts on those: a name covers what is wrong, not what is sound. Since
+/// a calibration (`change`), every size counts.
+pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: Gain, change: bool) -> Cause {
     let info = CATALOGUE[found.effect];
     let acting: Vec<(usize, &ChannelData)> =
         channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
-    let by_channel: Vec<(String, Vec<Coordinate>)> = acting
+    let mut by_channel: Vec<(String, Vec<Coordinate>)> = acting
         .par_iter()
         .map(|(k, data)| {
             let stage = &outcome.stages[*k];
@@ -33,21 +37,33 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
     let named = |estimates: Vec<Coordinate>| -> BTreeMap<String, Estimate> {
         info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
     };
-    let pooled: Vec<Coordinate> = (0..info.parameters.len())
-        .filter_map(|k| {
-            let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).cloned()).collect();
-            pool(&all)
-        })
-        .collect();
+    let mut sizes = named(pooled(info, &by_channel));
+    if !change && usual(info, &sizes) {
+        let mut odd = by_channel.clone();
+        odd.retain(|(_, coordinates)| stands_out(info, &named(coordinates.clone())));
+        if !odd.is_empty() {
+            sizes = named(pooled(info, &odd));
+            by_channel = odd;
+        }
+    }
     Cause {
         effect: info.id.to_owned(),
-        channels: acting.iter().map(|(_, d)| d.id.to_string()).collect(),
+        channels: by_channel.iter().map(|(id, _)| id.clone()).collect(),
         equivalent: found.equivalent.iter().map(|&e| CATALOGUE[e].id.to_owned()).collect(),
-        parameters: named(pooled),
+        parameters: sizes,
         by_channel: by_channel.into_iter().map(|(id, c)| (id, named(c))).collect(),
         p_value: found.p_value,
         gain,
     }
+}
+
+/// Each parameter over the channels.
+fn pooled(info: &EffectInfo, by_channel: &[(String, Vec<Coordinate>)]) -> Vec<Coordinate> {
+    let over_channels = |k: usize| -> Option<Coordinate> {
+        let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).cloned()).collect();
+        pool(&all)
+    };
+    (0..info.parameters.len()).filter_map(over_channels).collect()
 }
 
 fn estimate(p: &EffectParameter, c: &Coordinate) -> Estimate {

@@ -7,6 +7,7 @@ use super::channel::{ChannelData, Extended};
 use super::hunting::expected_readings;
 use super::json::Gain;
 use super::random::{generator, quantile, runs};
+use super::stage::ChannelStage;
 use super::whiten::Whitening;
 
 /// Pieces a block is cut into for resampling.
@@ -38,6 +39,20 @@ impl BlockErrors {
         let residuals: Vec<Vec<f64>> =
             channels.par_iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
         Self::new(channels, &residuals, role)
+    }
+
+    /// Of some stages on the test blocks, weighted by what noise and the wander of the supply explain: what the search goes by. In variances
+    /// of the noise instead of kPa^2.
+    #[must_use]
+    pub fn weighted(channels: &[ChannelData], stages: &[ChannelStage]) -> Self {
+        let pieces = channels.iter().zip(stages).map(|(data, stage)| {
+            let blocks = data.blocks.iter().zip(&data.spans).zip(&stage.losses.fair);
+            let tested = blocks.filter(|((block, _), _)| block.role == Role::Test);
+            // A block's loss is one number: its pieces are alike.
+            let part = |sum: f64, rows: usize| (sum / PIECES as f64, rows as f64 / PIECES as f64);
+            tested.flat_map(|((_, span), loss)| [part(*loss, span.len()); PIECES]).collect()
+        });
+        Self { pieces: pieces.collect() }
     }
 
     fn new(channels: &[ChannelData], residuals: &[Vec<f64>], role: Role) -> Self {
@@ -103,6 +118,7 @@ impl BlockErrors {
             test_rmse_after_kpa: after.all(),
             reduction: 1.0 - whole.0.exp(),
             ci95,
+            weighted_ci95: ci95,
         }
     }
 }

@@ -24,6 +24,9 @@ pub struct Report {
     pub symptoms: Vec<Symptom>,
     /// What was named, in the order of the gain.
     pub causes: Vec<Cause>,
+    /// What the extended model holds beside them, without a name: sound rigs have it too, or it may gain nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub imperfections: Vec<Imperfection>,
     /// What no name fits.
     pub unexplained: Unexplained,
     /// How to tell rivals apart.
@@ -48,6 +51,26 @@ pub enum Verdict {
     PartlyExplained,
     /// Something is wrong and no name fits.
     Unexplained,
+}
+
+/// An effect that is modelled and not named.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Imperfection {
+    /// Why it is not named.
+    pub why: Unnamed,
+    /// The effect, as a cause would be.
+    #[serde(flatten)]
+    pub cause: Cause,
+}
+
+/// Why an effect is not named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unnamed {
+    /// It is no larger than on sound rigs.
+    Usual,
+    /// Its gain on the test blocks may be none.
+    Uncertain,
 }
 
 /// The recording.
@@ -145,6 +168,10 @@ pub struct Gain {
     pub reduction: f64,
     /// 95 % interval of the reduction (moving-block bootstrap).
     pub ci95: [f64; 2],
+    /// The same of errors weighted by what noise and the wander of the supply explain: slow drifts, which say little about a fast effect,
+    /// count less in it.
+    #[serde(default)]
+    pub weighted_ci95: [f64; 2],
 }
 
 /// What no name fits.

@@ -23,6 +23,7 @@ mod common;
 mod correction;
 mod dependence;
 mod disturbance;
+mod earned;
 mod effect_fit;
 mod error;
 mod experiment;

@@ -7,16 +7,19 @@ use super::causes::cause;
 use super::channel::{ChannelData, Extended};
 use super::check::check;
 use super::dependence::Dependence;
+use super::earned;
 use super::error::DiagnosisError;
 use super::experiment::{Plan, plan};
 use super::extended::{ExtendedFile, extended_file};
 use super::gain::BlockErrors;
 use super::hunting;
-use super::json::{Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict};
+use super::json::{
+    Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict,
+};
 use super::likelihood;
 use super::prepare::{Purpose, prepare_for};
 use super::rest::{Rest, corrected, correction_gain, significant};
-use super::search::{Outcome, Progress, search};
+use super::search::{Outcome, Progress, search, staged};
 use super::stage::ChannelStage;
 use super::steps::{halved, simulate_coarsely};
 use super::verdict;
@@ -150,13 +153,22 @@ fn assemble(
     let mut steps: Vec<BlockErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
     steps.push(errors_of(&finals));
     let Rest { base_stages, symptoms, left, share } = rest;
+    let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(&channels, stages);
+    let mut weighted: Vec<BlockErrors> =
+        outcome.causes.iter().map(|c| weighed(&staged(&channels, c.before.clone(), change))).collect();
+    weighted.push(weighed(&outcome.stages));
     let mut causes: Vec<Cause> = outcome
         .causes
         .iter()
         .enumerate()
-        .map(|(k, found)| cause(&channels, &outcome, found, steps[k].gain(&steps[k + 1])))
+        .map(|(k, found)| {
+            let weighted_ci95 = weighted[k].gain(&weighted[k + 1]).ci95;
+            let gain = Gain { weighted_ci95, ..steps[k].gain(&steps[k + 1]) };
+            cause(&channels, &outcome, found, gain, change)
+        })
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
+    let (causes, imperfections) = earned::part(causes, change);
     let mut depends_on = significant(&channels, &left);
     if let Some((cycle, note)) = adequacy::withheld_cycle(&channels, &outcome) {
         depends_on.insert(0, cycle);
@@ -214,6 +226,7 @@ fn assemble(
         baseline,
         symptoms: significant(&channels, &symptoms),
         causes,
+        imperfections,
         unexplained: Unexplained {
             share,
             test_rmse_kpa: steps.last().map_or(0.0, BlockErrors::all),

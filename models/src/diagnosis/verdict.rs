@@ -40,9 +40,22 @@ pub fn sentence(report: &Report, change: bool) -> String {
         .iter()
         .map(|s| s.what.replace("the residual depends on ", ""))
         .collect();
-    match report.verdict {
+    let small: Vec<&str> = report.imperfections.iter().map(|i| title(&i.cause.effect)).collect();
+    let small = if small.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " The extended model also has {}, no larger than sound rigs do or without a certain gain.",
+            small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
+        )
+    };
+    let unnamed = if small.is_empty() { before } else { after };
+    let verdict = match report.verdict {
         Verdict::Adequate if change => format!(
             "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
+        ),
+        Verdict::Adequate if !small.is_empty() => format!(
+            "The model is adequate for this recording once it has what sound rigs show: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
         Verdict::Adequate => format!(
             "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
@@ -56,11 +69,12 @@ pub fn sentence(report: &Report, change: bool) -> String {
             left.join(", ")
         ),
         Verdict::Unexplained if left.is_empty() => format!(
-            "The model misses something that is not in the catalogue: its error on the test blocks is {before:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
+            "The model misses something that is not in the catalogue: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
         ),
         Verdict::Unexplained => format!(
-            "The model misses something that is not in the catalogue: its error ({before:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
+            "The model misses something that is not in the catalogue: its error ({unnamed:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
             left.join(", ")
         ),
-    }
+    };
+    verdict + &small
 }

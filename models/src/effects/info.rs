@@ -49,6 +49,9 @@ pub struct EffectParameter {
     pub null: f64,
     /// Scale of fitting.
     pub scale: Scale,
+    /// Largest distance from `null` that is usual on sound rigs, of the logarithm where that is fitted; infinite where the parameter says
+    /// nothing about how large the effect is.
+    pub usual: f64,
     /// What it means, in a few words.
     pub meaning: &'static str,
 }
@@ -62,7 +65,7 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Linear, meaning }
+        Self { name, unit, lower, upper, null, scale: Scale::Linear, usual: f64::INFINITY, meaning }
     }
 
     /// A positive parameter fitted by its logarithm; the range is (lower, null, upper).
@@ -73,7 +76,25 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, meaning }
+        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, usual: f64::INFINITY, meaning }
+    }
+}
+
+impl EffectParameter {
+    /// With the largest value that is usual on sound rigs.
+    #[must_use]
+    pub const fn usual_to(mut self, distance: f64) -> Self {
+        self.usual = distance;
+        self
+    }
+
+    /// Distance of a value from `null`, on the scale of fitting.
+    #[must_use]
+    pub fn distance(&self, value: f64) -> f64 {
+        match self.scale {
+            Scale::Linear => (value - self.null).abs(),
+            Scale::Logarithmic => (value / self.null).ln().abs(),
+        }
     }
 }
 

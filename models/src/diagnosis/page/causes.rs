@@ -2,14 +2,37 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnosis::json::{Cause, Estimate, Report};
+use crate::diagnosis::json::{Cause, Estimate, Report, Unnamed};
 use crate::diagnosis::verdict;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
-use crate::report::{Align, Interval, Intervals, Markup, Table, html, significant};
+use crate::report::{Align, Interval, Intervals, Markup, Table, html, paragraph, significant};
 
 /// Table and, for every cause, what it is and where to look.
 pub fn markup(report: &Report) -> Markup {
+    html! {
+        (table(report, report.causes.iter()))
+        @for cause in &report.causes {
+            @if let Some(info) = index_of(&cause.effect).map(|k| CATALOGUE[k]) { (details(info, cause)) }
+        }
+    }
+}
+
+/// What is modelled without a name, and why it has none.
+pub fn unnamed(report: &Report) -> Markup {
+    html! {
+        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, or their gain on the test blocks may be none."))
+        (table(report, report.imperfections.iter().map(|i| &i.cause)))
+        @for i in &report.imperfections {
+            p { (verdict::title(&i.cause.effect)) ": " (match i.why {
+                Unnamed::Usual => "no larger than usual.",
+                Unnamed::Uncertain => "the interval of its gain reaches below 1 %.",
+            }) }
+        }
+    }
+}
+
+fn table<'a>(report: &Report, causes: impl Iterator<Item = &'a Cause>) -> Markup {
     let mut table = Table::new(&[
         ("Cause", Align::Left),
         ("Channels", Align::Left),
@@ -20,7 +43,7 @@ pub fn markup(report: &Report) -> Markup {
         ("Fits as well", Align::Left),
     ])
     .stacked();
-    for cause in &report.causes {
+    for cause in causes {
         let g = &cause.gain;
         // Adding zero makes -0 a 0.
         let [low, high] = g.ci95.map(|part| (100.0 * part).round() + 0.0);
@@ -36,12 +59,7 @@ pub fn markup(report: &Report) -> Markup {
             } },
         ]);
     }
-    html! {
-        (table.markup())
-        @for cause in &report.causes {
-            @if let Some(info) = index_of(&cause.effect).map(|k| CATALOGUE[k]) { (details(info, cause)) }
-        }
-    }
+    table.markup()
 }
 
 fn details(info: &EffectInfo, cause: &Cause) -> Markup {

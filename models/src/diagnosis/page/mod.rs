@@ -25,6 +25,9 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     if !report.causes.is_empty() {
         page.section("Causes", causes::markup(report));
     }
+    if !report.imperfections.is_empty() {
+        page.section("Modelled, but not named", causes::unnamed(report));
+    }
     if let Some(next) = &report.next_experiment {
         page.section("Next experiment", next_experiment(next));
     }
@@ -41,6 +44,8 @@ fn error_bars(diagnosis: &Diagnosis) -> Markup {
     let mut bars = vec![("the model as it was", "before", report.baseline.test_rmse_kpa)];
     if !report.causes.is_empty() {
         bars.push(("with the causes", "after", report.unexplained.test_rmse_kpa));
+    } else if !report.imperfections.is_empty() {
+        bars.push(("with what sound rigs show", "after", report.unexplained.test_rmse_kpa));
     }
     if let Some(corrected) = &report.unexplained.correction {
         bars.push(("with the smooth correction", "after", corrected.gain.test_rmse_after_kpa));

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("limit", "1", (0.1, 1.0, 1.0), "largest drive that has an effect"),
+        // Usual: data sheets state the current at full scale to a few percent.
+        EffectParameter::linear("limit", "1", (0.1, 1.0, 1.0), "largest drive that has an effect").usual_to(0.04),
     ],
     probes: &[&[0.9], &[0.75], &[0.6], &[0.4]],
     rivals: &["valve_asymmetry", "vent_restriction", "flow_function"],

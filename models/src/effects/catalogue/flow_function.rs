@@ -14,8 +14,10 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("critical_ratio", "1", (0.02, 0.3, 0.7), "pressure ratio below which the flow is choked"),
-        EffectParameter::linear("exponent", "1", (0.25, 0.5, 1.2), "subsonic exponent"),
+        // Usual: ISO 6358-1 measurements of b scatter by about 0.05.
+        EffectParameter::linear("critical_ratio", "1", (0.02, 0.3, 0.7), "pressure ratio below which the flow is choked").usual_to(0.06),
+        // Usual: the range that ISO 6358-3 gives for plain orifices.
+        EffectParameter::linear("exponent", "1", (0.25, 0.5, 1.2), "subsonic exponent").usual_to(0.08),
     ],
     probes: &[&[0.15, 0.5], &[0.45, 0.5], &[0.3, 0.4], &[0.3, 0.65]],
     rivals: &["vent_restriction", "valve_asymmetry", "supply_sag"],

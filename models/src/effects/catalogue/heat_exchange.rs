@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::logarithmic("time_constant", "s", (0.004, 0.004, 40.0), "time constant of the gas temperature at 250 kPa absolute"),
+        // Usual: 0.02 s: hardly to be told from isothermal.
+        EffectParameter::logarithmic("time_constant", "s", (0.004, 0.004, 40.0), "time constant of the gas temperature at 250 kPa absolute").usual_to(1.6),
     ],
     probes: &[&[0.03], &[0.12], &[0.5], &[2.0]],
     rivals: &["wall_creep", "wall_compliance", "line_restriction"],

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::logarithmic("time_constant", "s", (0.0003, 0.0003, 30.0), "pressure of the chamber over its rate at a flow pressure as large"),
+        // Usual: 0.06 s: two metres of tube with 6 mm.
+        EffectParameter::logarithmic("time_constant", "s", (0.0003, 0.0003, 30.0), "pressure of the chamber over its rate at a flow pressure as large").usual_to(5.3),
         EffectParameter::logarithmic("volume_ratio", "1", (0.003, 0.02, 0.5), "volume of the tube over the chamber's"),
         EffectParameter::linear("laminar", "kPa", (0.0, 0.0, 100.0), "flow pressure below which the loss in the tube is laminar"),
     ],

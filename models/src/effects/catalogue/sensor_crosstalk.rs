@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("share", "1", (-0.1, 0.0, 0.5), "part of the other channel's reading"),
+        // Usual: half a percent: a converter that settles.
+        EffectParameter::linear("share", "1", (-0.1, 0.0, 0.5), "part of the other channel's reading").usual_to(0.004),
     ],
     probes: &[&[0.02]],
     rivals: &["chamber_coupling", "supply_sag"],

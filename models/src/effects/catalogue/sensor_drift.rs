@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("change", "kPa", (-200.0, 0.0, 200.0), "change of the zero in the end"),
+        // Usual: 0.2 % of a 100 psi range, as data sheets state it.
+        EffectParameter::linear("change", "kPa", (-200.0, 0.0, 200.0), "change of the zero in the end").usual_to(1.5),
         EffectParameter::logarithmic("time_constant", "s", (20.0, 200.0, 3000.0), "time constant of the change"),
     ],
     probes: &[&[4.0, 30.0], &[8.0, 300.0]],

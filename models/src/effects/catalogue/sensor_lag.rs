@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("time_constant", "s", (0.0, 0.0, 0.5), "time constant of the reading"),
+        // Usual: the anti-aliasing filter before the converter.
+        EffectParameter::linear("time_constant", "s", (0.0, 0.0, 0.5), "time constant of the reading").usual_to(0.004),
     ],
     probes: &[&[0.004], &[0.012], &[0.03], &[0.1]],
     rivals: &["valve_lag", "transport_delay", "line_restriction"],

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("bow", "kPa", (-80.0, 0.0, 80.0), "error in the middle of the 100 psi range"),
+        // Usual: half a percent of a 100 psi range, as data sheets state it.
+        EffectParameter::linear("bow", "kPa", (-80.0, 0.0, 80.0), "error in the middle of the 100 psi range").usual_to(3.0),
     ],
     probes: &[&[-6.0], &[6.0]],
     rivals: &["wall_compliance", "flow_function"],

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Rig,
     parameters: &[
-        EffectParameter::linear("amplitude", "kPa", (0.0, 0.0, 300.0), "half of the swing"),
+        // Usual: 1 % of the supply: a good regulator.
+        EffectParameter::linear("amplitude", "kPa", (0.0, 0.0, 300.0), "half of the swing").usual_to(4.0),
         EffectParameter::logarithmic("period", "s", (0.3, 8.0, 600.0), "period"),
         EffectParameter::linear("phase", "1", (-1.0, 0.0, 2.0), "phase at the start, in periods"),
         EffectParameter::linear("rise", "1", (0.1, 0.5, 0.9), "part of the period in which it rises"),

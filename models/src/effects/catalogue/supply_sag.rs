@@ -15,7 +15,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Rig,
     parameters: &[
-        EffectParameter::linear("drop", "kPa", (0.0, 0.0, 400.0), "fall of the supply at the choked flow of one valve at full drive"),
+        // Usual: 1 % of the supply: a good regulator and a short line.
+        EffectParameter::linear("drop", "kPa", (0.0, 0.0, 400.0), "fall of the supply at the choked flow of one valve at full drive").usual_to(5.0),
         EffectParameter::linear("time_constant", "s", (0.0, 0.02, 1.5), "time in which the supply follows"),
     ],
     probes: &[&[10.0, 0.02], &[40.0, 0.02], &[100.0, 0.05], &[40.0, 0.3]],

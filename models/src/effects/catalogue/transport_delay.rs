@@ -16,7 +16,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("delay", "s", (0.0, 0.0, 0.25), "dead time"),
+        // Usual: a board loop, an exchange and a row that is dated a little off.
+        EffectParameter::linear("delay", "s", (0.0, 0.0, 0.25), "dead time").usual_to(0.004),
     ],
     probes: &[&[0.004], &[0.012], &[0.03], &[0.08]],
     rivals: &["valve_lag", "sensor_lag"],

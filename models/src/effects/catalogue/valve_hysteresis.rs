@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("half_width", "1", (0.0, 0.0, 0.5), "half the gap, as a part of full drive"),
+        // Usual: data sheets of good proportional valves: hysteresis of 1 to 2 %.
+        EffectParameter::linear("half_width", "1", (0.0, 0.0, 0.5), "half the gap, as a part of full drive").usual_to(0.008),
     ],
     probes: &[&[0.015], &[0.04], &[0.1], &[0.2]],
     rivals: &["valve_stiction", "transport_delay"],

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("time_constant", "s", (0.0, 0.0, 0.5), "time constant of the spool"),
+        // Usual: small proportional valves follow within some milliseconds.
+        EffectParameter::linear("time_constant", "s", (0.0, 0.0, 0.5), "time constant of the spool").usual_to(0.004),
     ],
     probes: &[&[0.004], &[0.012], &[0.03], &[0.1]],
     rivals: &["transport_delay", "sensor_lag"],

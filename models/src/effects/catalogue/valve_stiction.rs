@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("threshold", "1", (0.0, 0.0, 0.5), "movement of the drive that tears the spool off"),
+        // Usual: data sheets of good proportional valves: response sensitivity of 1 %.
+        EffectParameter::linear("threshold", "1", (0.0, 0.0, 0.5), "movement of the drive that tears the spool off").usual_to(0.01),
     ],
     probes: &[&[0.015], &[0.04], &[0.08], &[0.15], &[0.25]],
     rivals: &["valve_hysteresis", "transport_delay"],

@@ -14,7 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::linear("rate", "1/min", (-3.0, 0.0, 3.0), "relative change of the gain per minute"),
+        // Usual: a coil that warms up.
+        EffectParameter::linear("rate", "1/min", (-3.0, 0.0, 3.0), "relative change of the gain per minute").usual_to(0.01),
     ],
     probes: &[&[-0.05]],
     rivals: &["supply_ripple", "sensor_drift"],
