@@ -16,8 +16,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        // Usual: 2.8 times the port, which takes 6 % of the flow.
-        EffectParameter::logarithmic("area_ratio", "1", (0.1, 30.0, 30.0), "area of the restriction over the vent port's at full drive").usual_to(2.37),
+        // Usual: twice the port, which takes 10 % of the flow.
+        EffectParameter::logarithmic("area_ratio", "1", (0.1, 30.0, 30.0), "area of the restriction over the vent port's at full drive").usual_to(2.68),
         EffectParameter::logarithmic("volume_ratio", "1", (0.001, 0.01, 0.3), "volume before the restriction over the chamber's"),
     ],
     probes: &[&[0.5, 0.01], &[0.9, 0.01], &[1.6, 0.01], &[3.0, 0.01]],
