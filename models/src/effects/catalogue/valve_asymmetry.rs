@@ -14,8 +14,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        // Usual: two edges of one spool are ground alike to some percent.
-        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "vent gain over fill gain").usual_to(0.06),
+        // Usual: data sheets state flows to 10 %.
+        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "vent gain over fill gain").usual_to(0.1),
     ],
     probes: &[&[0.6], &[0.85], &[1.2], &[1.7]],
     rivals: &["vent_restriction", "flow_function", "drive_saturation"],
