@@ -100,6 +100,7 @@ fn a_late_page_is_no_reading() {
         }
         reply
     });
+    bus.line_mut().one_speaker = true;
     assert_eq!(bus.ping(0).unwrap().pressures, counts(500));
     assert!(bus.drives(0).is_err());
     assert_eq!(bus.exchange(0, counts(200)).unwrap().pressures, counts(500));

@@ -114,5 +114,6 @@ fn the_log_says_it() {
     after_reset(&mut bench);
     bench.run(BOOT);
     let log = bench.chip.take_rtt().len();
-    assert!(log > plain + 30, "{log} bytes of log, {plain} after power-on");
+    // Nine registers and a time; zero bytes in them take no room in the log.
+    assert!(log > plain + 20, "{log} bytes of log, {plain} after power-on");
 }

@@ -9,6 +9,7 @@ use pneudrive_host::bus::{Bus, ExchangeError, PageError};
 use pneudrive_protocol::pages::{About, Counter, Drives, NowState, PostMortem};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 /// What a board said.
 #[derive(Serialize)]
@@ -30,8 +31,8 @@ struct StatusReport {
     post_mortem: Option<String>,
 }
 
-/// A request that is lost is repeated so often.
-const TRIES: u32 = 3;
+/// A word of the post-mortem that is lost is asked for so often.
+const TRIES: u32 = 100;
 
 pub fn run(args: &BusArgs, board: &BoardArgs, setup: &Setup) -> Result<(), Failure> {
     match board.command {
@@ -51,7 +52,7 @@ fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setu
     let devices = devices_of(&BusArgs { devices, ..args.clone() }, least)?;
     let mut connection = connect(args, devices, &setup.calibration)?;
     let bus = &mut connection.bus;
-    let report = ask(bus, board).map_err(|error| Failure::running(explained(&error)))?;
+    let report = ask(bus, board, args.wait).map_err(|error| Failure::running(explained(&error)))?;
     if args.json {
         print_json(&report)?;
     } else {
@@ -74,13 +75,15 @@ fn explained(error: &PageError) -> String {
     }
 }
 
-fn ask(bus: &mut Bus, board: u8) -> Result<StatusReport, PageError> {
-    let about: About = persist(|| bus.about(board))?;
-    let state: NowState = persist(|| bus.board_state(board))?;
-    let (drives, _): (Drives, u64) = persist(|| bus.drives(board))?;
+/// What is lost is asked for again, for so long.
+fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError> {
+    let until = Instant::now() + Duration::from_secs_f64(wait_s);
+    let about: About = persist(until, || bus.about(board))?;
+    let state: NowState = persist(until, || bus.board_state(board))?;
+    let (drives, _): (Drives, u64) = persist(until, || bus.drives(board))?;
     let mut counters = BTreeMap::new();
     for counter in Counter::ALL {
-        counters.insert(counter.name(), persist(|| bus.counter(board, counter))?);
+        counters.insert(counter.name(), persist(until, || bus.counter(board, counter))?);
     }
     let post_mortem: Option<PostMortem> = bus.post_mortem(board, TRIES)?;
     Ok(StatusReport {
@@ -96,17 +99,16 @@ fn ask(bus: &mut Bus, board: u8) -> Result<StatusReport, PageError> {
     })
 }
 
-/// Asks again if the exchange failed, but not if the line did.
-fn persist<T>(mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
-    let mut result = ask();
-    for _ in 1..TRIES {
-        match result {
-            Err(PageError::Exchange(ExchangeError::Line(_) | ExchangeError::OriginalFormat { .. })) => break,
-            Err(PageError::Exchange(_)) => result = ask(),
-            _ => break,
+/// Asks again where the exchange failed, but not where the line did, or nothing would change.
+fn persist<T>(until: Instant, mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
+    loop {
+        match ask() {
+            Err(PageError::Exchange(error))
+                if !matches!(error, ExchangeError::Line(_) | ExchangeError::OriginalFormat { .. })
+                    && Instant::now() < until => {}
+            result => return result,
         }
     }
-    result
 }
 
 fn print(report: &StatusReport, name: &str) {

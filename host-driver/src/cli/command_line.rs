@@ -15,7 +15,7 @@ const PING: [&str; 10] =
 /// Bus options in the help of `list`, `init` and `calibrate`.
 const SCAN: [&str; 7] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait"];
 /// Bus options in the help of `board`.
-const BOARD: [&str; 8] = ["port", "devices", "rig", "max_devices", "baud", "allowance_us", "echo", "json"];
+const BOARD: [&str; 8] = ["port", "rig", "max_devices", "baud", "allowance_us", "wait", "echo", "json"];
 /// The same with a JSON object.
 const SCAN_JSON: [&str; 8] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait", "json"];
 /// Bus options that matter to `timing`.

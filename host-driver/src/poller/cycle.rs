@@ -1,6 +1,6 @@
 //! The loop itself: which board is asked when, and who is told.
 
-use super::drives::{DriveReading, DriveSchedule};
+use super::drives::DriveSchedule;
 use super::outage::{Outage, Try};
 use super::presence::Presence;
 use super::schedule::Schedule;
@@ -8,7 +8,7 @@ use super::{
     BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Slew, Supply,
     VENTED,
 };
-use crate::bus::{Answer, Bus, Counters, ExchangeError, Frames, PageError};
+use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
 use crate::statistics::{CycleStatistics, Durations};
 use pneudrive_protocol::{CHANNELS, SensorScale};
@@ -216,7 +216,7 @@ impl<L: Line> Polling<L> {
         }
     }
 
-    fn tell(&mut self, event: &Event<'_>) {
+    pub(super) fn tell(&mut self, event: &Event<'_>) {
         self.observers.iter_mut().for_each(|observer| observer.event(event));
     }
 
@@ -281,27 +281,6 @@ impl<L: Line> Polling<L> {
         let answered = error.is_none();
         self.report(index, error.as_ref());
         if answered { self.ask_for_drives(index) } else { Ok(()) }
-    }
-
-    /// Asks the board at `index`, which has just answered, for its valves' drives if they are due.
-    fn ask_for_drives(&mut self, index: usize) -> Result<(), LineError> {
-        let board = self.rows[index].board;
-        if self.bus.frames(board) != Frames::Checked || !self.drives[index].due(self.bus.line().now_ns()) {
-            return Ok(());
-        }
-        match self.bus.drives(board) {
-            Ok((drives, asked_ns)) => {
-                self.drives[index].answered();
-                self.rows[index].drives = Some(DriveReading { drives, asked_ns });
-            }
-            Err(PageError::Exchange(ExchangeError::Line(error))) => return Err(error),
-            Err(error) => {
-                if self.drives[index].failed(self.bus.line().now_ns()) {
-                    self.tell(&Event::NoDrives { board, error: &error });
-                }
-            }
-        }
-        Ok(())
     }
 
     /// The command as it stands on the wire: the bus sends some set points a count lower. Told once.

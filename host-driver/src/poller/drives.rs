@@ -1,5 +1,9 @@
 //! When a board is asked for its valves' drives, between two polls.
 
+use super::{Event, Polling};
+use crate::bus::{ExchangeError, Frames, PageError};
+use crate::line::{Line, LineError};
+use pneudrive_protocol::pages::Drives;
 use thiserror::Error;
 
 /// After which share of the polls a board is asked for its valves' drives as well: above 0, at most 1.
@@ -25,13 +29,18 @@ impl DriveShare {
     pub fn get(self) -> f64 {
         self.0
     }
+
+    /// Exact for shares such as 0.1, whose sums are not exact in floating point.
+    fn millionths(self) -> u32 {
+        ((self.0 * 1e6).round() as u32).max(1)
+    }
 }
 
 /// The drives of a board's four valves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveReading {
     /// What the board's last control step gave the valves.
-    pub drives: pneudrive_protocol::pages::Drives,
+    pub drives: Drives,
     /// When the board was asked, ns on the line's clock.
     pub asked_ns: u64,
 }
@@ -40,46 +49,77 @@ pub struct DriveReading {
 #[derive(Debug, Clone)]
 pub(super) struct DriveSchedule {
     share: Option<DriveShare>,
-    /// Polls that have not been followed by a request for drives, weighted: at 1 one is due.
-    credit: f64,
+    /// Polls that have not been followed by a request for drives, weighted by the share, in millionths: at a million one is due.
+    credit: u32,
     /// Requests in a row without drives.
     failures: u32,
+    /// It has told its drives.
+    known: bool,
     not_before_ns: u64,
     told: bool,
 }
 
 impl DriveSchedule {
-    /// Failures in a row after which a board gets pauses: its firmware may be of before pages, and each request costs a timeout.
+    const DUE: u32 = 1_000_000;
+    /// Failures in a row after which a board that has never told its drives gets pauses: its firmware may be of before pages, and
+    /// each request costs a timeout.
     const FAILURES: u32 = 3;
+    /// The same for one that has: on a noisy line three in a row are lost now and then.
+    const FAILURES_OF_KNOWN: u32 = 100;
     /// The pause, ns: a timeout of 2.2 ms in it is 0.2 % of the bus's time.
     const PAUSE_NS: u64 = 1_000_000_000;
 
     pub(super) fn new(share: Option<DriveShare>) -> Self {
         // The first poll is followed by one.
-        Self { share, credit: 1.0, failures: 0, not_before_ns: 0, told: false }
+        Self { share, credit: Self::DUE, failures: 0, known: false, not_before_ns: 0, told: false }
     }
 
     /// The board has answered a poll: whether it is to be asked for its drives now.
     pub(super) fn due(&mut self, now_ns: u64) -> bool {
         let Some(share) = self.share else { return false };
-        let due = self.credit >= 1.0;
+        let due = self.credit >= Self::DUE;
         // What falls into a pause is not made up for.
-        self.credit = if due { self.credit - 1.0 } else { self.credit } + share.get();
+        self.credit = self.credit % Self::DUE + share.millionths();
         due && now_ns >= self.not_before_ns
     }
 
     pub(super) fn answered(&mut self) {
         self.failures = 0;
+        self.known = true;
     }
 
     /// Whether it is worth telling: once a run.
     pub(super) fn failed(&mut self, now_ns: u64) -> bool {
         self.failures = self.failures.saturating_add(1);
-        if self.failures < Self::FAILURES {
+        if self.failures < if self.known { Self::FAILURES_OF_KNOWN } else { Self::FAILURES } {
             return false;
         }
+        self.known = false;
         self.not_before_ns = now_ns + Self::PAUSE_NS;
         !std::mem::replace(&mut self.told, true)
+    }
+}
+
+impl<L: Line> Polling<L> {
+    /// Asks the board at `index`, which has just answered, for its valves' drives if they are due.
+    pub(super) fn ask_for_drives(&mut self, index: usize) -> Result<(), LineError> {
+        let board = self.rows[index].board;
+        if self.bus.frames(board) != Frames::Checked || !self.drives[index].due(self.bus.line().now_ns()) {
+            return Ok(());
+        }
+        match self.bus.drives(board) {
+            Ok((drives, asked_ns)) => {
+                self.drives[index].answered();
+                self.rows[index].drives = Some(DriveReading { drives, asked_ns });
+            }
+            Err(PageError::Exchange(ExchangeError::Line(error))) => return Err(error),
+            Err(error) => {
+                if self.drives[index].failed(self.bus.line().now_ns()) {
+                    self.tell(&Event::NoDrives { board, error: &error });
+                }
+            }
+        }
+        Ok(())
     }
 }
 
@@ -127,5 +167,17 @@ mod tests {
             }
         }
         assert_eq!((asked, told), (vec![0, 1, 2, 1_002, 2_002, 3_002], vec![2]));
+    }
+
+    /// Another board in its place gets its pauses, too, but later.
+    #[test]
+    fn a_board_that_has_told_its_drives_is_asked_on_through_noise() {
+        let mut schedule = DriveSchedule::new(Some(DriveShare::new(1.0).unwrap()));
+        schedule.answered();
+        for now_ns in 0..99 {
+            assert!(schedule.due(now_ns) && !schedule.failed(now_ns), "after {now_ns} failures");
+        }
+        assert!(schedule.due(99) && schedule.failed(99));
+        assert!(!schedule.due(100) && !schedule.due(1_000_000_098) && schedule.due(1_000_000_099));
     }
 }

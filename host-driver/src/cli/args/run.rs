@@ -66,7 +66,7 @@ pub struct RunArgs {
     /// Fail (status 1) where a board has never answered
     ///
     /// Otherwise missing boards are told, and asked for until they come.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub require_all: bool,
     /// What to do about cycles that could not start in time (with a rate) [default: skip]
     #[arg(long, value_enum, hide_short_help = true)]
