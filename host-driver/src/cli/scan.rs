@@ -17,7 +17,7 @@ pub struct FoundBoard {
     pub board: u8,
     /// Which packets it answers in, which tells what it is.
     pub frames: Frames,
-    /// What it runs on and the version of its firmware, as its pages say; null where it has none.
+    /// The version of its firmware and what that runs on, as its pages say; null where it has none.
     pub firmware: Option<String>,
     /// Pressures of its channels, kPa gauge; null where it calls the sensor faulty.
     pub pressures_kpa: [Option<f64>; CHANNELS],
@@ -75,7 +75,7 @@ pub fn boards(args: &BusArgs, port: &Path, most: u16, setup: &Setup) -> Result<V
         let about = (0..3).find_map(|_| bus.about(board).ok());
         let firmware = about.map(|about| {
             let version = about.version.map(|number| number.to_string()).join(".");
-            format!("{} with {version}", about.chip)
+            format!("version {version}, {}", about.chip)
         });
         found.push(FoundBoard {
             board,
