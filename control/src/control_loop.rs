@@ -15,6 +15,8 @@ pub struct ControlLoop {
     /// Distance of two steps beyond which the second is late.
     late_after: Micros,
     last_step: Option<Micros>,
+    longest_interval: Micros,
+    drives: [ValveDrive; CHANNELS],
     steps: u32,
     late_steps: u32,
     command_timeouts: u32,
@@ -40,6 +42,8 @@ impl ControlLoop {
             channels: config.enabled.map(|enabled| Channel::new(config, enabled)),
             late_after: Micros::new(config.loop_period.get() * 3 / 2),
             last_step: None,
+            longest_interval: Micros::ZERO,
+            drives: [ValveDrive::FULL_VENT; CHANNELS],
             steps: 0,
             late_steps: 0,
             command_timeouts: 0,
@@ -62,24 +66,25 @@ impl ControlLoop {
             BoardState::Running | BoardState::Hold => Mode::Regulate,
             BoardState::PowerUpVent | BoardState::Vent => Mode::Vent,
         };
-        let mut drives = [ValveDrive::FULL_VENT; CHANNELS];
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let had_fault = matches!(channel.status(), ChannelStatus::SensorFault(_));
-            drives[index] = channel.step(samples[index], orders.commands[index], mode);
+            self.drives[index] = channel.step(samples[index], orders.commands[index], mode);
             if !had_fault && matches!(channel.status(), ChannelStatus::SensorFault(_)) {
                 count(&mut self.sensor_faults);
             }
         }
-        let pressures = self.channels.each_ref().map(Channel::reported);
-        Step { drives, report: Report { pressures, host_lost } }
+        Step { drives: self.drives, report: Report { status: self.status(), host_lost } }
     }
 
     fn count_step(&mut self, now: Micros) {
         count(&mut self.steps);
-        if self.last_step.is_some_and(|last| now.since(last) > self.late_after) {
-            count(&mut self.late_steps);
+        if let Some(last) = self.last_step.replace(now) {
+            let interval = now.since(last);
+            self.longest_interval = self.longest_interval.max(interval);
+            if interval > self.late_after {
+                count(&mut self.late_steps);
+            }
         }
-        self.last_step = Some(now);
     }
 
     /// What the last step did.
@@ -88,6 +93,8 @@ impl ControlLoop {
             state: self.supervisor.state(),
             channels: self.channels.each_ref().map(Channel::status),
             pressures: self.channels.each_ref().map(Channel::reported),
+            drives: self.drives,
+            longest_interval: self.longest_interval,
             steps: self.steps,
             late_steps: self.late_steps,
             command_timeouts: self.command_timeouts,

@@ -1,5 +1,5 @@
 use crate::{BoardConfig, Micros};
-use pneudrive_protocol::{Address, FrameStatistics, Request, RequestDecoder};
+use pneudrive_protocol::{Address, Asked, FrameStatistics, RequestDecoder};
 
 /// Listens to the bus: finds the requests to this board, notices gaps, and does not listen to itself.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ impl Responder {
     }
 
     /// Takes a byte whose stop bit ended at `now`; gives the request that it completes.
-    pub(crate) fn byte(&mut self, now: Micros, byte: u8) -> Option<Request> {
+    pub(crate) fn byte(&mut self, now: Micros, byte: u8) -> Option<Asked> {
         let since_last = self.last_byte.map(|last| now.since(last));
         self.last_byte = Some(now);
         if now < self.deaf_until {

@@ -1,4 +1,4 @@
-use crate::{BoardState, BusPort, SensorFault};
+use crate::{BoardState, BusPort, Micros, SensorFault, ValveDrive};
 use pneudrive_protocol::{CHANNELS, Counts, FrameStatistics};
 
 /// What a channel did in the last control step.
@@ -18,10 +18,12 @@ pub enum ChannelStatus {
 /// What has happened since power-up. All counters stop at their largest value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Valid requests to this board.
+    /// Valid requests to this board with commands.
     pub requests: u32,
-    /// Answers handed out. Fewer than requests only if a request came before the first control step.
+    /// Answers to them. Fewer than requests only if a request came before the first control step.
     pub answers: u32,
+    /// Page requests to this board.
+    pub page_requests: u32,
     /// Bytes the receiver flagged as damaged.
     pub line_errors: u32,
     /// Packets on the bus (anybody's), and bytes that belonged to none.
@@ -45,6 +47,10 @@ pub struct ControlStatus {
     pub channels: [ChannelStatus; CHANNELS],
     /// See [`BoardStatus::pressures`].
     pub pressures: [Counts; CHANNELS],
+    /// Drives of the four valves until the next step.
+    pub drives: [ValveDrive; CHANNELS],
+    /// The longest time from one step to the next; zero before the second.
+    pub longest_interval: Micros,
     /// See [`Counters::steps`].
     pub steps: u32,
     /// See [`Counters::late_steps`].
@@ -55,7 +61,7 @@ pub struct ControlStatus {
     pub sensor_faults: u32,
 }
 
-/// A board at a glance, for logs and tests. Not on the bus.
+/// A board at a glance, for logs and tests. On the bus it is in pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardStatus {
     /// What the board as a whole does, as of the last control step.
@@ -81,6 +87,7 @@ impl BoardStatus {
             counters: Counters {
                 requests: port.requests(),
                 answers: port.answers(),
+                page_requests: port.page_requests(),
                 line_errors: port.line_errors(),
                 frames: port.frames(),
                 steps: control.steps,

@@ -12,6 +12,7 @@ pub async fn run(mut control: ControlLoop, mut sensors: Sensors, mut valves: [Va
     let mut ticker = Ticker::every(Duration::from_micros(config::BOARD.loop_period.get()));
     loop {
         ticker.next().await;
+        let started = shared::now();
         // Without samples there is no step; if that goes on, the watchdog resets the chip.
         let Ok(samples) = sensors.sample().await else { continue };
         let orders = shared::with(|shared| shared.port.orders());
@@ -19,10 +20,11 @@ pub async fn run(mut control: ControlLoop, mut sensors: Sensors, mut valves: [Va
         for (valve, drive) in valves.iter_mut().zip(step.drives) {
             valve.apply(DirPwm::from(drive));
         }
-        let status = control.status();
+        let took = shared::now().since(started);
         shared::with(|shared| {
+            shared.control = step.report.status;
             shared.port.report(step.report);
-            shared.control = status;
+            shared.port.loop_took(took);
             shared.liveness.control_ran();
         });
     }

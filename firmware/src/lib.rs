@@ -38,7 +38,7 @@ use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_rp::Peripherals;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
-use pneudrive_control::Board;
+use pneudrive_control::{Board, Identity};
 
 /// Runs the control loop above everything but the interrupts.
 static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
@@ -66,7 +66,12 @@ pub async fn run(spawner: Spawner) {
     let address = hardware.switch.read().await;
     // The configuration was checked at compile time (config.rs).
     let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
-    let (port, control) = board.split();
+    let (mut port, control) = board.split();
+    port.identify(Identity {
+        watchdog_resets: post_mortem::watchdog_resets(),
+        post_mortem: post_mortem::last(),
+        ..Identity::of_chip(chip::KIND)
+    });
     shared::install(port, control.status());
     defmt::info!("board {=u8}", address.board());
 

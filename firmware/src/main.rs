@@ -5,8 +5,8 @@
 use core::panic::PanicInfo;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_executor::Spawner;
-use pneudrive_control::{FaultRegisters, StopCause};
 use pneudrive_firmware::safe_state;
+use pneudrive_protocol::pages::{FaultRegisters, StopCause};
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

@@ -11,7 +11,7 @@
 use crate::{chip, safe_state};
 use core::sync::atomic::{Ordering, compiler_fence};
 use critical_section::{Impl, RawRestoreState, set_impl};
-use pneudrive_control::StopCause;
+use pneudrive_protocol::pages::StopCause;
 
 struct AllButTheBus;
 set_impl!(AllButTheBus);

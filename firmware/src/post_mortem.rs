@@ -1,9 +1,9 @@
-//! What is known of the run before: kept in RAM that start-up does not touch, logged after the reset.
+//! What is known of the run before: kept in RAM that start-up does not touch, logged after the reset, and read by hosts as a page.
 
 use crate::shared;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
-use pneudrive_control::{PostMortem, StopCause};
+use pneudrive_protocol::pages::{PostMortem, StopCause};
 
 type Words = [AtomicU32; PostMortem::WORDS];
 
@@ -18,13 +18,20 @@ static LAST_POST_MORTEM: Words = [const { AtomicU32::new(0) }; PostMortem::WORDS
 
 /// Remembers why the board stops, should it be reset now.
 pub fn keep(cause: StopCause) {
-    write(kept(), PostMortem { cause, at: shared::now() }.to_words());
+    write(kept(), PostMortem { cause, at_us: shared::now().get() }.to_words());
 }
 
-/// Logs what was kept before this reset, if it was the watchdog's, and forgets it.
+/// Resets by the watchdog since power-on, and the same inverted: memory after power-on holds anything else.
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".uninit.watchdog_resets")]
+static WATCHDOG_RESETS: MaybeUninit<[AtomicU32; 2]> = MaybeUninit::uninit();
+
+/// Logs what was kept before this reset, if it was the watchdog's, and forgets it; counts the reset. Once a run.
 pub fn report(reset_by_watchdog: bool) {
     let words = core::array::from_fn(|n| kept()[n].load(Ordering::Relaxed));
     write(kept(), [0; PostMortem::WORDS]);
+    let before = if reset_by_watchdog { watchdog_resets() } else { 0 };
+    count_resets(before.saturating_add(reset_by_watchdog.into()));
     if !reset_by_watchdog {
         return;
     }
@@ -35,6 +42,26 @@ pub fn report(reset_by_watchdog: bool) {
         }
         None => defmt::error!("reset by the watchdog before its first check"),
     }
+}
+
+/// The words of the run before, all 0 if nothing is known of it. Valid after [`report`].
+pub fn last() -> [u32; PostMortem::WORDS] {
+    core::array::from_fn(|n| LAST_POST_MORTEM[n].load(Ordering::Relaxed))
+}
+
+/// Resets by the watchdog since power-on. Valid after [`report`].
+pub fn watchdog_resets() -> u32 {
+    // SAFETY: any bits are valid integers, and nothing else refers to this memory.
+    let [count, inverted] = unsafe { WATCHDOG_RESETS.assume_init_ref() };
+    let count = count.load(Ordering::Relaxed);
+    if inverted.load(Ordering::Relaxed) == !count { count } else { 0 }
+}
+
+fn count_resets(resets: u32) {
+    // SAFETY: as above.
+    let [count, inverted] = unsafe { WATCHDOG_RESETS.assume_init_ref() };
+    count.store(resets, Ordering::Relaxed);
+    inverted.store(!resets, Ordering::Relaxed);
 }
 
 fn kept() -> &'static Words {

@@ -3,7 +3,7 @@
 use crate::config::VALVE_PINS;
 use crate::{chip, post_mortem};
 use embassy_rp::pac;
-use pneudrive_control::StopCause;
+use pneudrive_protocol::pages::StopCause;
 
 /// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
 ///

@@ -6,7 +6,7 @@ use embassy_rp::gpio::Output;
 use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Ticker};
-use pneudrive_control::StopCause;
+use pneudrive_protocol::pages::StopCause;
 
 /// Five missed checks reset the chip, and its pull-ups vent the valves.
 const WATCHDOG_TIMEOUT: Duration = Duration::from_millis(50);
@@ -60,6 +60,7 @@ fn report() {
     let counters = status.counters;
     defmt::info!("requests {=u32}", counters.requests);
     defmt::info!("answers {=u32}", counters.answers);
+    defmt::info!("page requests {=u32}", counters.page_requests);
     defmt::info!("line errors {=u32}", counters.line_errors);
     defmt::info!("discarded bytes {=u32}", counters.frames.discarded_bytes);
     defmt::info!("steps {=u32}", counters.steps);

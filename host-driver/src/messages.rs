@@ -56,7 +56,7 @@ pub struct JointState {
     pub position: Vec<f64>,
     /// Not used.
     pub velocity: Vec<f64>,
-    /// Pressures, kPa gauge.
+    /// Pressures, kPa gauge, and what else `name` says.
     pub effort: Vec<f64>,
 }
 
@@ -87,6 +87,13 @@ uint32 nanosec
         Self::of(measured.chain(commands(joint)).collect(), bus)
     }
 
+    /// As [`state`](Self::state), with the drives of the four valves behind: -1 (vent fully) to 1 (fill fully), no pressures.
+    pub fn state_with_drives(joint: u16, bus: usize) -> Self {
+        let mut name = Self::state(joint, bus).name;
+        name.extend((0..CHANNELS).map(|k| format!("b{joint}_u{k}")));
+        Self::of(name, bus)
+    }
+
     /// Four commands to joint `joint`.
     pub fn command(joint: u16, bus: usize) -> Self {
         Self::of(commands(joint).collect(), bus)
@@ -99,10 +106,10 @@ uint32 nanosec
     }
 
     /// The same message with other content.
-    pub fn fill(&mut self, stamp: Time, kpa: impl IntoIterator<Item = f64>) {
+    pub fn fill(&mut self, stamp: Time, values: impl IntoIterator<Item = f64>) {
         self.header.stamp = stamp;
         self.effort.clear();
-        self.effort.extend(kpa);
+        self.effort.extend(values);
     }
 }
 
@@ -211,6 +218,9 @@ mod tests {
         assert_eq!(state.name[0], "b5_p0_kpa");
         assert_eq!(state.name[7], "b5_cmd3_kpa");
         assert_eq!((state.header.frame_id.as_str(), state.effort.len()), ("bus1", 8));
+        let with_drives = JointState::state_with_drives(5, 1);
+        assert_eq!((with_drives.name[7].as_str(), with_drives.name[11].as_str()), ("b5_cmd3_kpa", "b5_u3"));
+        assert_eq!(with_drives.effort.len(), 12);
     }
 
     #[test]

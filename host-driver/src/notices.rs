@@ -39,6 +39,8 @@ pub enum NoticeKind {
     CommandsBack,
     /// A set point is sent one count lower than it was given.
     CommandLowered,
+    /// A board does not tell its valves' drives.
+    NoDrives,
     /// 0 kPa is commanded to all boards until somebody releases them.
     Vented,
     /// The boards were released.
@@ -70,6 +72,7 @@ impl NoticeKind {
             Self::CommandsStale => "commands_stale",
             Self::CommandsBack => "commands_back",
             Self::CommandLowered => "command_lowered",
+            Self::NoDrives => "no_drives",
             Self::Vented => "vented",
             Self::Released => "released",
             Self::Page => "page",
@@ -90,6 +93,7 @@ impl NoticeKind {
                 | Self::LineNotBack
                 | Self::Stalled
                 | Self::CommandsStale
+                | Self::NoDrives
                 | Self::NotSafe
         )
     }
@@ -128,6 +132,12 @@ impl Narrator {
             Event::CommandLowered { board, wanted, sent } => {
                 let text = lowered(*board, wanted, sent);
                 Some(Notice { kind: NoticeKind::CommandLowered, board: Some(*board), text })
+            }
+            Event::NoDrives { board, error } => {
+                let text = format!(
+                    "board {board} does not tell its valves' drives ({error}); firmware of before pages does not"
+                );
+                Some(Notice { kind: NoticeKind::NoDrives, board: Some(*board), text })
             }
             Event::LineNotBack { error: OpenBusError::Port(OpenError::NotFound { .. }) } => None,
             Event::LineNotBack { error } => {

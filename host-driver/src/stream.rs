@@ -72,6 +72,10 @@ impl UdpStream {
             for (k, kpa) in self.calibration.kpa(n, reading.counts).into_iter().enumerate() {
                 let _ = write!(text, ",\"b{n}_p{k}_kpa\":{kpa:.3}");
             }
+            let Some(reading) = board.drives else { continue };
+            for (k, share) in reading.drives.share().into_iter().enumerate() {
+                let _ = write!(text, ",\"b{n}_u{k}\":{share:.4}");
+            }
         }
         text.push('}');
     }
@@ -97,8 +101,9 @@ impl Observer for UdpStream {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::poller::{BoardRow, BoardState, Outcome, Reading, VENTED};
+    use crate::poller::{BoardRow, BoardState, DriveReading, Outcome, Reading, VENTED};
     use pneudrive_protocol::Counts;
+    use pneudrive_protocol::pages::Drives;
 
     fn board(outcome: Outcome) -> BoardRow {
         let counts = [Counts::saturating(221); 4];
@@ -108,6 +113,8 @@ mod tests {
             wanted: VENTED,
             outcome,
             reading: Some(Reading { counts, kpa: [0.0; 4], asked_ns: 0 }),
+            drives: (outcome == Outcome::Fresh)
+                .then(|| DriveReading { drives: Drives::new([400, -400, 0, 1]), asked_ns: 0 }),
             state: BoardState::Present,
         }
     }
@@ -132,7 +139,8 @@ mod tests {
         let commands =
             "\"b1_cmd0_kpa\":0.000,\"b1_cmd1_kpa\":0.000,\"b1_cmd2_kpa\":0.000,\"b1_cmd3_kpa\":0.000";
         let pressures = "\"b1_p0_kpa\":99.819,\"b1_p1_kpa\":99.819,\"b1_p2_kpa\":99.819,\"b1_p3_kpa\":99.819";
-        assert_eq!(next(), format!("{{\"t_s\":1.000000,{commands},{pressures}}}"));
+        let drives = "\"b1_u0\":1.0000,\"b1_u1\":-1.0000,\"b1_u2\":0.0000,\"b1_u3\":0.0025";
+        assert_eq!(next(), format!("{{\"t_s\":1.000000,{commands},{pressures},{drives}}}"));
         assert_eq!(next(), format!("{{\"t_s\":1.010000,{commands}}}"));
     }
 

@@ -20,7 +20,7 @@ fn board(mut pressure: impl FnMut(usize) -> u16) -> impl FnMut(usize, &[u8]) -> 
     let address = Address::of_board(0);
     let mut ear = RequestDecoder::new(address);
     move |number, request| {
-        let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
+        let heard = request.iter().filter_map(|&byte| ear.push(byte)?.pressures()).last();
         heard.map_or_else(Vec::new, |heard| heard.answer(address, counts(pressure(number))).to_vec())
     }
 }

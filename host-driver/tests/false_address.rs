@@ -34,7 +34,8 @@ fn boards(first: u8, pressure: u16) -> impl FnMut(usize, &[u8]) -> Reply {
         if board < first {
             return vec![(AT_ONCE, answer(board, pressure))];
         }
-        let heard = request.iter().filter_map(|&byte| ears[usize::from(board)].push(byte)).last();
+        let heard =
+            request.iter().filter_map(|&byte| ears[usize::from(board)].push(byte)?.pressures()).last();
         let heard = heard.map(|heard| heard.answer(Address::of_board(board), counts(pressure)));
         heard.map_or_else(Vec::new, |bytes| vec![(AT_ONCE, bytes.to_vec())])
     }

@@ -52,7 +52,7 @@ fn record(file: &Path) {
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
     let description =
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
-    let how = RecorderOptions { overwrite: false, description };
+    let how = RecorderOptions { overwrite: false, drives: false, description };
     let (recorder, tap) = Recorder::create_with(file, &polled.boards, SCALE, &how).unwrap();
     let bus = Bus::new(line, options).unwrap();
     let mut polling = Polling::new(bus, polled, Box::new(Counting(0)), vec![tap]);

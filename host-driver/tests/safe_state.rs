@@ -114,7 +114,7 @@ fn boards_that_check_confirm_at_once_and_are_left() {
     let mut bus = bus(FrameMode::Negotiate, move |number, request| {
         let board = 0xFF - request[1];
         let ear = &mut ears[usize::from(board)];
-        let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
+        let heard = request.iter().filter_map(|&byte| ear.push(byte)?.pressures()).last();
         // The first request that says that the host leaves is lost.
         match heard {
             Some(heard) if number != 10 => {
@@ -142,7 +142,8 @@ fn boards_that_check_confirm_at_once_and_are_left() {
 fn commands_of_zero_counts_are_no_farewell() {
     let ear = Mutex::new(RequestDecoder::new(Address::of_board(0)));
     let mut bus = bus(FrameMode::Checked, move |_, request| {
-        let heard = request.iter().filter_map(|&byte| ear.lock().unwrap().push(byte)).last().unwrap();
+        let heard =
+            request.iter().filter_map(|&byte| ear.lock().unwrap().push(byte)?.pressures()).last().unwrap();
         vec![(AT_ONCE, heard.answer(Address::of_board(0), counts(102)).to_vec())]
     });
     bus.exchange(0, counts(0)).unwrap();

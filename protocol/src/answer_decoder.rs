@@ -1,6 +1,6 @@
 use crate::false_address::GUARD;
 use crate::frame::{Frame, FrameFinder};
-use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, Format, PACKET_LEN, Packet};
+use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Sequence};
 
 /// Whether the host hears its own bytes.
 ///
@@ -19,18 +19,26 @@ pub enum Echo {
 /// A packet that the host heard while waiting for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heard {
-    /// The board that was asked answered with these pressures.
+    /// The board that was asked answered: with these pressures, or to a page request with these words.
     Answer([Counts; CHANNELS]),
-    /// Another packet: of another board, in the other format, or (from the board that was asked) with another sequence
+    /// Another packet: of another board, of another kind, or (from the board that was asked) with another sequence
     /// number, so the late answer to an earlier request.
     Other(Packet),
+}
+
+/// Of which kind the answer is, and its number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    Unchecked,
+    Checked(Sequence),
+    Page(Sequence),
 }
 
 /// The host's ear for one exchange: made when a request has been sent, fed until the answer or the timeout.
 #[derive(Debug, Clone)]
 pub struct AnswerDecoder {
     request: Packet,
-    format: Format,
+    wanted: Wanted,
     sent: [u8; PACKET_LEN],
     echo_left: usize,
     echo_damaged: bool,
@@ -43,23 +51,28 @@ pub struct AnswerDecoder {
 impl AnswerDecoder {
     /// For the answer to an unchecked `request`.
     pub fn new(request: Packet, echo: Echo) -> Self {
-        Self::with_format(request, Format::Unchecked, request.encode(), echo)
+        Self::waiting_for(Wanted::Unchecked, request, request.encode(), echo)
     }
 
     /// For the answer to a checked `request`.
     pub fn for_checked(request: CheckedPacket, echo: Echo) -> Self {
-        let format = Format::Checked(request.sequence);
-        Self::with_format(request.packet, format, request.encode(Direction::Request), echo)
+        let wanted = Wanted::Checked(request.sequence);
+        Self::waiting_for(wanted, request.packet, request.encode(Direction::Request), echo)
     }
 
-    fn with_format(request: Packet, format: Format, sent: [u8; PACKET_LEN], echo: Echo) -> Self {
+    /// For the answer to a page request.
+    pub fn for_page(request: PageRequest, echo: Echo) -> Self {
+        Self::waiting_for(Wanted::Page(request.sequence), request.packet(), request.encode(), echo)
+    }
+
+    fn waiting_for(wanted: Wanted, request: Packet, sent: [u8; PACKET_LEN], echo: Echo) -> Self {
         let echo_left = match echo {
             Echo::Absent => 0,
             Echo::Present => PACKET_LEN,
         };
         Self {
             request,
-            format,
+            wanted,
             sent,
             echo_left,
             echo_damaged: false,
@@ -88,16 +101,17 @@ impl AnswerDecoder {
         }
         let frame = self.finder.push(byte)?;
         let packet = frame.packet();
-        let format = match frame {
-            Frame::Unchecked(_) => Format::Unchecked,
-            Frame::Checked(checked, Direction::Answer) => Format::Checked(checked.sequence),
-            // An echo that nobody expected says who it is.
-            Frame::Checked(_, Direction::Request) => return None,
+        let came = match frame {
+            Frame::Unchecked(_) => Wanted::Unchecked,
+            Frame::Checked(checked, Direction::Answer) => Wanted::Checked(checked.sequence),
+            Frame::PageAnswer(answer) => Wanted::Page(answer.sequence),
+            // An echo that nobody expected says what it is.
+            Frame::Checked(_, Direction::Request) | Frame::PageRequest(_) => return None,
         };
-        Some(if packet.address == self.request.address && format == self.format {
+        Some(if packet.address == self.request.address && came == self.wanted {
             Heard::Answer(packet.values)
         } else {
-            self.answered_unchecked |= packet.address == self.request.address && format == Format::Unchecked;
+            self.answered_unchecked |= packet.address == self.request.address && came == Wanted::Unchecked;
             Heard::Other(packet)
         })
     }

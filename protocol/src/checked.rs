@@ -25,17 +25,9 @@
 //! ([`CheckedPacket::leave`]): the board vents, answers, and forgets the host, so that the next one, of whichever kind, is
 //! obeyed at once. Firmware that does not know of it takes them for four commands of 0 counts, which vent.
 
+use crate::spare_bits::{CRC_BITS, Kind, SPARE_BITS, bytes_of, gather, request_crc, spread};
 use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet, PacketError};
-use crc::{CRC_16_DNP, Crc};
 use thiserror::Error;
-
-const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_DNP);
-
-/// The spare bits of a data word.
-const SPARE_BITS: u16 = 0x7C00;
-const SPARE_SHIFT: u32 = 10;
-/// Where the first 16 of the 20 spare bits, read as one number, end: below them is the CRC.
-const CRC_BITS: u32 = 16;
 
 /// Who sends a checked packet. Part of what the CRC covers, so a host's own echo is never taken for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,10 +39,10 @@ pub enum Direction {
 }
 
 impl Direction {
-    const fn seed(self) -> u8 {
+    const fn kind(self) -> Kind {
         match self {
-            Self::Request => b'R',
-            Self::Answer => b'A',
+            Self::Request => Kind::Request,
+            Self::Answer => Kind::Answer,
         }
     }
 }
@@ -121,9 +113,14 @@ impl CheckedPacket {
 
     /// The ten bytes on the wire.
     pub fn encode(&self, direction: Direction) -> [u8; PACKET_LEN] {
+        self.encode_as(direction.kind())
+    }
+
+    /// The ten bytes on the wire, sent as `kind`.
+    pub(crate) fn encode_as(&self, kind: Kind) -> [u8; PACKET_LEN] {
         let mut words = self.packet.values.map(Counts::get);
         spread(&mut words, u32::from(self.sequence.0) << CRC_BITS);
-        let crc = crc_of(self.packet.address, words, direction);
+        let crc = request_crc(self.packet.address, words) ^ kind.crc_difference();
         spread(&mut words, u32::from(crc));
         bytes_of(self.packet.address, words)
     }
@@ -133,24 +130,28 @@ impl CheckedPacket {
 
     /// Reads ten bytes as a checked packet sent in `direction`.
     pub fn decode(bytes: &[u8; PACKET_LEN], direction: Direction) -> Result<Self, CheckedError> {
-        let (checked, got, expected) = Self::parse(bytes, direction)?;
+        let (checked, got, expected) = Self::parse(bytes)?;
+        let expected = expected ^ direction.kind().crc_difference();
         if got == expected { Ok(checked) } else { Err(CheckedError::Crc { expected, got }) }
     }
 
-    /// Reads ten bytes as a checked packet, and tells who sent it.
+    /// Reads ten bytes as a checked packet with commands or pressures, and tells who sent it.
     pub fn decode_either(bytes: &[u8; PACKET_LEN]) -> Result<(Self, Direction), CheckedError> {
-        let (checked, got, expected) = Self::parse(bytes, Direction::Request)?;
-        if got == expected {
-            Ok((checked, Direction::Request))
-        } else if got == expected ^ ANSWER_CRC_DIFFERENCE {
-            Ok((checked, Direction::Answer))
-        } else {
-            Err(CheckedError::Crc { expected, got })
-        }
+        let (checked, got, expected) = Self::parse(bytes)?;
+        let directions = [Direction::Request, Direction::Answer];
+        let direction = directions.into_iter().find(|one| got == expected ^ one.kind().crc_difference());
+        direction.map(|direction| (checked, direction)).ok_or(CheckedError::Crc { expected, got })
     }
 
-    /// The packet, the CRC that came with it, and the CRC that it should have.
-    fn parse(bytes: &[u8; PACKET_LEN], direction: Direction) -> Result<(Self, u16, u16), PacketError> {
+    /// Reads ten bytes as a packet with a CRC of any kind.
+    pub(crate) fn decode_any(bytes: &[u8; PACKET_LEN]) -> Result<(Self, Kind), CheckedError> {
+        let (checked, got, expected) = Self::parse(bytes)?;
+        let kind = Kind::ALL.into_iter().find(|kind| got == expected ^ kind.crc_difference());
+        kind.map(|kind| (checked, kind)).ok_or(CheckedError::Crc { expected, got })
+    }
+
+    /// The packet, the CRC that came with it, and the CRC that it should have as a request.
+    fn parse(bytes: &[u8; PACKET_LEN]) -> Result<(Self, u16, u16), PacketError> {
         let word = |index: usize| u16::from_be_bytes([bytes[2 * index], bytes[2 * index + 1]]);
         let address = Address::from_word(word(0)).ok_or(PacketError::NotAnAddress { word: word(0) })?;
         let mut words = [0; CHANNELS];
@@ -165,42 +166,6 @@ impl CheckedPacket {
         let mut values = words.map(|word| word & !SPARE_BITS);
         let packet = Packet { address, values: values.map(Counts::saturating) };
         spread(&mut values, u32::from(sequence.0) << CRC_BITS);
-        Ok((Self { packet, sequence }, got, crc_of(address, values, direction)))
+        Ok((Self { packet, sequence }, got, request_crc(address, values)))
     }
-}
-
-/// CRCs are linear: those of the same bytes sent as request and as answer always differ by this.
-const ANSWER_CRC_DIFFERENCE: u16 = CRC.checksum(&[Direction::Request.seed(); 1 + PACKET_LEN])
-    ^ CRC.checksum(&{
-        let mut bytes = [Direction::Request.seed(); 1 + PACKET_LEN];
-        bytes[0] = Direction::Answer.seed();
-        bytes
-    });
-
-/// Writes a 20-bit number over the spare bits (adds to what is there), most significant bits into the first word.
-fn spread(words: &mut [u16; CHANNELS], spare: u32) {
-    for (index, word) in words.iter_mut().enumerate() {
-        let from = 5 * (CHANNELS - 1 - index) as u32;
-        *word |= ((spare >> from) as u16 & 0x1F) << SPARE_SHIFT;
-    }
-}
-
-fn gather(words: [u16; CHANNELS]) -> u32 {
-    words.iter().fold(0, |spare, word| spare << 5 | u32::from((word & SPARE_BITS) >> SPARE_SHIFT))
-}
-
-fn bytes_of(address: Address, words: [u16; CHANNELS]) -> [u8; PACKET_LEN] {
-    let mut bytes = [0; PACKET_LEN];
-    bytes[..2].copy_from_slice(&address.word().to_be_bytes());
-    for (slot, word) in bytes[2..].chunks_exact_mut(2).zip(words) {
-        slot.copy_from_slice(&word.to_be_bytes());
-    }
-    bytes
-}
-
-fn crc_of(address: Address, words: [u16; CHANNELS], direction: Direction) -> u16 {
-    let mut digest = CRC.digest();
-    digest.update(&[direction.seed()]);
-    digest.update(&bytes_of(address, words));
-    digest.finalize()
 }

@@ -6,7 +6,8 @@
 //! position where it could be, either the stream is aligned to another byte, or the next address word stands where
 //! a data word with bit 15 clear is required.
 
-use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet};
+use crate::spare_bits::Kind;
+use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet, PageAnswer, PageRequest};
 
 /// A line that was silent for this many characters starts a new frame.
 ///
@@ -23,31 +24,42 @@ pub struct FrameStatistics {
     pub discarded_bytes: u32,
 }
 
-/// Ten bytes that are a packet in one of the two formats.
+/// Ten bytes that are a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Frame {
     /// In the original's format: nothing tells a request from an answer.
     Unchecked(Packet),
     /// With a CRC that fits this direction.
     Checked(CheckedPacket, Direction),
+    /// A host asks for an entry of a page.
+    PageRequest(PageRequest),
+    /// A board answers with an entry of a page.
+    PageAnswer(PageAnswer),
 }
 
 impl Frame {
-    /// Address and values.
+    /// Address and values, as they stand in the packet: in a page request and its answer they are no pressures.
     pub fn packet(&self) -> Packet {
         match self {
             Self::Unchecked(packet) => *packet,
             Self::Checked(checked, _) => checked.packet,
+            Self::PageRequest(request) => request.packet(),
+            Self::PageAnswer(answer) => Packet { address: answer.address, values: answer.words },
         }
     }
 
-    /// Reads ten bytes as either format. The spare bits of an unchecked packet are 0, and then no CRC is looked for.
+    /// Reads ten bytes as a packet of any kind. The spare bits of an unchecked packet are 0, and then no CRC is looked for.
     fn decode(bytes: &[u8; PACKET_LEN]) -> Option<Self> {
         if let Ok(packet) = Packet::decode(bytes) {
             return Some(Self::Unchecked(packet));
         }
-        let (checked, direction) = CheckedPacket::decode_either(bytes).ok()?;
-        Some(Self::Checked(checked, direction))
+        let (checked, kind) = CheckedPacket::decode_any(bytes).ok()?;
+        Some(match kind {
+            Kind::Request => Self::Checked(checked, Direction::Request),
+            Kind::Answer => Self::Checked(checked, Direction::Answer),
+            Kind::PageRequest => Self::PageRequest(PageRequest::of_packet(&checked)?),
+            Kind::PageAnswer => Self::PageAnswer(PageAnswer::of_packet(&checked)),
+        })
     }
 }
 

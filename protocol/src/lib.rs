@@ -13,6 +13,7 @@
 //!
 //! - [`Address`], [`Counts`], [`Packet`]: what is on the wire. The bytes are frozen by `tests/wire_format.rs`.
 //! - [`CheckedPacket`]: the same words with a sequence number and a CRC in their spare bits.
+//! - [`pages`]: what a board can be asked besides its pressures, in the same ten bytes.
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
 //! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment;
 //!   [`FrameFinder`] does it for anybody who just listens.
@@ -36,9 +37,11 @@ mod counts;
 pub mod false_address;
 mod frame;
 mod packet;
+pub mod pages;
 pub mod pulse;
 mod request_decoder;
 mod scale;
+mod spare_bits;
 
 pub use address::Address;
 pub use answer_decoder::{AnswerDecoder, Echo, Heard};
@@ -47,5 +50,6 @@ pub use checked::{CheckedError, CheckedPacket, Direction, Sequence};
 pub use counts::{Counts, CountsError};
 pub use frame::{Frame, FrameFinder, FrameStatistics, IDLE_GAP_CHARACTERS};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
-pub use request_decoder::{Format, Request, RequestDecoder};
+pub use pages::{PageAnswer, PageRequest};
+pub use request_decoder::{Asked, Format, Request, RequestDecoder};
 pub use scale::{PressureError, ScaleError, SensorScale};

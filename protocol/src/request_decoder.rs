@@ -1,5 +1,5 @@
 use crate::frame::{Frame, FrameFinder, FrameStatistics};
-use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence};
+use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Sequence};
 
 /// In which of the two formats a request came, and its answer goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -10,7 +10,26 @@ pub enum Format {
     Checked(Sequence),
 }
 
-/// A request to this board.
+/// What a board has been asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Asked {
+    /// Its pressures, for new commands.
+    Pressures(Request),
+    /// An entry of a page. It commands nothing, and says nothing of who commands the board.
+    Page(PageRequest),
+}
+
+impl Asked {
+    /// The request with commands, if it is one.
+    pub fn pressures(self) -> Option<Request> {
+        match self {
+            Self::Pressures(request) => Some(request),
+            Self::Page(_) => None,
+        }
+    }
+}
+
+/// A request to this board with commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Request {
     /// Commands of channels 0 to 3.
@@ -38,7 +57,7 @@ impl Request {
 /// It never mixes formats. The first checked request shows that the host speaks the checked format, and from then on
 /// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The host is
 /// forgotten by [`forget_host`](Self::forget_host), and when it says that it leaves ([`CheckedPacket::leave`]): that request is
-/// given like any other, as four commands of 0 counts, which vent.
+/// given like any other, as four commands of 0 counts, which vent. A page request leaves this as it is.
 #[derive(Debug, Clone)]
 pub struct RequestDecoder {
     own: Address,
@@ -53,7 +72,7 @@ impl RequestDecoder {
     }
 
     /// Takes one byte; gives the request to this board that it completes.
-    pub fn push(&mut self, byte: u8) -> Option<Request> {
+    pub fn push(&mut self, byte: u8) -> Option<Asked> {
         let frame = self.finder.push(byte)?;
         let packet = frame.packet();
         if packet.address != self.own {
@@ -66,9 +85,10 @@ impl RequestDecoder {
                 self.host_checks = !checked.is_leave();
                 Format::Checked(checked.sequence)
             }
-            Frame::Checked(_, Direction::Answer) => return None,
+            Frame::PageRequest(request) => return Some(Asked::Page(request)),
+            Frame::Checked(_, Direction::Answer) | Frame::PageAnswer(_) => return None,
         };
-        Some(Request { commands: packet.values, format })
+        Some(Asked::Pressures(Request { commands: packet.values, format }))
     }
 
     /// The line was silent: the next byte starts a frame.

@@ -2,9 +2,10 @@
 
 #![allow(clippy::unwrap_used)]
 
+use pneudrive_protocol::pages::PageEntry;
 use pneudrive_protocol::{
-    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet, Request,
-    RequestDecoder, Sequence,
+    Address, AnswerDecoder, Asked, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet,
+    PageRequest, Request, RequestDecoder, Sequence,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -22,7 +23,7 @@ fn packet(boards: std::ops::RangeInclusive<u8>) -> impl Strategy<Value = Packet>
 
 /// What a board takes for requests to itself in `bytes`.
 fn heard(decoder: &mut RequestDecoder, bytes: &[u8]) -> Vec<[Counts; CHANNELS]> {
-    bytes.iter().filter_map(|&byte| decoder.push(byte)).map(|request| request.commands).collect()
+    bytes.iter().filter_map(|&byte| decoder.push(byte)?.pressures()).map(|request| request.commands).collect()
 }
 
 fn checked(packet: Packet, sequence: u8, direction: Direction) -> [u8; 10] {
@@ -91,9 +92,10 @@ proptest! {
         prop_assert!(frames + 2 >= packets.len() as u32, "{frames} of {}", packets.len());
     }
 
-    /// Both formats on one bus, back to back: nobody is misread, and answers are not requests.
+    /// Both formats and pages on one bus, back to back: nobody is misread, answers are not requests, and a page request says
+    /// nothing of the host.
     #[test]
-    fn a_mixed_stream_is_never_misread(frames in vec((packet(0..=127), 0u8..16, 0u8..3), 1..20), board in 0u8..=127) {
+    fn a_mixed_stream_is_never_misread(frames in vec((packet(0..=127), 0u8..16, 0u8..5), 1..20), board in 0u8..=127) {
         let own = Address::of_board(board);
         let mut bytes = Vec::new();
         let mut mine = Vec::new();
@@ -103,11 +105,22 @@ proptest! {
             let format = match kind {
                 0 => { bytes.extend(packet.encode()); Format::Unchecked }
                 1 => { bytes.extend(checked(packet, sequence, Direction::Request)); Format::Checked(Sequence::new(sequence)) }
-                _ => { bytes.extend(checked(packet, sequence, Direction::Answer)); continue }
+                2 => { bytes.extend(checked(packet, sequence, Direction::Answer)); continue }
+                3 => {
+                    let page = PageRequest::new(packet.address, PageEntry::State, Sequence::new(sequence));
+                    bytes.extend(page.encode());
+                    mine.extend(to_me.then_some(Asked::Page(page)));
+                    continue;
+                }
+                _ => {
+                    let page = PageRequest::new(packet.address, PageEntry::State, Sequence::new(sequence));
+                    bytes.extend(page.answer(Some(packet.values)).encode());
+                    continue;
+                }
             };
             if to_me && !(host_checks && format == Format::Unchecked) {
                 host_checks |= format != Format::Unchecked;
-                mine.push(Request { commands: packet.values, format });
+                mine.push(Asked::Pressures(Request { commands: packet.values, format }));
             }
         }
         let mut decoder = RequestDecoder::new(own);
@@ -187,7 +200,7 @@ fn a_board_answers_in_the_format_it_was_asked_in_and_never_mixes() {
     let pressures = [Counts::MAX; CHANNELS];
     let mut decoder = RequestDecoder::new(request.address);
     let ask = |decoder: &mut RequestDecoder, bytes: [u8; 10]| -> Option<[u8; 10]> {
-        let heard = bytes.into_iter().find_map(|byte| decoder.push(byte))?;
+        let heard = bytes.into_iter().find_map(|byte| decoder.push(byte))?.pressures()?;
         Some(heard.answer(request.address, pressures))
     };
     let answer = Packet { values: pressures, ..request };

@@ -160,7 +160,11 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
         })
         .collect();
     let prefix = settings.names.full();
-    let options = RecorderOptions { overwrite: settings.flags.overwrite, description: description(settings) };
+    let options = RecorderOptions {
+        overwrite: settings.flags.overwrite,
+        drives: false,
+        description: description(settings),
+    };
     let (recorder, taps) =
         Recorder::create_bag_with(path, &prefix, &recorded, settings.calibration.clone(), &options)?;
     Ok((Some(recorder), taps.into_iter()))

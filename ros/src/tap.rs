@@ -106,6 +106,7 @@ mod tests {
             wanted: VENTED,
             outcome,
             reading,
+            drives: None,
             state: BoardState::Present,
         };
         let boards = [row(Outcome::Lost), row(Outcome::Fresh), row(Outcome::NotAsked)];

@@ -1,7 +1,7 @@
 //! What a board knows after a reset about the run before it.
 
 use pneudrive_chip::Ticks;
-use pneudrive_control::{PostMortem, StopCause};
+use pneudrive_protocol::pages::{PostMortem, StopCause};
 use pneudrive_protocol::{CheckedPacket, Direction, Sequence};
 use system_tests::chip_bench::{BOOT, ChipBench, packet};
 use system_tests::firmware;
@@ -53,7 +53,7 @@ fn a_hard_fault_is_known_with_its_registers() {
     assert_eq!(registers.xpsr & 0x3f, 16 + DMA_IRQ_1 as u32, "in the bus's interrupt");
     assert_eq!(registers.lr & 1, 1);
     // The board's clock starts with Embassy, 128 ms after the chip's.
-    let boot = faulted.as_micros() - record.at.get() as f64;
+    let boot = faulted.as_micros() - record.at_us as f64;
     assert!((128_000.0..132_000.0).contains(&boot), "{record:?}");
 }
 
@@ -77,7 +77,7 @@ fn the_part_that_kept_the_watchdog_from_being_fed_is_known() {
         let mut bench = ChipBench::power_on_with(&firmware::with_broken(function, RETURN), 0);
         let (record, reset) = after_reset(&mut bench);
         assert_eq!(record.cause, StopCause::LastCheck { control_ran, bus_ran }, "{function}");
-        assert!(reset.as_micros() > record.at.get() as f64);
+        assert!(reset.as_micros() > record.at_us as f64);
     }
 }
 
@@ -88,7 +88,7 @@ fn a_check_that_is_not_made_any_more_is_known() {
     let hung_ms = bench.chip.now().as_micros() / 1e3;
     let (record, _) = after_reset(&mut bench);
     assert_eq!(record.cause, StopCause::LastCheck { control_ran: true, bus_ran: true });
-    let last_check_ms = record.at.get() as f64 / 1e3 + 130.0;
+    let last_check_ms = record.at_us as f64 / 1e3 + 130.0;
     assert!((hung_ms - 13.0..hung_ms + 3.0).contains(&last_check_ms), "{hung_ms} {record:?}");
 }
 
@@ -114,5 +114,6 @@ fn the_log_says_it() {
     after_reset(&mut bench);
     bench.run(BOOT);
     let log = bench.chip.take_rtt().len();
-    assert!(log > plain + 30, "{log} bytes of log, {plain} after power-on");
+    // Nine registers and a time; zero bytes in them take no room in the log.
+    assert!(log > plain + 20, "{log} bytes of log, {plain} after power-on");
 }

@@ -7,7 +7,10 @@ pub use start::wait_for_crystal;
 use cortex_m::peripheral::NVIC;
 use embassy_rp::interrupt;
 use embassy_rp::pac::{self, Interrupt};
+use pneudrive_protocol::pages::ChipKind;
 
+/// What the board's pages say it is.
+pub const KIND: ChipKind = ChipKind::Rp2040;
 /// Embassy's default system clock, Hz.
 pub const SYSTEM_CLOCK_HZ: u32 = 125_000_000;
 /// The microsecond timer that Embassy's clock reads.

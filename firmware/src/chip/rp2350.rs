@@ -8,7 +8,10 @@ use cortex_m::register::basepri;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::Priority;
 use embassy_rp::pac::{self, Interrupt};
+use pneudrive_protocol::pages::ChipKind;
 
+/// What the board's pages say it is.
+pub const KIND: ChipKind = ChipKind::Rp2350;
 /// Embassy's default system clock, Hz.
 pub const SYSTEM_CLOCK_HZ: u32 = 150_000_000;
 /// The microsecond timer that Embassy's clock reads.

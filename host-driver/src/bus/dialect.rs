@@ -69,11 +69,13 @@ impl Dialect {
             Frames::Unchecked => false,
             Frames::Unknown => self.silent % (Self::CHECKED_TRIES + 1) < Self::CHECKED_TRIES,
         };
-        if !checked {
-            return Format::Unchecked;
-        }
+        if checked { Format::Checked(self.next_sequence()) } else { Format::Unchecked }
+    }
+
+    /// The number of the next request with a CRC.
+    pub(super) fn next_sequence(&mut self) -> Sequence {
         self.sequence = self.sequence.next();
-        Format::Checked(self.sequence)
+        self.sequence
     }
 
     pub(super) fn answered(&mut self, format: Format) {

@@ -12,6 +12,8 @@
 //!    answers really are, it is asked again within that time. As long as the limit lasts, its answers are then believed only if
 //!    they come when this board's answers come, and no other follows.
 //!
+//! What a board can be asked besides its pressures is in [`pages`](Bus::page).
+//!
 //! As long as board 0 may be of the original kind, nothing on the wire can be taken for its address where that is not meant
 //! ([`false_address`](pneudrive_protocol::false_address)): some set points of channel 3 are sent one count lower
 //! ([`Bus::commands_on_the_wire`]), and a byte 0x00 goes before a request that would follow 0xFF.
@@ -23,6 +25,7 @@ mod error;
 mod guard;
 mod heard;
 mod options;
+mod pages;
 mod peer;
 mod safe_state;
 mod transaction;
@@ -33,6 +36,7 @@ pub use echo::EchoError;
 pub use error::{ExchangeError, OpenBusError};
 pub use heard::HeardBytes;
 pub use options::{BusOptions, EchoMode};
+pub use pages::{PageError, PageReply};
 pub use peer::Counters;
 pub use safe_state::SafeStateOptions;
 
@@ -41,6 +45,7 @@ use dialect::Dialect;
 use peer::Peer;
 use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet};
 use std::path::Path;
+use transaction::Question;
 
 /// What a board answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,7 +164,7 @@ impl<L: Line> Bus<L> {
         let format = self.peers[usize::from(board)].dialect.next();
         self.peers[usize::from(board)].note_command(&values);
         let started_ns = self.line.now_ns();
-        let result = self.transact(request, format);
+        let result = self.transact(Question::Pressures(request, format));
         let peer = &mut self.peers[usize::from(board)];
         match &result {
             Ok(answer) => {

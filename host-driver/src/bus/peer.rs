@@ -25,6 +25,10 @@ pub struct Counters {
     pub line: u64,
     /// Packets from this board that came when it was not its turn: late answers. Not requests, so beside the others.
     pub late: u64,
+    /// Page requests. They are not in `asked`.
+    pub pages_asked: u64,
+    /// Answers to them in time, also that there is no such entry.
+    pub pages_answered: u64,
 }
 
 impl Counters {
@@ -117,6 +121,12 @@ impl Peer {
         self.quiet_until_ns
     }
 
+    /// It was asked for an entry of a page, and has answered or not.
+    pub(super) fn asked_for_page(&mut self, answered: bool) {
+        self.counters.pages_asked += 1;
+        self.counters.pages_answered += u64::from(answered);
+    }
+
     /// It answered a request in `format`, so long after it.
     pub(super) fn answered(&mut self, format: Format, delay_ns: u64) {
         self.dialect.answered(format);
@@ -202,6 +212,8 @@ impl std::ops::Sub for Counters {
             stale: self.stale - before.stale,
             line: self.line - before.line,
             late: self.late - before.late,
+            pages_asked: self.pages_asked - before.pages_asked,
+            pages_answered: self.pages_answered - before.pages_answered,
         }
     }
 }

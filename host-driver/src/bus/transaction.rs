@@ -5,8 +5,8 @@ use super::guard::with_guard;
 use super::{Answer, Bus, ExchangeError, Frames, HeardBytes};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::{
-    AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard, PACKET_LEN,
-    Packet,
+    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard,
+    PACKET_LEN, Packet, PageRequest,
 };
 
 /// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an adapter may have held back. Of
@@ -21,16 +21,40 @@ pub(super) fn expected_bytes(echo: Echo) -> usize {
     }
 }
 
+/// What a board is asked.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Question {
+    /// Its pressures, for new commands.
+    Pressures(Packet, Format),
+    /// An entry of a page, whose words come in place of the pressures.
+    Page(PageRequest),
+}
+
+impl Question {
+    fn address(&self) -> Address {
+        match self {
+            Self::Pressures(request, _) => request.address,
+            Self::Page(request) => request.address,
+        }
+    }
+
+    /// Whether its answer does not say which request it belongs to.
+    fn is_unchecked(&self) -> bool {
+        matches!(self, Self::Pressures(_, Format::Unchecked))
+    }
+}
+
 impl<L: Line> Bus<L> {
-    /// Sends `request` and listens until its answer is complete or the time is up.
-    pub(super) fn transact(&mut self, request: Packet, format: Format) -> Result<Answer, ExchangeError> {
+    /// Asks, and listens until the answer is complete or the time is up.
+    pub(super) fn transact(&mut self, question: Question) -> Result<Answer, ExchangeError> {
         let guard_echo_due = self.prepare()?;
-        let (bytes, mut ear) = Ear::for_request(request, format, self.echo, guard_echo_due);
+        let (bytes, mut ear) = Ear::for_answer_to(question, self.echo, guard_echo_due);
+        let asked = question.address();
         let sent_ns = self.line.now_ns();
-        let doubt = self.peers[usize::from(request.address.board())].doubt(sent_ns);
+        let doubt = self.peers[usize::from(asked.board())].doubt(sent_ns);
         self.line.send(&bytes)?;
         self.last_byte = bytes.last().copied();
-        if let Some(delay_ns) = self.peers[usize::from(request.address.board())].usual_delay.ns() {
+        if let Some(delay_ns) = self.peers[usize::from(asked.board())].usual_delay.ns() {
             self.line.expect_answer_at(sent_ns + delay_ns);
         }
         let deadline = sent_ns + self.options.answer_timeout_ns();
@@ -48,17 +72,17 @@ impl<L: Line> Bus<L> {
             if let Some(pressures) = ear.believable_answer() {
                 if now_ns - sent_ns > self.options.oldest_answer_ns() {
                     let waited_us = (now_ns - sent_ns) / 1000;
-                    return Err(ExchangeError::TooOld { asked: request.address, waited_us });
+                    return Err(ExchangeError::TooOld { asked, waited_us });
                 }
-                if let (Some(window), Format::Unchecked) = (doubt, format) {
+                if let Some(window) = doubt.filter(|_| question.is_unchecked()) {
                     return self.answer_in_doubt(ear, window, sent_ns, now_ns);
                 }
                 self.emptied_ns = (count < BUFFER).then_some(now_ns);
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
             }
-            if ear.decoder.answered_unchecked() && self.frames(request.address.board()) == Frames::Unknown {
+            if ear.decoder.answered_unchecked() && self.frames(asked.board()) == Frames::Unknown {
                 let waited_us = (now_ns - sent_ns) / 1000;
-                return Err(ExchangeError::OriginalFormat { asked: request.address, waited_us });
+                return Err(ExchangeError::OriginalFormat { asked, waited_us });
             }
             if now_ns >= deadline {
                 return Err(ear.what_went_wrong((now_ns - sent_ns) / 1000));
@@ -77,7 +101,7 @@ impl<L: Line> Bus<L> {
         sent_ns: u64,
         mut answered_ns: u64,
     ) -> Result<Answer, ExchangeError> {
-        let asked = ear.request.address;
+        let asked = ear.asked;
         let limit_ns = sent_ns + self.options.drain_limit_ns();
         loop {
             let until_ns = (answered_ns + window.to_ns).min(limit_ns);
@@ -173,7 +197,7 @@ impl<L: Line> Bus<L> {
 
 /// What is heard in one exchange.
 struct Ear {
-    request: Packet,
+    asked: Address,
     decoder: AnswerDecoder,
     heard: HeardBytes,
     answer: Option<[Counts; CHANNELS]>,
@@ -182,21 +206,19 @@ struct Ear {
 
 impl Ear {
     /// The request's bytes, and the ear for what follows them.
-    fn for_request(
-        request: Packet,
-        format: Format,
-        echo: Echo,
-        guard_echo_due: bool,
-    ) -> ([u8; PACKET_LEN], Self) {
-        let (bytes, decoder) = match format {
-            Format::Unchecked => (request.encode(), AnswerDecoder::new(request, echo)),
-            Format::Checked(sequence) => {
-                let checked = CheckedPacket { packet: request, sequence };
+    fn for_answer_to(question: Question, echo: Echo, guard_echo_due: bool) -> ([u8; PACKET_LEN], Self) {
+        let (bytes, decoder) = match question {
+            Question::Pressures(request, Format::Unchecked) => {
+                (request.encode(), AnswerDecoder::new(request, echo))
+            }
+            Question::Pressures(packet, Format::Checked(sequence)) => {
+                let checked = CheckedPacket { packet, sequence };
                 (checked.encode(Direction::Request), AnswerDecoder::for_checked(checked, echo))
             }
+            Question::Page(request) => (request.encode(), AnswerDecoder::for_page(request, echo)),
         };
-        let decoder = with_guard(decoder, guard_echo_due);
-        (bytes, Self { request, decoder, heard: HeardBytes::default(), answer: None, other: None })
+        let (asked, decoder) = (question.address(), with_guard(decoder, guard_echo_due));
+        (bytes, Self { asked, decoder, heard: HeardBytes::default(), answer: None, other: None })
     }
 
     /// Takes a byte; gives a packet that is not the answer.
@@ -207,7 +229,7 @@ impl Ear {
         match self.decoder.push(byte)? {
             Heard::Answer(values) => {
                 let earlier = self.answer.replace(values)?;
-                Some(Packet { values: earlier, ..self.request })
+                Some(Packet { address: self.asked, values: earlier })
             }
             Heard::Other(packet) => {
                 self.other = Some(packet);
@@ -221,7 +243,7 @@ impl Ear {
     }
 
     fn what_went_wrong(&self, waited_us: u64) -> ExchangeError {
-        let (asked, heard) = (self.request.address, self.heard);
+        let (asked, heard) = (self.asked, self.heard);
         if heard.count() == 0 {
             return ExchangeError::NoAnswer { asked, waited_us };
         }

@@ -14,6 +14,8 @@ const PING: [&str; 10] =
     ["port", "devices", "rig", "unit", "baud", "allowance_us", "wait", "echo", "frames", "json"];
 /// Bus options in the help of `list`, `init` and `calibrate`.
 const SCAN: [&str; 7] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait"];
+/// Bus options in the help of `board`.
+const BOARD: [&str; 8] = ["port", "rig", "max_devices", "baud", "allowance_us", "wait", "echo", "json"];
 /// The same with a JSON object.
 const SCAN_JSON: [&str; 8] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait", "json"];
 /// Bus options that matter to `timing`.
@@ -54,6 +56,9 @@ pub fn command() -> Command {
         .mut_subcommand("ping", |ping| {
             ping.mut_args(only(&PING))
                 .after_help("The other options of the bus and the scheduler act too: pneudrive-host --help")
+        })
+        .mut_subcommand("board", |board| {
+            board.mut_args(only(&BOARD)).mut_subcommand("status", |status| status.mut_args(only(&BOARD)))
         })
         .mut_subcommand("list", |list| list.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("init", |init| init.mut_args(only(&SCAN_JSON)))

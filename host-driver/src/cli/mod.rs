@@ -3,6 +3,7 @@
 mod args;
 mod bench;
 mod bench_table;
+mod board;
 mod calibrate;
 mod command_arg;
 mod command_line;
@@ -68,6 +69,7 @@ fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
         Some(Command::Completions(args)) => manual::completions(args),
         Some(Command::Man(args)) => manual::man(args),
         Some(Command::Ping(args)) => ping::run(&cli.bus, args, &setup),
+        Some(Command::Board(args)) => board::run(&cli.bus, args, &setup),
         Some(Command::Timing(args)) => timing::run(&cli.bus, args),
         Some(Command::Generate(args)) => generate::run(&cli.bus, args, &setup),
         Some(Command::Info(args)) => info::run(args, cli.bus.json),

@@ -13,7 +13,7 @@ use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, KeyRecorder, Session};
 use crate::cli::{find_boards, start};
-use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
+use pneudrive_host::poller::{DriveShare, Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::stream::UdpStream;
@@ -72,8 +72,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
-    let mut page =
-        super::web::prepare(&run.web, setup, devices, &limits, &overriding, &description, &mut events)?;
+    let mut page = super::web::prepare(run, setup, devices, &limits, &overriding, &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
     let Connection { mut bus, behind } = connect(args, devices, calibration)?;
     let mut options = PollerOptions {
@@ -84,6 +83,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         calibration: calibration.clone(),
         vent: overriding.latch(),
         resume: run.resume,
+        drives: run.drives,
         ..PollerOptions::for_devices(devices)
     };
     if run.no_reopen {
@@ -97,7 +97,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
     let recorder = match &run.record {
         Some(path) => {
-            let how = RecorderOptions { overwrite: run.overwrite, description };
+            let how = RecorderOptions { overwrite: run.overwrite, drives: run.drives.is_some(), description };
             let (recorder, tap) = Recorder::create_with(path, &options.boards, calibration.clone(), &how)?;
             observers.push(tap);
             events.sender().record(recorder.notes());
@@ -107,7 +107,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     };
     let by_key = match &run.record {
         None if view::wants_live(args.json, run.plain) => {
-            let (by_key, tap) = KeyRecorder::new(&options.boards, setup, &by_key_description);
+            let (by_key, tap) =
+                KeyRecorder::new(&options.boards, setup, &by_key_description, run.drives.is_some());
             observers.push(tap);
             events.sender().record(by_key.notes());
             Some(by_key)
@@ -233,11 +234,13 @@ fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {
             Some(_) => Err(Failure::input("--missed needs a rate: --rate, or rate_hz in the rig file")),
         };
     };
-    let limit = Baud::new(args.baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
+    let polls = Baud::new(args.baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
+    let limit = polls / (1.0 + run.drives.map_or(0.0, DriveShare::get));
     if !(rate > 0.0 && rate <= limit) {
         return Err(Failure::input(format!(
-            "--rate {rate}: must be above 0 and at most {limit:.1} Hz, the wire's limit for {devices} board(s) at {} baud",
-            args.baud()
+            "--rate {rate}: must be above 0 and at most {limit:.1} Hz, the wire's limit for {devices} board(s) at {} baud{}",
+            args.baud(),
+            run.drives.map_or_else(String::new, |share| format!(" with --drives {}", share.get()))
         )));
     }
     let missed = run.missed.map(Into::into).unwrap_or_default();

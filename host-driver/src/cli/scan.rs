@@ -17,17 +17,23 @@ pub struct FoundBoard {
     pub board: u8,
     /// Which packets it answers in, which tells what it is.
     pub frames: Frames,
+    /// The version of its firmware and what that runs on, as its pages say; null where it has none.
+    pub firmware: Option<String>,
     /// Pressures of its channels, kPa gauge; null where it calls the sensor faulty.
     pub pressures_kpa: [Option<f64>; CHANNELS],
 }
 
 impl FoundBoard {
     /// What it is, in words.
-    pub fn kind(&self) -> &'static str {
-        match self.frames {
+    pub fn kind(&self) -> String {
+        let frames = match self.frames {
             Frames::Checked => "PneuDrive firmware, checked packets",
             Frames::Unchecked => "original firmware, unchecked packets, no command timeout",
             Frames::Unknown => "unknown firmware",
+        };
+        match &self.firmware {
+            Some(firmware) => format!("{frames}, {firmware}"),
+            None => frames.to_owned(),
         }
     }
 
@@ -65,9 +71,16 @@ pub fn boards(args: &BusArgs, port: &Path, most: u16, setup: &Setup) -> Result<V
             let faulty = |counts: Counts| [Counts::MIN, Counts::MAX].contains(&counts);
             std::array::from_fn(|channel| (!faulty(answer.pressures[channel])).then_some(kpa[channel]))
         });
+        // Of the original kind, or of before pages: no answer.
+        let about = (0..3).find_map(|_| bus.about(board).ok());
+        let firmware = about.map(|about| {
+            let version = about.version.map(|number| number.to_string()).join(".");
+            format!("version {version}, {}", about.chip)
+        });
         found.push(FoundBoard {
             board,
             frames: bus.frames(board),
+            firmware,
             pressures_kpa: pressures_kpa.unwrap_or([None; CHANNELS]),
         });
         // A line that has failed finds no further boards.

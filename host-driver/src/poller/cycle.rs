@@ -1,5 +1,6 @@
 //! The loop itself: which board is asked when, and who is told.
 
+use super::drives::DriveSchedule;
 use super::outage::{Outage, Try};
 use super::presence::Presence;
 use super::schedule::Schedule;
@@ -27,6 +28,8 @@ pub struct Polling<L: Line> {
     pub(super) scales: Vec<[SensorScale; CHANNELS]>,
     /// What becomes of it on its way to the bus.
     pub(super) slews: Vec<Slew>,
+    /// When each board is asked for its valves' drives.
+    pub(super) drives: Vec<DriveSchedule>,
     pub(super) rows: Vec<BoardRow>,
     pub(super) cycles: CycleStatistics,
     pub(super) round_trips: Durations,
@@ -69,6 +72,7 @@ impl<L: Line> Polling<L> {
             wanted: VENTED,
             outcome: Outcome::NotAsked,
             reading: None,
+            drives: None,
             state: BoardState::Unseen,
         };
         Self {
@@ -77,6 +81,7 @@ impl<L: Line> Polling<L> {
             wanted: vec![VENTED; options.boards.len()],
             scales: options.boards.iter().map(|&board| options.calibration.of(board)).collect(),
             slews: options.boards.iter().map(|&board| options.slew(board, timeout_ns)).collect(),
+            drives: vec![DriveSchedule::new(options.drives); options.boards.len()],
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
             round_trips: Durations::new(),
@@ -197,6 +202,7 @@ impl<L: Line> Polling<L> {
             presence.line_lost();
             row.state = presence.state();
             row.outcome = Outcome::NotAsked;
+            row.drives = None;
         }
         match self.options.reopen {
             Some(policy) if self.bus.line().can_reopen() => {
@@ -210,7 +216,7 @@ impl<L: Line> Polling<L> {
         }
     }
 
-    fn tell(&mut self, event: &Event<'_>) {
+    pub(super) fn tell(&mut self, event: &Event<'_>) {
         self.observers.iter_mut().for_each(|observer| observer.event(event));
     }
 
@@ -242,6 +248,7 @@ impl<L: Line> Polling<L> {
     }
 
     fn visit(&mut self, index: usize) -> Result<(), LineError> {
+        self.rows[index].drives = None;
         if self.askable_ns(index) > self.bus.line().now_ns() {
             self.rows[index].outcome = Outcome::NotAsked;
             return Ok(());
@@ -271,8 +278,9 @@ impl<L: Line> Polling<L> {
                 Some(error)
             }
         };
+        let answered = error.is_none();
         self.report(index, error.as_ref());
-        Ok(())
+        if answered { self.ask_for_drives(index) } else { Ok(()) }
     }
 
     /// The command as it stands on the wire: the bus sends some set points a count lower. Told once.

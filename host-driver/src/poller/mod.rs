@@ -11,6 +11,7 @@
 
 mod commands;
 mod cycle;
+mod drives;
 mod ending;
 mod filter;
 mod latest;
@@ -26,6 +27,7 @@ mod vent;
 
 pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
 pub use cycle::Polling;
+pub use drives::{DriveReading, DriveShare, DriveShareError};
 pub use filter::{FilterError, PressureFilter};
 pub use latest::{Latest, Snapshot};
 pub use limits::{AboveLimit, ChannelLimit, LimitError, Limits};
@@ -66,6 +68,9 @@ pub struct PollerOptions {
     pub limits: Limits,
     /// Fastest rise of a set point after a pause, kPa/s: see [`Slew`].
     pub return_rate_kpa_s: f64,
+    /// After which share of its polls a board is asked for its valves' drives as well; `None`, the default, for none. Each such
+    /// request takes the bus as long as a poll.
+    pub drives: Option<DriveShare>,
     /// What the bus thread asks of the scheduler; nothing by default.
     pub real_time: RealTime,
 }
@@ -104,6 +109,7 @@ impl PollerOptions {
             vent: VentLatch::default(),
             limits: Limits::default(),
             return_rate_kpa_s: Self::RETURN_RATE_KPA_S,
+            drives: None,
             real_time: RealTime::default(),
         }
     }

@@ -1,7 +1,7 @@
 //! What a cycle brought.
 
-use super::{BoardCommand, BoardState};
-use crate::bus::{ExchangeError, OpenBusError};
+use super::{BoardCommand, BoardState, DriveReading};
+use crate::bus::{ExchangeError, OpenBusError, PageError};
 use crate::line::LineError;
 use pneudrive_protocol::{CHANNELS, Counts};
 
@@ -47,6 +47,8 @@ pub struct BoardRow {
     pub outcome: Outcome,
     /// Its last answer, of this cycle only if `outcome` is [`Outcome::Fresh`]; `None` before the first.
     pub reading: Option<Reading>,
+    /// Its valves' drives, if it was asked for them in this cycle and answered ([`PollerOptions::drives`](super::PollerOptions::drives)).
+    pub drives: Option<DriveReading>,
     /// How it has answered lately.
     pub state: BoardState,
 }
@@ -114,6 +116,13 @@ pub enum Event<'a> {
     CommandsStale,
     /// The commands are renewed again, and are sent.
     CommandsBack,
+    /// A board answers polls but does not tell its valves' drives. It is asked once a second from now on. Told once a run.
+    NoDrives {
+        /// The board's number.
+        board: u8,
+        /// What came of the last request.
+        error: &'a PageError,
+    },
     /// A set point of channel 3 is sent one count lower, because board 0 could take it for its address
     /// ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a run; rows have what was sent.
     CommandLowered {

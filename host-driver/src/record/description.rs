@@ -21,6 +21,8 @@ pub struct Description {
 pub struct RecorderOptions {
     /// Whether a file that exists is replaced.
     pub overwrite: bool,
+    /// Whether it has the valves' drives: of a run with [`PollerOptions::drives`](crate::poller::PollerOptions::drives).
+    pub drives: bool,
     /// What the recording shall say of itself.
     pub description: Description,
 }

@@ -1,5 +1,3 @@
-#[cfg(feature = "mcap")]
-use super::Description;
 use super::file::BlockFile;
 use super::format::{Form, Text};
 use super::notes::{Note, Notes};
@@ -132,11 +130,16 @@ impl Recorder {
             #[cfg(feature = "mcap")]
             super::FileFormat::Mcap => {
                 let bus = RecordedBus { boards: boards.to_vec(), first_joint: 0, unix_offset_ns };
-                Self::bag(path, Self::TOPICS, &[bus], calibration, &options.description)?
+                Self::bag(path, Self::TOPICS, &[bus], calibration, options)?
             }
             format => {
                 let description = options.description.complete(&[boards.to_vec()], calibration);
-                Box::new(Text::new(format, Formatter::new(boards, calibration), &description, unix_offset_ns))
+                Box::new(Text::new(
+                    format,
+                    Formatter::new(boards, calibration, options.drives),
+                    &description,
+                    unix_offset_ns,
+                ))
             }
         };
         Self::start(path, Writer::new(file, form)?, 1, failed)
@@ -173,7 +176,7 @@ impl Recorder {
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
         Self::check_bag(path, options.overwrite)?;
         let file = BlockFile::create(path, options.overwrite)?;
-        let form = Self::bag(path, prefix, buses, &calibration.into(), &options.description)?;
+        let form = Self::bag(path, prefix, buses, &calibration.into(), options)?;
         Self::start(path, Writer::new(file, form)?, buses.len(), Box::new(|_| {}))
     }
 
@@ -195,12 +198,12 @@ impl Recorder {
         prefix: &str,
         buses: &[RecordedBus],
         calibration: &Calibration,
-        description: &Description,
+        options: &RecorderOptions,
     ) -> Result<Box<dyn Form>, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let boards: Vec<_> = buses.iter().map(|bus| bus.boards.clone()).collect();
-        let description = description.complete(&boards, calibration);
-        let bag = super::bag::Bag::new(&name, prefix, buses, calibration, &description)
+        let description = options.description.complete(&boards, calibration);
+        let bag = super::bag::Bag::new(&name, prefix, buses, calibration, &description, options.drives)
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
         Ok(Box::new(bag))
     }

@@ -4,6 +4,7 @@ use super::codes::Codes;
 use crate::Calibration;
 use crate::notices::Notice;
 use crate::poller::{BoardCommand, Row};
+use pneudrive_protocol::pages::Drives;
 use pneudrive_protocol::{CHANNELS, Counts};
 use serde::Serialize;
 use std::io::Write;
@@ -14,6 +15,8 @@ pub(super) struct Sample {
     pub(super) command: BoardCommand,
     /// `None` where the board gave no answer in this cycle.
     pub(super) answer: Option<Answer>,
+    /// `None` where the board was not asked for them in this cycle, or did not answer.
+    pub(super) drives: Option<Drives>,
 }
 
 /// What a board answered.
@@ -60,6 +63,7 @@ impl Batch {
             command: board.command,
             answer:
                 board.fresh().map(|reading| Answer { pressures: reading.counts, asked_ns: reading.asked_ns }),
+            drives: board.drives.map(|reading| reading.drives),
         }));
     }
 
@@ -111,15 +115,18 @@ pub(super) struct Formatter {
     boards: Vec<u8>,
     commands: Codes<String>,
     pressures: Codes<String>,
+    /// Whether there are columns for the valves' drives.
+    drives: bool,
 }
 
 impl Formatter {
-    pub(super) fn new(boards: &[u8], calibration: &Calibration) -> Self {
+    pub(super) fn new(boards: &[u8], calibration: &Calibration, drives: bool) -> Self {
         Self {
             boards: boards.to_vec(),
             // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
             commands: Codes::new(boards, calibration, |kpa| format!("{:.3}", kpa.max(0.0))),
             pressures: Codes::new(boards, calibration, |kpa| format!("{kpa:.3}")),
+            drives,
         }
     }
 
@@ -127,7 +134,9 @@ impl Formatter {
     pub(super) fn header(&self) -> Vec<u8> {
         let names = self.boards.iter().flat_map(|n| {
             let commands = (0..CHANNELS).map(move |k| format!("b{n}_cmd{k}_kpa"));
-            commands.chain((0..CHANNELS).map(move |k| format!("b{n}_p{k}_kpa")))
+            let pressures = (0..CHANNELS).map(move |k| format!("b{n}_p{k}_kpa"));
+            let drives = (0..CHANNELS).filter(|_| self.drives).map(move |k| format!("b{n}_u{k}"));
+            commands.chain(pressures).chain(drives)
         });
         let mut header = "t_s".to_owned();
         for name in names {
@@ -156,10 +165,24 @@ impl Formatter {
                     let counts = sample.answer.map(|answer| answer.pressures[channel]);
                     cell(text, counts.map_or("", |counts| self.pressures.get(index, channel, counts)));
                 }
+                if self.drives {
+                    drive_cells(text, sample.drives);
+                }
             }
             text.push(b'\n');
         }
         events.for_each(|(_, event)| event_line(event, text));
+    }
+}
+
+/// Appends four drives, -1 to 1: a drive count is 1/400, so four digits are all there are.
+fn drive_cells(text: &mut Vec<u8>, drives: Option<Drives>) {
+    for channel in 0..CHANNELS {
+        text.push(b',');
+        if let Some(drives) = drives {
+            // Writing to a Vec does not fail.
+            let _ = write!(text, "{:.4}", drives.share()[channel]);
+        }
     }
 }
 
@@ -201,7 +224,7 @@ fn cell(text: &mut Vec<u8>, content: &str) {
 mod tests {
     use super::*;
     use crate::notices::NoticeKind;
-    use crate::poller::{BoardRow, BoardState, Outcome, Reading, VENTED};
+    use crate::poller::{BoardRow, BoardState, DriveReading, Outcome, Reading, VENTED};
 
     #[test]
     fn rows_in_the_measured_data_format() {
@@ -214,6 +237,8 @@ mod tests {
             wanted: command,
             outcome,
             reading,
+            drives: (outcome == Outcome::Fresh)
+                .then(|| DriveReading { drives: Drives::new([400, -400, 0, 1]), asked_ns: 9 }),
             state: BoardState::Present,
         };
         let mut batch = Batch::default();
@@ -228,7 +253,7 @@ mod tests {
             let since_start_ns = cycle * 1_000_200_000;
             batch.push(&Row { cycle, at_ns: 5, since_start_ns, boards: &boards });
         }
-        let formatter = Formatter::new(&[0, 1], &Calibration::default());
+        let formatter = Formatter::new(&[0, 1], &Calibration::default(), false);
         let mut text = formatter.header();
         formatter.append(&batch, &mut text);
         let expected = "\
@@ -240,5 +265,16 @@ b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1
 2.000400000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
 ";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
+        let with_drives = Formatter::new(&[0, 1], &Calibration::default(), true);
+        let header = String::from_utf8(with_drives.header()).unwrap();
+        assert!(header.contains(",b0_p3_kpa,b0_u0,b0_u1,b0_u2,b0_u3,b1_cmd0_kpa,"), "{header}");
+        assert!(header.ends_with(",b1_p3_kpa,b1_u0,b1_u1,b1_u2,b1_u3\n"), "{header}");
+        let mut text = Vec::new();
+        with_drives.append(&batch, &mut text);
+        let text = String::from_utf8(text).unwrap();
+        let ends: Vec<_> = text.lines().map(|line| line.split_once("-86.184,").map(|(_, end)| end)).collect();
+        let fresh = "1.0000,-1.0000,0.0000,0.0025,0.000,0.000,0.000,0.000,,,,,,,,";
+        assert_eq!(ends, [Some(fresh), None, None, None]);
+        assert!(text.ends_with(",689.812,,,,,,,,,0.000,0.000,0.000,0.000,,,,,,,,\n"), "{text}");
     }
 }

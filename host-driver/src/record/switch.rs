@@ -92,6 +92,13 @@ impl RecordSwitch {
         self
     }
 
+    /// The same switch, whose recordings have columns for the valves' drives ([`RecorderOptions::drives`]).
+    #[must_use]
+    pub fn with_drives(mut self, drives: bool) -> Self {
+        self.options.drives = drives;
+        self
+    }
+
     /// The same switch, which calls `failed` as soon as writing a recording fails, on the thread
     /// that writes. Whoever starts a recording may have gone by then.
     #[must_use]
@@ -211,6 +218,7 @@ mod tests {
             wanted: VENTED,
             outcome: Outcome::Lost,
             reading: None,
+            drives: None,
             state: BoardState::Present,
         };
         let at_ns = cycle * 1_000_000;

@@ -96,6 +96,7 @@ mod tests {
             wanted: [Counts::saturating(340), Counts::saturating(221), VENTED[0], Counts::MAX],
             outcome: Outcome::Fresh,
             reading: Some(Reading { counts, kpa: calibration.kpa(0, counts), asked_ns: 1_000 }),
+            drives: None,
             state: BoardState::Doubtful,
         };
         let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };

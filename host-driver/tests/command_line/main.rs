@@ -3,6 +3,7 @@
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used)]
 
+mod board;
 mod endings;
 #[cfg(feature = "web")]
 mod page;

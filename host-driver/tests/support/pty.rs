@@ -1,6 +1,6 @@
 //! Boards behind a pty, as fast as the pty is.
 
-use pneudrive_protocol::{Address, CHANNELS, CheckedPacket, Counts, RequestDecoder};
+use pneudrive_protocol::{Address, Asked, CHANNELS, CheckedPacket, Counts, RequestDecoder};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
@@ -81,7 +81,7 @@ fn serve(master: &OwnedFd, boards: u8, stop: &AtomicBool, unplugged: &AtomicBool
         for &byte in &bytes[..count] {
             for ear in &mut ears {
                 let address = ear.address();
-                let Some(request) = ear.push(byte) else { continue };
+                let Some(request) = ear.push(byte).and_then(Asked::pressures) else { continue };
                 if unplugged.load(Ordering::Relaxed) && address.board() + 1 == boards {
                     continue;
                 }

@@ -1,7 +1,10 @@
 use super::scripts;
 use bolero::check;
 use pneudrive_control::{AdcSample, Board, BoardConfig, ChannelStatus, Micros};
-use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence};
+use pneudrive_protocol::pages::{Counter, PageEntry};
+use pneudrive_protocol::{
+    Address, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Sequence,
+};
 
 /// What five bytes do to a board: what happens, after how long, and with what.
 fn act(board: &mut Board, now: &mut u64, act: [u8; 5]) {
@@ -13,13 +16,19 @@ fn act(board: &mut Board, now: &mut u64, act: [u8; 5]) {
     let values = [u16::from(a) * 4, u16::from(b) * 4, u16::from(c), 1_023].map(Counts::saturating);
     let packet = Packet { address: Address::of_board(a % 2), values };
     let checked = CheckedPacket { packet, sequence: Sequence::new(b) };
-    match kind % 9 {
+    match kind % 10 {
         0 | 1 => frame(board, now, packet.encode()),
         2 | 3 => frame(board, now, checked.encode(Direction::Request)),
         4 => frame(board, now, checked.encode(Direction::Answer)),
         5 => drop(board.receive_byte(at, a)),
         6 => board.line_error(at),
         7 => board.line_idle(at),
+        8 => {
+            let entries =
+                [PageEntry::State, PageEntry::Drives, PageEntry::Counter(Counter::ALL[usize::from(b) % 14])];
+            let entry = entries[usize::from(c) % entries.len()];
+            frame(board, now, PageRequest::new(packet.address, entry, Sequence::new(b)).encode());
+        }
         _ => {
             let codes = [u16::from(a) << 4, u16::from(b) << 4 | 15, u16::from_le_bytes([a, b]), u16::MAX];
             step(board, at, codes.map(AdcSample::from_reading));

@@ -1,9 +1,18 @@
 use super::scripts;
 use bolero::check;
+use pneudrive_protocol::pages::PageEntry;
 use pneudrive_protocol::{
-    Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard, Packet,
-    RequestDecoder, Sequence,
+    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard,
+    Packet, PageRequest, RequestDecoder, Sequence,
 };
+
+fn page_request(board: u8, number: u8) -> PageRequest {
+    PageRequest::new(
+        Address::of_board(board % 4),
+        PageEntry::PostMortemWord(number % 13),
+        Sequence::new(number),
+    )
+}
 
 /// Bytes of a line: raw ones, and whole packets (of some board, some of them damaged), so that decoders get somewhere.
 fn line(script: &[u8]) -> Vec<u8> {
@@ -20,6 +29,8 @@ fn line(script: &[u8]) -> Vec<u8> {
             0 | 1 => packet.encode().to_vec(),
             2 => checked.encode(Direction::Request).to_vec(),
             3 => checked.encode(Direction::Answer).to_vec(),
+            4 => page_request(a, b).encode().to_vec(),
+            5 => page_request(a, b).answer(Some(values)).encode().to_vec(),
             _ => piece.to_vec(),
         };
         match kind / 8 % 8 {
@@ -60,7 +71,14 @@ fn the_boards_ear() {
         let mut heard = Vec::new();
         for byte in line(script) {
             heard.push(byte);
-            let Some(request) = decoder.push(byte) else { continue };
+            let request = match decoder.push(byte) {
+                None => continue,
+                Some(Asked::Page(request)) => {
+                    assert_eq!(heard[heard.len() - 10..], request.encode());
+                    continue;
+                }
+                Some(Asked::Pressures(request)) => request,
+            };
             let packet = Packet { address: own, values: request.commands };
             let sent = match request.format {
                 Format::Unchecked => packet.encode(),

@@ -114,6 +114,7 @@ fn bag() -> Vec<u8> {
                     kpa: [0.0; 4],
                     asked_ns: at_ns + 300_000 * u64::from(board),
                 }),
+                drives: None,
                 state: BoardState::Present,
             };
             let boards = [board(0), board(1)];

@@ -15,6 +15,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Ask each board whether it is there (commands 0 kPa)
     Ping(PingArgs),
+    /// What a board says of itself: state, faults, firmware, resets
+    Board(BoardArgs),
     /// Measure the loop rate for 1 to --devices boards (commands 0 kPa)
     Bench(BenchArgs),
     /// Wire times at a line rate, and the resistor of the boards' 555 timer
@@ -36,6 +38,7 @@ impl Command {
             Self::Init(_) => "init",
             Self::Calibrate(_) => "calibrate",
             Self::Ping(_) => "ping",
+            Self::Board(_) => "board",
             Self::Bench(_) => "bench",
             Self::Timing(_) => "timing",
             Self::Generate(_) => "generate",
@@ -135,6 +138,25 @@ pub struct ManArgs {
     /// Write a page for the program and each subcommand into this folder; without it the program's page is printed
     #[arg(value_name = "FOLDER")]
     pub folder: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct BoardArgs {
+    #[command(subcommand)]
+    pub command: BoardCommand,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+pub enum BoardCommand {
+    /// State, channels, drives, firmware, counters, and why it was last reset
+    Status(BoardStatusArgs),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+pub struct BoardStatusArgs {
+    /// The board's number
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub board: u8,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]

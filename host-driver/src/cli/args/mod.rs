@@ -9,8 +9,8 @@ mod values;
 pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg};
 pub use commands::{
-    BenchArgs, CalibrateArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs,
-    PingArgs, ShapeArg, TimingArgs,
+    BenchArgs, BoardArgs, BoardCommand, BoardStatusArgs, CalibrateArgs, Command, CompletionsArgs,
+    GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::number;
@@ -37,6 +37,7 @@ Examples:
   pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
   pneudrive-host --rig rig.toml --web                      the same in a browser, with a vent button
   pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
+  pneudrive-host board status --port /dev/ttyUSB0 --board 2    its state, faults, firmware, and last reset
   pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
   pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
   pneudrive-host info run.csv.zst                          when, with what and how it was recorded, and what happened

@@ -1,10 +1,10 @@
 //! Polling: what is commanded, recorded and shown.
 
-use super::values::{filter, number, seconds, speed};
+use super::values::{filter, number, seconds, share, speed};
 use crate::cli::command_arg::CommandArg;
 use crate::cli::limits::LimitArgs;
 use clap::{Args, ValueEnum};
-use pneudrive_host::poller::{MissedTick, PressureFilter};
+use pneudrive_host::poller::{DriveShare, MissedTick, PressureFilter};
 use pneudrive_host::trajectory::Interpolation;
 use std::path::PathBuf;
 
@@ -48,6 +48,12 @@ pub struct RunArgs {
     /// What the boards sent, unfiltered; a .mcap is a ROS 2 bag. A full disk ends the run.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Ask boards for their valves' drives after this share of the polls, above 0 to 1; recordings get columns b0_u0
+    ///
+    /// Each such request takes the bus as long as a poll: with 1, half the loop rate is left. Drives are -1 (vent fully) to 1 (fill fully), cells are
+    /// empty where a board was not asked. Boards of the original kind, and firmware of before pages, do not tell them.
+    #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
+    pub drives: Option<DriveShare>,
     /// Send rows to HOST:PORT as JSON in UDP, at most 100 a second: PlotJuggler draws them
     #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
     pub udp: Option<String>,
@@ -60,7 +66,7 @@ pub struct RunArgs {
     /// Fail (status 1) where a board has never answered
     ///
     /// Otherwise missing boards are told, and asked for until they come.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub require_all: bool,
     /// What to do about cycles that could not start in time (with a rate) [default: skip]
     #[arg(long, value_enum, hide_short_help = true)]

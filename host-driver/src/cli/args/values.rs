@@ -1,12 +1,17 @@
 //! Values of options, each with what its user is told.
 
 use pneudrive_host::line::Spin;
-use pneudrive_host::poller::PressureFilter;
+use pneudrive_host::poller::{DriveShare, DriveShareError, PressureFilter};
 use pneudrive_host::rig::Unit;
 
 /// A number, of which its user says what it must be.
 pub fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
+}
+
+pub fn share(text: &str) -> Result<DriveShare, String> {
+    let share = text.parse().map_err(|_| "expected a number".to_owned())?;
+    DriveShare::new(share).map_err(|error: DriveShareError| error.to_string())
 }
 
 pub fn unit(text: &str) -> Result<Unit, String> {

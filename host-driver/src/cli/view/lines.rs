@@ -133,6 +133,7 @@ mod tests {
             wanted: VENTED,
             outcome: Outcome::Fresh,
             reading: Some(reading),
+            drives: None,
             state: BoardState::Present,
         };
         let at = |cycle, since_start_ns| Snapshot {

@@ -13,9 +13,14 @@ pub struct KeyRecorder(Arc<RecordSwitch>);
 
 impl KeyRecorder {
     /// The recorder, and the observer that is to be given to the poller.
-    pub fn new(boards: &[u8], setup: &Setup, description: &Description) -> (Self, Box<dyn Observer>) {
+    pub fn new(
+        boards: &[u8],
+        setup: &Setup,
+        description: &Description,
+        drives: bool,
+    ) -> (Self, Box<dyn Observer>) {
         let (switch, tap) = RecordSwitch::new(boards, setup.calibration.clone());
-        (Self(Arc::new(switch.describe(description.clone()))), tap)
+        (Self(Arc::new(switch.describe(description.clone()).with_drives(drives))), tap)
     }
 
     /// For events that do not happen on the bus.

@@ -5,6 +5,7 @@ pub mod bench;
 
 pub use args::WebArgs;
 
+use super::args::RunArgs;
 use super::failure::Failure;
 use super::setup::Setup;
 use super::view::{Events, Session};
@@ -30,7 +31,7 @@ pub struct Prepared {
 /// Does everything that can fail before the first byte goes to a board. Observers of `events` that
 /// shall be heard on the page are made after this. `None` without `--web`.
 pub fn prepare(
-    args: &WebArgs,
+    run: &RunArgs,
     setup: &Setup,
     devices: u16,
     limits: &Limits,
@@ -38,13 +39,14 @@ pub fn prepare(
     description: &Description,
     events: &mut Events,
 ) -> Result<Option<Prepared>, Failure> {
+    let args = &run.web;
     let Some(address) = args.web else {
         return Ok(None);
     };
     let boards = PollerOptions::for_devices(devices).boards;
     let control = control(args, setup, &boards, limits)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
-    let (recording, tap) = recording(args, setup, &boards, description, events)?;
+    let (recording, tap) = recording(run, setup, &boards, description, events)?;
     let listener = Listener::bind(address).map_err(|error| {
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
@@ -111,12 +113,13 @@ type RecordingAndTap = (Option<Recording>, Option<Box<dyn Observer>>);
 /// The switch for recordings by button, and its end on the bus thread. On an address that others
 /// reach, the folder must have been named: there, everybody who sees the page can fill it.
 fn recording(
-    args: &WebArgs,
+    run: &RunArgs,
     setup: &Setup,
     boards: &[u8],
     description: &Description,
     events: &Events,
 ) -> Result<RecordingAndTap, Failure> {
+    let args = &run.web;
     let local = args.web.is_some_and(|address| address.ip().is_loopback());
     let folder = match &args.record_folder {
         None if !local => return Ok((None, None)),
@@ -128,9 +131,10 @@ fn recording(
         .map_err(|error| Failure::input(format!("--record-folder {}: {error}", folder.display())))?;
     let ending = args.record_format.ending().to_owned();
     Recorder::check(&folder.join(format!("run.{ending}")), true)?;
+    let drives = run.drives.is_some();
     let (switch, tap) = RecordSwitch::new(boards, setup.calibration.clone());
     let failures = events.sender();
-    let switch = switch.describe(description.clone()).on_failure(move |error| {
+    let switch = switch.describe(description.clone()).with_drives(drives).on_failure(move |error| {
         let text = format!("a recording from the page failed: {error}");
         failures.happened(Notice::new(NoticeKind::Recording, text));
     });

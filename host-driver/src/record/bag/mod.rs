@@ -1,7 +1,7 @@
 //! Rows as messages in an MCAP file that is a ROS 2 bag.
 //!
 //! For each board and row one `pressure_state`, also where the board gave no answer: then its
-//! pressures are NaN, and its command stands. A `pressure_command` wherever a command changes, so
+//! pressures are NaN, and its command stands. Valves' drives, where they are recorded, stand behind the commands. A `pressure_command` wherever a command changes, so
 //! that a bag can be played to a node; a line of `events` for whatever happens. Messages are in
 //! CDR, schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it. So
 //! what the recording says of itself is a metadata record.
@@ -29,6 +29,7 @@ use mcap::{McapError, WriteOptions, Writer};
 use metadata::Extent;
 use pipe::Pipe;
 use pneudrive_protocol::CHANNELS;
+use pneudrive_protocol::pages::Drives;
 use serde::Serialize;
 use std::io;
 use topics::{BoardTopics, Channel, Topic};
@@ -42,6 +43,8 @@ pub(super) struct Bag {
     events: Channel<Log>,
     extent: Extent,
     buffer: Vec<u8>,
+    /// Whether states have the valves' drives.
+    drives: bool,
 }
 
 struct Bus {
@@ -59,6 +62,7 @@ impl Bag {
         buses: &[RecordedBus],
         calibration: &Calibration,
         description: &Description,
+        drives: bool,
     ) -> io::Result<Self> {
         let pipe = Pipe::default();
         let options = WriteOptions::new()
@@ -75,7 +79,8 @@ impl Bag {
             .enumerate()
             .map(|(index, bus)| {
                 let boards = bus.boards.iter().map(|&board| {
-                    BoardTopics::add(&mut writer, prefix, bus.first_joint + u16::from(board), index)
+                    let joint = bus.first_joint + u16::from(board);
+                    BoardTopics::add(&mut writer, prefix, joint, index, drives)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
                 let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);
@@ -84,7 +89,7 @@ impl Bag {
             .collect::<io::Result<_>>()?;
         writer.write_metadata(&metadata::description(description)).map_err(explain)?;
         let (extent, buffer) = (Extent::default(), Vec::new());
-        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, extent, buffer })
+        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, extent, buffer, drives })
     }
 
     fn topics(&self) -> impl Iterator<Item = &Topic> {
@@ -123,7 +128,10 @@ impl Form for Bag {
                 let pressures: [f64; CHANNELS] = sample.answer.map_or([f64::NAN; CHANNELS], |answer| {
                     std::array::from_fn(|channel| kpa(channel, answer.pressures[channel]))
                 });
-                topics.state.message.fill(stamp, pressures.into_iter().chain(command));
+                // NaN where the board was not asked for them in this cycle.
+                let drives = sample.drives.map_or([f64::NAN; CHANNELS], Drives::share);
+                let drives = drives.into_iter().take(if self.drives { CHANNELS } else { 0 });
+                topics.state.message.fill(stamp, pressures.into_iter().chain(command).chain(drives));
                 topics.state.write(&mut self.writer, log_ns, &mut self.buffer)?;
                 self.extent.add(log_ns);
             }

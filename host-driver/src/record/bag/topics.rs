@@ -53,13 +53,16 @@ impl BoardTopics {
         prefix: &str,
         joint: u16,
         bus: usize,
+        drives: bool,
     ) -> McapResult<Self> {
+        let state =
+            if drives { JointState::state_with_drives(joint, bus) } else { JointState::state(joint, bus) };
         let mut channel = |name: &str, message| {
             let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION);
             Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message)
         };
         Ok(Self {
-            state: channel("pressure_state", JointState::state(joint, bus))?,
+            state: channel("pressure_state", state)?,
             command: channel("pressure_command", JointState::command(joint, bus))?,
             last_command: None,
         })

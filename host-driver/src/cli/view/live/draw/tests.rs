@@ -30,7 +30,15 @@ fn model(boards: u8, now_ns: u64) -> Model {
     };
     let state = if now_ns > Model::OLD_NS { BoardState::Missing } else { BoardState::Present };
     let outcome = Outcome::Fresh;
-    let row = |board| BoardRow { board, command, wanted: command, outcome, reading: Some(reading), state };
+    let row = |board| BoardRow {
+        board,
+        command,
+        wanted: command,
+        outcome,
+        reading: Some(reading),
+        drives: None,
+        state,
+    };
     for cycle in [0, 500] {
         let since_start_ns = cycle * 1_000_000;
         let boards = (0..boards).map(row).collect();

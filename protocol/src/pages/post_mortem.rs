@@ -1,14 +1,13 @@
-use crate::Micros;
 use core::fmt;
 
-/// Why a board stopped, in words that survive a reset in memory that nobody initialises.
+/// Why a board stopped, in words that survive a reset in memory that nobody initialises, and that page 3 consists of.
 ///
 /// A checksum tells a record from what such memory holds after power-on.
 ///
 /// ```
-/// use pneudrive_control::{Micros, PostMortem, StopCause};
+/// use pneudrive_protocol::pages::{PostMortem, StopCause};
 ///
-/// let record = PostMortem { cause: StopCause::panic("src/bus.rs", 42), at: Micros::from_millis(7) };
+/// let record = PostMortem { cause: StopCause::panic("src/bus.rs", 42), at_us: 7_000 };
 /// let mut words = record.to_words();
 /// assert_eq!(PostMortem::from_words(&words), Some(record));
 /// words[5] ^= 1;
@@ -18,8 +17,8 @@ use core::fmt;
 pub struct PostMortem {
     /// What happened.
     pub cause: StopCause,
-    /// When, on the clock of the run that it ended.
-    pub at: Micros,
+    /// When, on the clock of the run that it ended, us.
+    pub at_us: u64,
 }
 
 /// What made a board stop.
@@ -146,8 +145,8 @@ impl PostMortem {
         let (kind, content) = self.cause.to_words();
         let mut words = [0; Self::WORDS];
         words[0] = kind;
-        words[1] = self.at.get() as u32;
-        words[2] = (self.at.get() >> 32) as u32;
+        words[1] = self.at_us as u32;
+        words[2] = (self.at_us >> 32) as u32;
         words[3..3 + CONTENT].copy_from_slice(&content);
         words[Self::WORDS - 1] = checksum(&words[..Self::WORDS - 1]);
         words
@@ -159,8 +158,31 @@ impl PostMortem {
         if *found != checksum(&words[..Self::WORDS - 1]) {
             return None;
         }
-        let at = Micros::new(u64::from(*high) << 32 | u64::from(*low));
-        StopCause::from_words(*kind, *content).map(|cause| Self { cause, at })
+        let at_us = u64::from(*high) << 32 | u64::from(*low);
+        StopCause::from_words(*kind, *content).map(|cause| Self { cause, at_us })
+    }
+}
+
+impl fmt::Display for PostMortem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.cause {
+            StopCause::Panic { file, line } => write!(f, "panic at {}:{line}", file.as_str())?,
+            StopCause::HardFault(FaultRegisters { r, r12, lr, pc, xpsr }) => write!(
+                f,
+                "HardFault at pc 0x{pc:08x}, lr 0x{lr:08x}, xpsr 0x{xpsr:08x}, r0 to r3 {:08x} {:08x} {:08x} {:08x}, r12 {r12:08x}",
+                r[0], r[1], r[2], r[3]
+            )?,
+            StopCause::LastCheck { control_ran, bus_ran } => {
+                let ran = |ran: &bool| if *ran { "had run" } else { "had not run" };
+                write!(
+                    f,
+                    "watchdog not fed; at the last check the control loop {} and the bus {}",
+                    ran(control_ran),
+                    ran(bus_ran)
+                )?;
+            }
+        }
+        write!(f, ", {}.{:06} s after start", self.at_us / 1_000_000, self.at_us % 1_000_000)
     }
 }
 
@@ -172,7 +194,7 @@ fn checksum(words: &[u32]) -> u32 {
 #[cfg(feature = "defmt")]
 impl defmt::Format for PostMortem {
     fn format(&self, f: defmt::Formatter<'_>) {
-        let us = self.at.get();
+        let us = self.at_us;
         match self.cause {
             StopCause::Panic { file, line } => {
                 defmt::write!(f, "panic at {=str}:{=u32}, {=u64} us after start", file.as_str(), line, us);
@@ -213,7 +235,7 @@ mod tests {
             StopCause::LastCheck { control_ran: true, bus_ran: false },
             StopCause::LastCheck { control_ran: false, bus_ran: true },
         ]
-        .map(|cause| PostMortem { cause, at: Micros::new(0x1_2345_6789_abcd) })
+        .map(|cause| PostMortem { cause, at_us: 0x1_2345_6789_abcd })
     }
 
     #[test]

@@ -1,0 +1,94 @@
+use crate::{BoardState, BusPort, ChannelStatus, ControlStatus, Micros, SensorFault};
+use pneudrive_protocol::pages::{
+    About, ChannelNow, ChipKind, Counter, Drives, Entry, NowState, PageEntry, PostMortem, StateNow,
+    number_entry,
+};
+
+/// What a board knows of itself beside its control loop, for those who ask for its pages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identity {
+    /// What it runs on, and in which version.
+    pub about: About,
+    /// Resets by the watchdog since power-on.
+    pub watchdog_resets: u32,
+    /// The words of the run before this one, all 0 if nothing is known of it.
+    pub post_mortem: [u32; PostMortem::WORDS],
+}
+
+impl Identity {
+    /// A board of this version on `chip`, after power-on.
+    pub const fn of_chip(chip: ChipKind) -> Self {
+        Self {
+            about: About { chip, version: VERSION },
+            watchdog_resets: 0,
+            post_mortem: [0; PostMortem::WORDS],
+        }
+    }
+}
+
+/// That of all crates.
+const VERSION: [u16; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(digits: &str) -> u16 {
+    match u16::from_str_radix(digits, 10) {
+        Ok(number) => number,
+        Err(_) => panic!("cargo gives version numbers in digits"),
+    }
+}
+
+impl BusPort {
+    /// The words of an entry at `now`, where `control` is what the last control step did.
+    pub(crate) fn entry(&self, entry: PageEntry, control: &ControlStatus, now: Micros) -> Entry {
+        match entry {
+            PageEntry::State => state_of(control).to_entry(),
+            PageEntry::Drives => Drives::new(control.drives.map(|drive| drive.get())).to_entry(),
+            PageEntry::Counter(counter) => number_entry(self.counter(counter, control, now)),
+            PageEntry::About => self.identity().about.to_entry(),
+            PageEntry::PostMortemWord(word) => {
+                let word = self.identity().post_mortem.get(usize::from(word));
+                number_entry(word.copied().unwrap_or(0))
+            }
+        }
+    }
+
+    fn counter(&self, counter: Counter, control: &ControlStatus, now: Micros) -> u32 {
+        let micros = |time: Micros| u32::try_from(time.get()).unwrap_or(u32::MAX);
+        match counter {
+            Counter::Requests => self.requests(),
+            Counter::Answers => self.answers(),
+            Counter::PageRequests => self.page_requests(),
+            Counter::LineErrors => self.line_errors(),
+            Counter::Packets => self.frames().packets,
+            Counter::DiscardedBytes => self.frames().discarded_bytes,
+            Counter::Steps => control.steps,
+            Counter::LateSteps => control.late_steps,
+            Counter::LongestIntervalUs => micros(control.longest_interval),
+            Counter::LongestLoopUs => micros(self.longest_loop()),
+            Counter::CommandTimeouts => control.command_timeouts,
+            Counter::SensorFaults => control.sensor_faults,
+            Counter::UptimeS => u32::try_from(now.get() / 1_000_000).unwrap_or(u32::MAX),
+            Counter::WatchdogResets => self.identity().watchdog_resets,
+        }
+    }
+}
+
+fn state_of(control: &ControlStatus) -> NowState {
+    let board = match control.state {
+        BoardState::PowerUpVent => StateNow::PowerUpVent,
+        BoardState::Running => StateNow::Running,
+        BoardState::Hold => StateNow::Hold,
+        BoardState::Vent => StateNow::Vent,
+    };
+    let channels = control.channels.map(|channel| match channel {
+        ChannelStatus::Regulating => ChannelNow::Regulating,
+        ChannelStatus::Venting => ChannelNow::Venting,
+        ChannelStatus::SensorFault(SensorFault::BelowRange) => ChannelNow::SensorBelowRange,
+        ChannelStatus::SensorFault(SensorFault::AboveRange) => ChannelNow::SensorAboveRange,
+        ChannelStatus::Disabled => ChannelNow::Disabled,
+    });
+    NowState { board, channels }
+}
