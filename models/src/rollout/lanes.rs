@@ -173,3 +173,56 @@ pub(super) fn rates<Q: Model>(
         *rate = model.rate(&coefficients, &held, DualLanes::from_real(pressure));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Nonlinear, nominal_values};
+    use crate::rollout::BatchColumn;
+
+    const ROWS: usize = 50;
+    const JOBS: usize = 5;
+
+    /// What old processors do is what wide vectors do, to the bit, in any unit.
+    #[test]
+    fn one_by_one_jobs_give_what_they_give_side_by_side() {
+        let chamber = Chamber::new(Nonlinear::default());
+        let nominal = nominal_values(&chamber.model.parameters());
+        let drive: Vec<f64> = (0..JOBS * ROWS).map(|k| 0.5 * (0.3 * k as f64).sin()).collect();
+        let supply_kpa: Vec<f64> = (0..JOBS).map(|job| 400.0 + job as f64).collect();
+        let mut columns = vec![BatchColumn::constant(0.0); column::COUNT];
+        columns[column::INTERVAL_S] = BatchColumn::constant(0.01);
+        columns[column::INVERSE_VOLUME_PER_M3] = BatchColumn::constant(1.0 / 3.6e-4);
+        columns[column::SUPPLY_PA] = BatchColumn::per_job(&supply_kpa).scaled(1e3, 101_325.0);
+        columns[column::FILL] = BatchColumn::per_job_and_row(&drive).within([-1.0, 1.0]);
+        columns[column::VENT] = BatchColumn::per_job_and_row(&drive).scaled(-1.0, 0.0);
+        let inputs = BatchInputs::new(columns, JOBS, ROWS).unwrap();
+        let jobs = vec![Job { parameters: &nominal, start: 2e5 }; JOBS];
+        let lot = Lot {
+            jobs: &jobs,
+            inputs: &inputs,
+            first: 0,
+            steps: Steps { ticks: 1, substeps: 2 },
+            unit: BatchUnit { zero_pa: 101_325.0, per_pa: 1e-3 },
+        };
+        let (mut together, mut alone) = (vec![0.0; JOBS * ROWS], vec![0.0; JOBS * ROWS]);
+        assert!(side_by_side(&chamber, lot, &mut together) && one_by_one(&chamber, lot, &mut alone));
+        assert!(together.iter().any(|kpa| (kpa - together[0]).abs() > 10.0), "nothing moves");
+        assert_eq!(together, alone);
+    }
+
+    #[test]
+    fn one_by_one_an_impossible_input_is_seen_too() {
+        let chamber = Chamber::new(Nonlinear::default());
+        let nominal = nominal_values(&chamber.model.parameters());
+        let mut drive = vec![0.5; ROWS];
+        drive[7] = 1.5;
+        let mut columns = vec![BatchColumn::constant(1.0); column::COUNT];
+        columns[column::FILL] = BatchColumn::per_job_and_row(&drive).within([-1.0, 1.0]);
+        let inputs = BatchInputs::new(columns, 1, ROWS).unwrap();
+        let jobs = [Job { parameters: &nominal, start: 2e5 }];
+        let steps = Steps { ticks: 1, substeps: 1 };
+        let lot = Lot { jobs: &jobs, inputs: &inputs, first: 0, steps, unit: BatchUnit::PASCAL };
+        assert!(!one_by_one(&chamber, lot, &mut vec![0.0; ROWS]));
+    }
+}
