@@ -25,8 +25,8 @@ fn main() {
     divan::main();
 }
 
-fn series(segments: usize) -> Series<1> {
-    let clean = support::clean(&Chamber(Nonlinear::default()), &support::TRUTH, ROWS, segments, 3);
+fn series(segments: usize) -> Series {
+    let clean = support::clean(&Chamber::new(Nonlinear::default()), &support::TRUTH, ROWS, segments, 3);
     support::noisy(&clean, 360.0, 4)
 }
 
@@ -47,19 +47,19 @@ fn evaluate_nonlinear(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn rollout_scalar(bencher: Bencher<'_, '_>) {
-    let (system, series) = (Chamber(Nonlinear::default()), series(1));
+    let (system, series) = (Chamber::new(Nonlinear::default()), series(1));
     bencher
         .counter(ItemsCount::new(ROWS))
         .bench(|| simulate(&system, black_box(&support::TRUTH), &series, Start::Measured, 1));
 }
 
 fn batch(bencher: Bencher<'_, '_>, rollouts: usize, rows: usize, sensitivities: bool) {
-    let system = Chamber(Nonlinear::default());
+    let system = Chamber::new(Nonlinear::default());
     let inputs = support::inputs(rows, 1);
     let sets: Vec<Vec<f64>> = (0..rollouts)
         .map(|i| support::TRUTH.iter().map(|value| value * (1.0 + 0.001 * i as f64)).collect())
         .collect();
-    let jobs: Vec<Job<'_, 1>> = sets.iter().map(|parameters| Job { parameters, start: [2e5] }).collect();
+    let jobs: Vec<Job<'_>> = sets.iter().map(|parameters| Job { parameters, start: 2e5 }).collect();
     let columns: Vec<Vec<f64>> = (0..column::COUNT)
         .map(|column| inputs.iter().skip(column).step_by(column::COUNT).copied().collect())
         .collect();
@@ -83,38 +83,37 @@ fn rollout_lanes_with_sensitivities(bencher: Bencher<'_, '_>) {
 /// Normal equations of a rollout: 20,000 steps with 8 derivatives, in one segment or in lockstep segments.
 #[divan::bench(args = [1, 8])]
 fn rollout_normal(bencher: Bencher<'_, '_>, segments: usize) {
-    let (system, series) = (Chamber(Nonlinear::default()), series(segments));
-    let space = Space::new(system.0.parameters());
-    let objective: RolloutObjective<'_, _, 1, 1> =
-        RolloutObjective::new(&system, &series, space, StartPressure::Fitted, 1);
+    let (system, series) = (Chamber::new(Nonlinear::default()), series(segments));
+    let space = Space::new(system.model.parameters());
+    let objective = RolloutObjective::new(&system, &series, space, StartPressure::Fitted, 1);
     let nominal = objective.nominal();
     bencher.counter(ItemsCount::new(ROWS)).bench(|| objective.normal(black_box(&nominal)));
 }
 
 #[divan::bench]
 fn rate_normal(bencher: Bencher<'_, '_>) {
-    let (model, series) = (Nonlinear::default(), series(1));
-    let objective = RateObjective::new(&model, &series, Space::new(model.parameters()), 2);
+    let (system, series) = (Chamber::new(Nonlinear::default()), series(1));
+    let objective = RateObjective::new(&system, &series, Space::new(system.model.parameters()), 2);
     let nominal = objective.nominal();
     bencher.counter(ItemsCount::new(ROWS)).bench(|| objective.normal(black_box(&nominal)));
 }
 
 #[divan::bench(args = [1, 20], sample_count = 5)]
 fn fit_rollout(bencher: Bencher<'_, '_>, starts: usize) {
-    let (system, series) = (Chamber(Nonlinear::default()), series(1));
+    let (system, series) = (Chamber::new(Nonlinear::default()), series(1));
     let options = FitOptions { starts, ..FitOptions::default() };
     bencher.bench(|| {
-        let space = Space::new(system.0.parameters());
+        let space = Space::new(system.model.parameters());
         fit_rollouts(&[Problem { system: &system, series: &series, space }], &options, Control::none())
     });
 }
 
 #[divan::bench(args = [1, 20], sample_count = 5)]
 fn fit_rate(bencher: Bencher<'_, '_>, starts: usize) {
-    let (model, series) = (Nonlinear::default(), series(1));
+    let (system, series) = (Chamber::new(Nonlinear::default()), series(1));
     let options = FitOptions { starts, ..FitOptions::default() };
     bencher.bench(|| {
-        let space = Space::new(model.parameters());
-        fit_rates(&[Problem { system: &model, series: &series, space }], 2, &options, Control::none())
+        let space = Space::new(system.model.parameters());
+        fit_rates(&[Problem { system: &system, series: &series, space }], 2, &options, Control::none())
     });
 }

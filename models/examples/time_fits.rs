@@ -58,19 +58,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rig = Rig::load(Path::new(rig))?;
     let needs = Needs { drive: true, pneumatics: true, pressure: true, ..Needs::default() };
     let series = series(&recording, &recording.channels[0], &rig, needs, 0..recording.rows())?;
-    let model = Nonlinear::default();
-    let system = Chamber(model);
+    let system = Chamber::new(Nonlinear::default());
+    let space = || Space::new(system.model.parameters());
     for starts in [1, 20] {
         // One step per sample, as the other side does it.
         let options = FitOptions { starts, integration_tolerance_pa: f64::INFINITY, ..FitOptions::default() };
         let repeats = if starts == 1 { 7 } else { 1 };
         let (fit, seconds) = median_time(repeats, || {
-            let problem = Problem { system: &model, series: &series, space: Space::new(model.parameters()) };
+            let problem = Problem { system: &system, series: &series, space: space() };
             Ok(fit_rates(&[problem], 2, &options, Control::none()).remove(0)?)
         })?;
         report("rate", &fit, seconds);
         let (fit, seconds) = median_time(repeats, || {
-            let problem = Problem { system: &system, series: &series, space: Space::new(model.parameters()) };
+            let problem = Problem { system: &system, series: &series, space: space() };
             Ok(fit_rollouts(&[problem], &options, Control::none()).remove(0)?)
         })?;
         report("rollout", &fit, seconds);

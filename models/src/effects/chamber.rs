@@ -5,7 +5,7 @@
 //! which depends on the parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
 use super::hook::{Areas, LineParameters, Memory, Stretch, Structure};
-use super::outlet::{Outflow, Outlet, Venting};
+use super::outlet::{Outlet, Through, Venting};
 use super::phi::phi1;
 use super::plant::Plant;
 use super::ports::Ports;
@@ -36,6 +36,23 @@ pub struct Conditions<S> {
     pub expansion: S,
     /// Relative volume.
     pub stretch: Stretch<S>,
+}
+
+/// What flows through the ports during one step.
+#[derive(Debug, Clone, Copy)]
+struct Flows<S> {
+    /// Rate of the pressure per flow pressure of the fill port, 1/s.
+    fill: S,
+    /// The same of the vent port.
+    vent: S,
+    /// Flow pressure of the fill port, Pa.
+    inflow: S,
+    /// Its slope by the pressure behind the port.
+    in_by: S,
+    /// Flow pressure of the vent port, Pa.
+    outflow: S,
+    /// Its slope by the pressure in front of the port.
+    out_by: S,
 }
 
 /// State of the gas.
@@ -123,34 +140,62 @@ impl<S: Scalar> Chamber<S> {
     /// Advances by `h` seconds. Returns the flow drawn from the supply at its start, mm^2 Pa.
     #[inline(always)]
     pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> S::Real {
+        let flows = self.flows(h, c);
         if let Some(line) = self.structure.line {
-            return self.advance_line(h, c, &line);
+            self.advance_line(h, c, &flows, &line);
+        } else if let Some(tau) = self.structure.heat_time_constant_s {
+            self.advance_heat(h, c, &flows, tau);
+        } else {
+            self.advance_gas(h, c, &flows);
         }
-        if let Some(tau) = self.structure.heat_time_constant_s {
-            return self.advance_heat(h, c, tau);
-        }
+        c.areas.fill.real() * flows.inflow.real()
+    }
+
+    /// What flows through the ports, from the pressure in front of them. Where there is a restriction behind the vent port, the space
+    /// between them is advanced.
+    #[inline(always)]
+    fn flows(&mut self, h: f64, c: &Conditions<S>) -> Flows<S> {
         let per_area = self.conductance / c.volume_m3;
-        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.pressure);
-        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.pressure);
-        self.outlet = after;
+        let (port, ambient) = (self.port(), S::constant(self.ambient_pa));
+        let behind = self.outlet.map_or(ambient, |outlet| outlet.pressure);
+        // In, out, and through the restriction, one after the other: the flow function is compiled once.
+        let passages = [(c.supply, port), (port, behind), (behind, ambient)];
+        let mut through = [(S::zero(), S::zero(), S::zero()); 3];
+        let count = if self.outlet.is_some() { 3 } else { 2 };
+        for (flow, (from, to)) in through.iter_mut().zip(passages).take(count) {
+            *flow = self.ports.flow_pressure(from, to);
+        }
+        let [(inflow, _, in_by), (outflow, out_by, out_by_behind), (onward, onward_by, _)] = through;
+        let (outflow, out_by) = match &mut self.outlet {
+            None => (outflow, out_by),
+            Some(outlet) => {
+                let restriction = outlet.parameters.area_ratio * c.open.vent;
+                let venting = Venting { h, per_area, port_area: c.areas.vent, restriction };
+                let through = Through { flow: outflow, by_port: out_by, by_behind: out_by_behind };
+                outlet.advance(&self.ports, &venting, port, &through, (onward, onward_by))
+            }
+        };
         let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
+        Flows { fill, vent, inflow, in_by, outflow, out_by }
+    }
+
+    /// The pressure alone.
+    #[inline(always)]
+    fn advance_gas(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>) {
+        let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
         let rate = (fill * inflow - vent * outflow - swelling * self.pressure) / room;
         let slope = (fill * in_by - vent * out_by - swelling) / room;
         self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
-        c.areas.fill.real() * inflow.real()
     }
 
     /// Gas temperature as a second state: the first law with the outflow at the gas's temperature and a wall of constant
     /// conductance at ambient temperature.
-    fn advance_heat(&mut self, h: f64, c: &Conditions<S>, tau: S) -> S::Real {
+    #[inline(always)]
+    fn advance_heat(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, tau: S) {
+        let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
         let t0 = self.ambient_k;
-        let per_area = self.conductance / c.volume_m3;
-        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.pressure);
-        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.pressure);
-        self.outlet = after;
-        let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
         let (p, t) = (self.pressure, self.temperature);
         let warmth = t.times(1.0 / t0);
         let root = warmth.sqrt();
@@ -172,15 +217,12 @@ impl<S: Scalar> Chamber<S> {
         let slope = fill * in_by - vent * out_by * mean_root - swelling.times(GAMMA);
         self.pressure = p + rate * phi1(slope.times(h)).times(h);
         self.temperature = next;
-        c.areas.fill.real() * inflow.real()
     }
 
     /// The port's volume and the chamber's, with a tube between them.
-    fn advance_line(&mut self, h: f64, c: &Conditions<S>, line: &LineParameters<S>) -> S::Real {
-        let per_area = self.conductance / c.volume_m3;
-        let (fill, vent) = (c.areas.fill.times(per_area), c.areas.vent.times(per_area));
-        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, self.port);
-        let Outflow { flow: outflow, by_port: out_by, after } = self.vent(h, c, self.port);
+    #[inline(always)]
+    fn advance_line(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, line: &LineParameters<S>) {
+        let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
         let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
         let ends = Ends {
@@ -194,20 +236,6 @@ impl<S: Scalar> Chamber<S> {
         let through = |port, chamber| self.ports.own.conductance(port, chamber, half) / line.time_constant_s;
         let [port, chamber] = tube::advance(h, &ends, [self.port, self.pressure], through);
         let lowest = S::constant(LOWEST_PA);
-        (self.port, self.pressure, self.outlet) = (port.max(lowest), chamber.max(lowest), after);
-        c.areas.fill.real() * inflow.real()
-    }
-
-    /// What flows out of the vent port over a step with the absolute pressure `port`, Pa, in front of it.
-    #[inline(always)]
-    fn vent(&self, h: f64, c: &Conditions<S>, port: S) -> Outflow<S> {
-        let Some(outlet) = &self.outlet else {
-            let (flow, by_port, _) = self.ports.flow_pressure(port, S::constant(self.ambient_pa));
-            return Outflow { flow, by_port, after: None };
-        };
-        let per_area = self.conductance / c.volume_m3;
-        let restriction = outlet.parameters.area_ratio * c.open.vent;
-        let venting = Venting { h, per_area, port_area: c.areas.vent, restriction };
-        outlet.outflow(&self.ports, &venting, port)
+        (self.port, self.pressure) = (port.max(lowest), chamber.max(lowest));
     }
 }

@@ -42,15 +42,15 @@ pub struct Venting<S> {
     pub restriction: S,
 }
 
-/// What flows out of the vent port over a step.
+/// What flows through the vent port at the start of a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Outflow<S: Scalar> {
-    /// Flow pressure of the port, mean over the step, Pa.
+pub struct Through<S> {
+    /// Flow pressure, Pa.
     pub flow: S,
     /// Its slope by the pressure in front of the port.
     pub by_port: S,
-    /// The space at the end of the step; none without a restriction.
-    pub after: Option<Outlet<S>>,
+    /// Its slope by the pressure behind it.
+    pub by_behind: S,
 }
 
 impl<S: Scalar> Outlet<S> {
@@ -59,27 +59,31 @@ impl<S: Scalar> Outlet<S> {
         Self { parameters, ambient_pa, pressure: S::constant(ambient_pa) }
     }
 
-    /// What flows out over a step with the absolute pressure `port` (Pa) in front of the vent port.
+    /// Advances the space over a step with the absolute pressure `port` (Pa) in front of the vent port. `onward` is the flow pressure (Pa) of
+    /// the restriction at its start and its slope by the space's pressure. Returns the port's flow pressure, mean over the step, and its slope
+    /// by the pressure in front of the port.
     #[inline(always)]
-    pub fn outflow(&self, ports: &Ports<S>, venting: &Venting<S>, port: S) -> Outflow<S> {
+    pub fn advance(
+        &mut self,
+        ports: &Ports<S>,
+        venting: &Venting<S>,
+        port: S,
+        through: &Through<S>,
+        (onward, onward_by): (S, S),
+    ) -> (S, S) {
         let before = self.pressure;
         let ambient = S::constant(self.ambient_pa);
-        let (inflow, by_port, by_before) = ports.flow_pressure(port, before);
-        let (out, out_by, _) = ports.flow_pressure(before, ambient);
         // The gas in a muffler is at the wall's temperature: isothermal, so without the chamber's exponent.
         let per_area = self.parameters.volume_ratio.recip().times(venting.h * venting.per_area / GAMMA);
         let (port_area, restriction) = (venting.port_area * per_area, venting.restriction * per_area);
-        let change = port_area * inflow - restriction * out;
-        let slope = port_area * by_before - restriction * out_by;
+        let change = port_area * through.flow - restriction * onward;
+        let slope = port_area * through.by_behind - restriction * onward_by;
         let (whole, mean) = (phi1(slope), phi2(slope));
         let highest = port.max(before).max(ambient);
         let within = |pressure: S| pressure.max(ambient).min(highest);
         let (flow, by_port_alone, by_mean) = ports.flow_pressure(port, within(before + change * mean));
-        Outflow {
-            flow,
-            by_port: by_port_alone + by_mean * mean * port_area * by_port,
-            after: Some(Self { pressure: within(before + change * whole), ..*self }),
-        }
+        self.pressure = within(before + change * whole);
+        (flow, by_port_alone + by_mean * mean * port_area * through.by_port)
     }
 }
 

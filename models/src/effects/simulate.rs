@@ -54,19 +54,6 @@ pub fn simulate<S: Scalar>(
     disturbance: &impl Disturbance<S>,
     mut each: impl FnMut(Row<S>),
 ) {
-    roll(plant, base, effects, inputs, disturbance, &mut each);
-}
-
-/// One copy for each kind of number, whatever the disturbance: it takes long to compile.
-#[multiversion(targets("x86_64+avx2"))]
-fn roll<S: Scalar>(
-    plant: &Plant,
-    base: &[S],
-    effects: &mut [AnyEffect<S>],
-    inputs: &ChannelInputs,
-    disturbance: &dyn Disturbance<S>,
-    each: &mut dyn FnMut(Row<S>),
-) {
     let mut run = Stepper::new(plant, base, effects, inputs);
     let mut next_start = 0;
     for row in 0..inputs.rows() {
@@ -82,6 +69,22 @@ fn roll<S: Scalar>(
     }
 }
 
+/// One interval. One copy for each kind of number, whoever simulates: it takes long to compile. Vectors of plain numbers or of derivatives
+/// have another for processors with wider registers.
+#[inline(never)]
+fn interval<S: Scalar>(run: &mut Run<'_, S>, row: usize, effects: &mut [AnyEffect<S>]) -> (S::Real, S::Real) {
+    if S::WIDE { wide_interval(run, row, effects) } else { run.interval(row, effects) }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn wide_interval<S: Scalar>(
+    run: &mut Run<'_, S>,
+    row: usize,
+    effects: &mut [AnyEffect<S>],
+) -> (S::Real, S::Real) {
+    run.interval(row, effects)
+}
+
 /// A channel simulated row by row, for callers that look at its state or change it in between.
 pub struct Stepper<'a, S: Scalar> {
     run: Run<'a, S>,
@@ -90,7 +93,6 @@ pub struct Stepper<'a, S: Scalar> {
 
 impl<'a, S: Scalar> Stepper<'a, S> {
     /// A channel with effects, before its first row; arguments as of [`simulate`].
-    #[inline(always)]
     pub fn new(
         plant: &'a Plant,
         base: &'a [S],
@@ -116,7 +118,6 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// Begins at rest at the pressure measured in a row.
-    #[inline(always)]
     pub fn start(&mut self, row: usize) {
         for effect in self.effects.iter_mut() {
             effect.reset();
@@ -130,25 +131,21 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// Pressure in the chamber, absolute, Pa.
-    #[inline(always)]
     pub fn pressure(&self) -> S {
         self.run.chamber.pressure()
     }
 
     /// Sets the pressure in the chamber, absolute, Pa; what the sensor delivers moves with it.
-    #[inline(always)]
     pub fn set_pressure(&mut self, pressure: S) {
         self.run.disturb(pressure);
     }
 
     /// Sets the supply pressure of the interval to come, before effects, absolute, Pa.
-    #[inline(always)]
     pub fn set_supply(&mut self, supply: S) {
         self.run.supply = supply;
     }
 
     /// What is recorded in a row, gauge, Pa. Once a row, before its interval.
-    #[inline(always)]
     pub fn reading(&mut self, row: usize) -> S {
         let mut reading = self.run.report();
         for effect in self.effects.iter_mut() {
@@ -158,9 +155,8 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     }
 
     /// Advances over the interval that starts at a row. Returns the mean drive, -1 to 1, and the mean flow drawn from the supply, mm^2 Pa.
-    #[inline(always)]
     pub fn interval(&mut self, row: usize) -> (S::Real, S::Real) {
-        self.run.interval(row, self.effects)
+        interval(&mut self.run, row, self.effects)
     }
 
     /// Shows everything that is remembered from row to row, in an order that stays: first the pressure in the chamber (absolute, Pa)
@@ -240,43 +236,54 @@ impl<S: Scalar> Run<'_, S> {
         let pace = controlled.map(|board| Pace::new(board, interval / loops as f64, inputs.noise_pa));
         let steps = loops * parts;
         let length_s = interval / steps as f64;
+        // Several loops of the board are simulated in front of one step of the gas.
+        let several = pace.filter(|pace| pace.loops > 1);
+        let gas_steps = if several.is_some() { 1 } else { parts };
+        let gas_step_s = (parts / gas_steps) as f64 * length_s;
         let (mut mean_drive, mut mean_draw) = (S::Real::zero(), S::Real::zero());
         for tick in 0..loops {
             let time_s = inputs.time_s[row] + tick as f64 * parts as f64 * length_s;
             let step =
                 |part: f64, length_s: f64| Step { row, time_s: time_s + part * length_s, length_s, inputs };
-            if let Some(pace) = pace.filter(|pace| pace.loops > 1) {
-                let length_s = parts as f64 * length_s;
-                let (held, spool) = self.loops(&pace, (row, tick), &step, length_s, effects);
-                mean_drive = mean_drive + held;
-                mean_draw = mean_draw + self.flow(&step(0.5, length_s), spool, -spool, effects);
-                continue;
+            let mut held = [S::zero(); 2];
+            if let (DriveInput::Controlled, None, Some(pace)) = (&inputs.drive, &several, &pace) {
+                self.controller.begin(self.reading, self.chamber.port());
+                let drive = self.controller.drive(pace, inputs, (row, tick), self.reading);
+                held = [drive, -drive];
+            } else if several.is_none() {
+                held = self.recorded(row);
             }
-            let (fill, vent) = match (&inputs.drive, &pace) {
-                (DriveInput::Spool(u), _) => (S::constant(u[row]), S::constant(-u[row])),
-                (DriveInput::Separate { fill, vent }, _) => (S::constant(fill[row]), S::constant(vent[row])),
-                (DriveInput::Controlled, Some(pace)) => {
-                    self.controller.begin(self.reading, self.chamber.port());
-                    let held = self.controller.drive(pace, inputs, (row, tick), self.reading);
-                    (held, -held)
-                }
-                (DriveInput::Controlled | DriveInput::Command, _) => {
-                    let u = (inputs.command_pa[row] - inputs.ambient_pa) / self.plant.command_range_pa;
-                    (S::constant(u), S::constant(-u))
-                }
-            };
-            for part in 0..parts {
-                let (drive, draw) = self.step(&step(part as f64 + 0.5, length_s), fill, vent, effects);
-                mean_drive = mean_drive + drive / S::Real::constant(parts as f64);
-                mean_draw = mean_draw + draw / S::Real::constant(parts as f64);
+            for part in 0..gas_steps {
+                let step_of = step(part as f64 + 0.5, gas_step_s);
+                let (drive, spool) = match &several {
+                    Some(pace) => self.loops(pace, (row, tick), &step, gas_step_s, effects),
+                    None => self.spool(&step_of, held, effects),
+                };
+                let draw = self.flow(&step_of, spool, effects);
+                mean_drive = mean_drive + drive / S::Real::constant(gas_steps as f64);
+                mean_draw = mean_draw + draw / S::Real::constant(gas_steps as f64);
             }
         }
         let loops = S::Real::constant(loops as f64);
         (mean_drive / loops, mean_draw / loops)
     }
 
+    /// The drives of the fill and the vent port where no board is simulated: those recorded, or the command as one.
+    #[inline(always)]
+    fn recorded(&self, row: usize) -> [S; 2] {
+        let inputs = self.inputs;
+        match &inputs.drive {
+            DriveInput::Spool(u) => [S::constant(u[row]), S::constant(-u[row])],
+            DriveInput::Separate { fill, vent } => [S::constant(fill[row]), S::constant(vent[row])],
+            DriveInput::Controlled | DriveInput::Command => {
+                let u = (inputs.command_pa[row] - inputs.ambient_pa) / self.plant.command_range_pa;
+                [S::constant(u), S::constant(-u)]
+            }
+        }
+    }
+
     /// Several loops of the board in front of one step of the gas: what moves the spool is simulated loop by loop (friction answers to
-    /// every shake), the gas with its mean position. Returns the mean drive and that position.
+    /// every shake), the gas with its mean position. Returns the mean drive, and that position as seen by the two ports.
     #[inline(always)]
     fn loops<'b>(
         &mut self,
@@ -285,7 +292,7 @@ impl<S: Scalar> Run<'_, S> {
         step: &impl Fn(f64, f64) -> Step<'b>,
         length_s: f64,
         effects: &mut [AnyEffect<S>],
-    ) -> (S::Real, S) {
+    ) -> (S::Real, [S; 2]) {
         let share = 1.0 / pace.loops as f64;
         let change = self.controller.begin(self.reading, self.chamber.port()).times(share);
         let (mut held, mut spool, mut reading) = (S::Real::zero(), S::zero(), self.reading);
@@ -299,36 +306,28 @@ impl<S: Scalar> Run<'_, S> {
             spool = spool + drive;
             reading = reading + change;
         }
-        (held.times(share), spool.times(share))
+        let spool = spool.times(share);
+        (held.times(share), [spool, -spool])
     }
 
-    /// One step under the drives of the fill and the vent port. Returns drive and flow drawn.
+    /// What effects make of the drives of the fill and the vent port. Returns the drive before them and what reaches the ports.
     #[inline(always)]
-    fn step(
-        &mut self,
-        step: &Step<'_>,
-        fill: S,
-        vent: S,
-        effects: &mut [AnyEffect<S>],
-    ) -> (S::Real, S::Real) {
-        let (mut fill, mut vent) = (fill, vent);
+    fn spool(&self, step: &Step<'_>, held: [S; 2], effects: &mut [AnyEffect<S>]) -> (S::Real, [S; 2]) {
         let separate = matches!(self.inputs.drive, DriveInput::Separate { .. });
-        let drive = if separate { fill.real() - vent.real() } else { fill.real() };
+        let mut ports = held;
+        let valves = if separate { 2 } else { 1 };
         for effect in effects.iter_mut() {
-            fill = effect.drive(step, 0, fill);
-            if separate {
-                vent = effect.drive(step, 1, vent);
+            for (valve, port) in ports.iter_mut().enumerate().take(valves) {
+                *port = effect.drive(step, valve, *port);
             }
         }
-        if !separate {
-            vent = -fill;
-        }
-        (drive, self.flow(step, fill, vent, effects))
+        let [fill, vent] = held.map(Scalar::real);
+        if separate { (fill - vent, ports) } else { (fill, [ports[0], -ports[0]]) }
     }
 
-    /// One step with these spool positions. Returns the flow drawn.
+    /// One step with these positions of the spools at the fill and the vent port. Returns the flow drawn.
     #[inline(always)]
-    fn flow(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> S::Real {
+    fn flow(&mut self, step: &Step<'_>, [fill, vent]: [S; 2], effects: &mut [AnyEffect<S>]) -> S::Real {
         let draw = match self.plant.kind {
             Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
             Kind::Linear => {

@@ -158,7 +158,7 @@ fn fit_part(
 
 fn judged(channel: ChannelId, prepared: &Prepared, fit: Fit) -> FittedChannel {
     let (subject, values) = (&prepared.subject, fit.values());
-    let starts = fit.starts::<1>();
+    let starts = fit.starts();
     let start = if starts.is_empty() { Start::Measured } else { Start::Given(&starts) };
     let simulate = |series, start| score(series, &subject.simulate(&values, series, start, fit.substeps));
     let fitted = simulate(&prepared.series[0], start);

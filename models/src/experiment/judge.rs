@@ -44,7 +44,7 @@ pub(super) fn judge(
     };
     let (subject, values) = (&prepared.subject, fit.values());
     let [fitted, judging] = &prepared.series[..] else { return result };
-    let starts = fit.starts::<1>();
+    let starts = fit.starts();
     let start = if starts.is_empty() { Start::Measured } else { Start::Given(&starts) };
     result.rollout_fitted = score(fitted, &subject.simulate(&values, fitted, start, fit.substeps));
     let rollout = subject.simulate(&values, judging, Start::Measured, fit.substeps);

@@ -14,9 +14,9 @@ pub struct Prepared {
     /// What is simulated.
     pub setup: Setup,
     /// The model.
-    pub subject: Box<dyn Subject>,
+    pub subject: Subject,
     /// Inputs and measurements, one per requested range of rows.
-    pub series: Vec<Series<1>>,
+    pub series: Vec<Series>,
 }
 
 impl std::fmt::Debug for Prepared {

@@ -40,13 +40,13 @@ pub(super) enum Basis {
 
 /// Compares rollouts (absolute, Pa, one value per row) with the measurements of `series`; `None` when no sample is usable.
 #[must_use]
-pub fn score(series: &Series<1>, predicted_pa: &[f64]) -> Option<Score> {
+pub fn score(series: &Series, predicted_pa: &[f64]) -> Option<Score> {
     score_on(series, predicted_pa, Basis::Pressure)
 }
 
-pub(super) fn score_on(series: &Series<1>, predicted_pa: &[f64], basis: Basis) -> Option<Score> {
-    let usable = |row: usize| series.weights()[row][0] > 0.0;
-    let measured = |row: usize| series.measured()[row][0] * KPA_PER_PA;
+pub(super) fn score_on(series: &Series, predicted_pa: &[f64], basis: Basis) -> Option<Score> {
+    let usable = |row: usize| series.weights()[row] > 0.0;
+    let measured = |row: usize| series.measured()[row] * KPA_PER_PA;
     let rows: Vec<usize> = series
         .segments()
         .iter()
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     /// 10 Hz, pressures 100, 101, 103, 106 kPa, the third masked.
-    fn series() -> Series<1> {
+    fn series() -> Series {
         let mut rows = Vec::new();
         for k in 0..4 {
             let mut row = [0.0; column::COUNT];
@@ -141,8 +141,8 @@ mod tests {
             row[column::INVERSE_VOLUME_PER_M3] = 1.0;
             rows.extend(row);
         }
-        let measured = [100e3, 101e3, 103e3, 106e3].map(|p| [p]).to_vec();
-        let weights = [1.0, 1.0, 0.0, 1.0].map(|w| [w]).to_vec();
+        let measured = vec![100e3, 101e3, 103e3, 106e3];
+        let weights = vec![1.0, 1.0, 0.0, 1.0];
         Series::new(column::COUNT, rows, measured, weights, std::iter::once(0..4).collect()).unwrap()
     }
 

@@ -1,13 +1,11 @@
 //! One model set up for one channel, behind one interface whatever the model.
 
 use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, fit_rollouts};
-use crate::model::{
-    Drive, FlowForm, FlowFunction, Gas, Linear, Model, Nonlinear, Parameter, Parametric, column,
-};
+use crate::model::{FlowForm, FlowFunction, Gas, Linear, Nonlinear, Parameter, Parametric, column};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, Rows, Sensor, Series, Start,
-    Steps, System, rollout, simulate, simulate_batch_into,
+    Arithmetic, BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, Rows, Sensor, Series,
+    Start, Steps, System, simulate, simulate_batch_into,
 };
 
 use super::{ModelKind, Setup};
@@ -26,62 +24,125 @@ pub enum Objective {
 }
 
 /// A model ready to be fitted and simulated on inputs of one chamber.
-pub trait Subject: Send + Sync {
+#[derive(Debug)]
+pub struct Subject(Box<dyn System>);
+
+impl Subject {
     /// The model's parameters.
-    fn parameters(&self) -> Vec<Parameter>;
+    #[must_use]
+    pub fn parameters(&self) -> Vec<Parameter> {
+        self.0.parameters()
+    }
 
     /// Fits each series on its own.
     ///
     /// # Errors
     /// One [`FitError`] per series that cannot be fitted.
-    fn fit(
+    #[must_use]
+    pub fn fit(
         &self,
-        series: &[&Series<1>],
+        series: &[&Series],
         objective: Objective,
         options: &FitOptions,
         control: Control<'_>,
-    ) -> Vec<Result<Fit, FitError>>;
+    ) -> Vec<Result<Fit, FitError>> {
+        let problems = self.problems(series);
+        match objective {
+            Objective::Rate { half_width } if self.has_rates() => {
+                fit_rates(&problems, half_width, options, control)
+            }
+            Objective::Rollout | Objective::Rate { .. } => fit_rollouts(&problems, options, control),
+        }
+    }
 
     /// Whether [`Objective::Rate`] is possible: not with the board's loop in front, whose drive is a result.
-    fn has_rates(&self) -> bool;
+    #[must_use]
+    pub fn has_rates(&self) -> bool {
+        self.0.has_rates()
+    }
 
     /// Simulated absolute pressures, Pa, one per row; `NaN` outside the segments.
-    fn simulate(
+    #[must_use]
+    pub fn simulate(
         &self,
         parameters: &[f64],
-        series: &Series<1>,
-        starts: Start<'_, 1>,
+        series: &Series,
+        starts: Start<'_>,
         substeps: usize,
-    ) -> Vec<f64>;
+    ) -> Vec<f64> {
+        simulate(&*self.0, parameters, series, starts, substeps)
+    }
 
     /// Ticks of an interval of this length, s: see [`System::ticks`].
-    fn ticks(&self, interval_s: f64) -> usize;
+    #[must_use]
+    pub fn ticks(&self, interval_s: f64) -> usize {
+        self.0.ticks(interval_s)
+    }
 
     /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch_into`].
     ///
     /// # Errors
     /// [`BatchError`] when inputs or results are for another number of jobs, or a job has a wrong number of parameters.
-    fn batch(
+    pub fn batch(
         &self,
-        jobs: &[Job<'_, 1>],
+        jobs: &[Job<'_>],
         inputs: &BatchInputs<'_>,
         substeps: usize,
-        results: BatchResults<'_, 1>,
-    ) -> Result<(), BatchError>;
+        results: BatchResults<'_>,
+    ) -> Result<(), BatchError> {
+        simulate_batch_into(&*self.0, jobs, inputs, substeps, results)
+    }
 
     /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of the row before; `NaN`
     /// where there is none.
-    fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64>;
+    #[must_use]
+    pub fn one_step(&self, parameters: &[f64], series: &Series, substeps: usize) -> Vec<f64> {
+        let steps = Steps { ticks: self.0.ticks(series.interval_s()), substeps };
+        let mut predicted = vec![f64::NAN; series.len()];
+        for range in series.segments() {
+            for row in range.start..range.end - 1 {
+                if series.weights()[row] > 0.0 {
+                    let rows = Rows { inputs: series.inputs(row..row + 2), width: series.width() };
+                    let mut pressures = [0.0; 2];
+                    self.0.simulate(parameters, rows, series.measured()[row], steps, &mut pressures);
+                    predicted[row + 1] = pressures[1];
+                }
+            }
+        }
+        predicted
+    }
 
     /// Evaluates the right-hand side once at every measured row and returns the sum, so that it can be timed.
-    fn evaluate_all(&self, parameters: &[f64], series: &Series<1>) -> f64;
+    #[must_use]
+    pub fn evaluate_all(&self, parameters: &[f64], series: &Series) -> f64 {
+        let of = |range: &std::ops::Range<usize>| {
+            let rows = Rows { inputs: series.inputs(range.clone()), width: series.width() };
+            self.0.sum_of_rates(parameters, rows, &series.measured()[range.clone()])
+        };
+        series.segments().iter().map(of).sum()
+    }
+
+    fn problems<'a>(&'a self, series: &[&'a Series]) -> Vec<Problem<'a>> {
+        let space = Space::new(self.0.parameters());
+        let of = |series: &'a Series| {
+            let mut space = space.clone();
+            if !volume_changes(series) {
+                for (name, value) in TOLD_BY_VOLUME {
+                    // A model without this parameter has nothing to fix.
+                    let _ = space.fix(name, value);
+                }
+            }
+            Problem { system: &*self.0, series, space }
+        };
+        series.iter().map(|series| of(series)).collect()
+    }
 }
 
 /// Builds the model of `setup` with the constants of `rig`.
 ///
 /// # Errors
 /// [`RigError::MissingTable`] when the board's loop is asked for and not described.
-pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Box<dyn Subject>, RigError> {
+pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Subject, RigError> {
     let ambient = rig.ambient_or_standard();
     let gas = Gas {
         temperature_k: ambient.temperature_k,
@@ -90,8 +151,11 @@ pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Box<dyn Subjec
     };
     let valve = rig.valve.clone().unwrap_or_default();
     let drive = setup.valve_drive();
-    match setup.model {
-        ModelKind::Linear => Ok(Box::new(Chamber(Linear { gas }))),
+    let behind_board = setup.controller && setup.model != ModelKind::Linear;
+    let board = if behind_board { Some(board(rig, gas)?) } else { None };
+    Ok(Subject(match setup.model {
+        // It describes the loop along with the valve.
+        ModelKind::Linear => Box::new(Chamber::new(Linear { gas })),
         ModelKind::Nonlinear => {
             let model = Nonlinear {
                 gas,
@@ -99,33 +163,24 @@ pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Box<dyn Subjec
                 discharge_coefficient: valve.discharge_coefficient,
                 drive,
             };
-            behind_board(model, setup, rig, gas)
+            Box::new(Chamber { model, board })
         }
-        ModelKind::Parametric => behind_board(Parametric { gas, drive }, setup, rig, gas),
-    }
+        ModelKind::Parametric => Box::new(Chamber { model: Parametric { gas, drive }, board }),
+    }))
 }
 
-fn behind_board<Q: Model + Copy + 'static>(
-    model: Q,
-    setup: Setup,
-    rig: &Rig,
-    gas: Gas,
-) -> Result<Box<dyn Subject>, RigError> {
-    if !setup.controller {
-        return Ok(Box::new(Chamber(model)));
-    }
+fn board(rig: &Rig, gas: Gas) -> Result<Board, RigError> {
     let missing = |table| RigError::MissingTable { table, purpose: "the simulation of the board's loop" };
     let controller = rig.controller.as_ref().ok_or_else(|| missing("controller"))?;
     let sensor = rig.sensor.as_ref().ok_or_else(|| missing("sensor"))?;
-    Ok(Box::new(Board {
-        chamber: model,
+    Ok(Board {
         controller: Controller {
             rate_hz: controller.rate_hz,
             kp: controller.kp,
             kd: controller.kd,
             saturation: controller.saturation,
             filter: controller.filter,
-            arithmetic: crate::rollout::Arithmetic::default(),
+            arithmetic: Arithmetic::default(),
         },
         sensor: Sensor {
             bits: sensor.bits,
@@ -133,186 +188,15 @@ fn behind_board<Q: Model + Copy + 'static>(
             kpa_per_count: sensor.kpa_per_count,
         },
         ambient_pa: gas.ambient_pa,
-    }))
-}
-
-impl<Q: Model> Subject for Chamber<Q> {
-    fn parameters(&self) -> Vec<Parameter> {
-        self.0.parameters()
-    }
-
-    fn fit(
-        &self,
-        series: &[&Series<1>],
-        objective: Objective,
-        options: &FitOptions,
-        control: Control<'_>,
-    ) -> Vec<Result<Fit, FitError>> {
-        match objective {
-            Objective::Rollout => {
-                fit_rollouts(&problems(self, series, self.0.parameters()), options, control)
-            }
-            Objective::Rate { half_width } => {
-                fit_rates(&problems(&self.0, series, self.0.parameters()), half_width, options, control)
-            }
-        }
-    }
-
-    fn has_rates(&self) -> bool {
-        true
-    }
-
-    fn simulate(
-        &self,
-        parameters: &[f64],
-        series: &Series<1>,
-        starts: Start<'_, 1>,
-        substeps: usize,
-    ) -> Vec<f64> {
-        pressures(simulate(self, parameters, series, starts, substeps))
-    }
-
-    fn ticks(&self, interval_s: f64) -> usize {
-        System::ticks(self, interval_s)
-    }
-
-    fn batch(
-        &self,
-        jobs: &[Job<'_, 1>],
-        inputs: &BatchInputs<'_>,
-        substeps: usize,
-        results: BatchResults<'_, 1>,
-    ) -> Result<(), BatchError> {
-        simulate_batch_into(self, jobs, inputs, substeps, results)
-    }
-
-    fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {
-        one_step(self, parameters, series, substeps)
-    }
-
-    fn evaluate_all(&self, parameters: &[f64], series: &Series<1>) -> f64 {
-        evaluate_all(&self.0, parameters, series)
-    }
-}
-
-impl<Q: Model> Subject for Board<Q> {
-    fn parameters(&self) -> Vec<Parameter> {
-        self.chamber.parameters()
-    }
-
-    fn fit(
-        &self,
-        series: &[&Series<1>],
-        _: Objective,
-        options: &FitOptions,
-        control: Control<'_>,
-    ) -> Vec<Result<Fit, FitError>> {
-        fit_rollouts(&problems(self, series, self.chamber.parameters()), options, control)
-    }
-
-    fn has_rates(&self) -> bool {
-        false
-    }
-
-    fn simulate(
-        &self,
-        parameters: &[f64],
-        series: &Series<1>,
-        starts: Start<'_, 1>,
-        substeps: usize,
-    ) -> Vec<f64> {
-        pressures(simulate(self, parameters, series, starts, substeps))
-    }
-
-    fn ticks(&self, interval_s: f64) -> usize {
-        System::ticks(self, interval_s)
-    }
-
-    fn batch(
-        &self,
-        jobs: &[Job<'_, 1>],
-        inputs: &BatchInputs<'_>,
-        substeps: usize,
-        results: BatchResults<'_, 1>,
-    ) -> Result<(), BatchError> {
-        simulate_batch_into(self, jobs, inputs, substeps, results)
-    }
-
-    fn one_step(&self, parameters: &[f64], series: &Series<1>, substeps: usize) -> Vec<f64> {
-        one_step(self, parameters, series, substeps)
-    }
-
-    fn evaluate_all(&self, parameters: &[f64], series: &Series<1>) -> f64 {
-        evaluate_all(&self.chamber, parameters, series)
-    }
+    })
 }
 
 /// Parameters that only a changing volume can tell, and the values that leave them out: the rate of a volume that does not
 /// change weighs nothing, and its dependence on the volume is part of the other factors.
 const TOLD_BY_VOLUME: [(&str, f64); 4] = [("volume_weight", 1.0), ("c4", 0.0), ("c5", 0.0), ("c6", 0.0)];
 
-fn problems<'a, Y>(
-    system: &'a Y,
-    series: &[&'a Series<1>],
-    parameters: Vec<Parameter>,
-) -> Vec<Problem<'a, Y, 1>> {
-    let space = Space::new(parameters);
-    let of = |series: &'a Series<1>| {
-        let mut space = space.clone();
-        if !volume_changes(series) {
-            for (name, value) in TOLD_BY_VOLUME {
-                // A model without this parameter has nothing to fix.
-                let _ = space.fix(name, value);
-            }
-        }
-        Problem { system, series, space }
-    };
-    series.iter().map(|series| of(series)).collect()
-}
-
 /// Whether the volume changes at all within the segments.
-fn volume_changes(series: &Series<1>) -> bool {
+fn volume_changes(series: &Series) -> bool {
     let mut rows = series.segments().iter().flat_map(Clone::clone);
     rows.any(|row| series.row(row)[column::VOLUME_RATE_M3_S].abs() > 0.0)
-}
-
-fn pressures(outputs: Vec<[f64; 1]>) -> Vec<f64> {
-    outputs.into_iter().map(|[p]| p).collect()
-}
-
-fn one_step<Y: System<1, 1>>(
-    system: &Y,
-    parameters: &[f64],
-    series: &Series<1>,
-    substeps: usize,
-) -> Vec<f64> {
-    let coefficients = system.coefficients(parameters);
-    let steps = Steps { ticks: system.ticks(series.interval_s()), substeps };
-    let mut predicted = vec![f64::NAN; series.len()];
-    for range in series.segments() {
-        for row in range.start..range.end - 1 {
-            if series.weights()[row][0] > 0.0 {
-                let rows = Rows { inputs: series.inputs(row..row + 2), width: series.width() };
-                let start: [f64; 1] = series.measured()[row];
-                rollout(system, &coefficients, (rows, 2), start, steps, |k, y| {
-                    if k == 1 {
-                        predicted[row + 1] = y[0];
-                    }
-                });
-            }
-        }
-    }
-    predicted
-}
-
-fn evaluate_all<Q: Model>(model: &Q, parameters: &[f64], series: &Series<1>) -> f64 {
-    let coefficients = model.coefficients(parameters);
-    let mut sum = 0.0;
-    for row in series.segments().iter().flat_map(Clone::clone) {
-        let inputs = series.row(row);
-        let held = model.hold(&coefficients, inputs, Drive::recorded(inputs));
-        let pressure: f64 = series.measured()[row][0];
-        sum += model.rate(&coefficients, &held, pressure);
-    }
-    sum
 }

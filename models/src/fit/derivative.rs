@@ -24,7 +24,7 @@ pub struct Slope {
 ///
 /// An odd window, centred on a sample, would straddle two values of a drive that changes at the sample.
 #[must_use]
-pub fn slopes(series: &Series<1>, half_width: usize) -> Vec<Slope> {
+pub fn slopes(series: &Series, half_width: usize) -> Vec<Slope> {
     let half_width = half_width.max(1);
     let window = Window::new(half_width);
     let mut slopes = Vec::with_capacity(series.len());
@@ -32,7 +32,7 @@ pub fn slopes(series: &Series<1>, half_width: usize) -> Vec<Slope> {
         let Range { start, end } = *range;
         for row in (start + half_width - 1)..(end - 1).saturating_sub(half_width - 1) {
             let samples = row + 1 - half_width..row + 1 + half_width;
-            if series.weights()[samples.clone()].iter().any(|weight| weight[0] <= 0.0) {
+            if series.weights()[samples.clone()].iter().any(|&weight| weight <= 0.0) {
                 continue;
             }
             let (first, last) = (series.row(samples.start), series.row(samples.end - 1));
@@ -73,9 +73,9 @@ impl Window {
     }
 
     /// Value and slope per sample in the middle of the window.
-    fn fit(&self, samples: &[[f64; 1]]) -> (f64, f64) {
+    fn fit(&self, samples: &[f64]) -> (f64, f64) {
         debug_assert_eq!(samples.len(), self.positions.len());
-        let sum = |weights: &[f64]| weights.iter().zip(samples).map(|(w, p)| w * p[0]).sum::<f64>();
+        let sum = |weights: &[f64]| weights.iter().zip(samples).map(|(w, p)| w * p).sum::<f64>();
         (sum(&self.value), sum(&self.slope))
     }
 }
@@ -88,8 +88,8 @@ mod tests {
     fn a_parabola_is_reproduced_exactly() {
         for half_width in [2, 3, 5] {
             let window = Window::new(half_width);
-            let parabola = |x: &f64| [7.0 + 3.0 * x - 0.5 * x * x];
-            let samples: Vec<[f64; 1]> = window.positions.iter().map(parabola).collect();
+            let parabola = |x: &f64| 7.0 + 3.0 * x - 0.5 * x * x;
+            let samples: Vec<f64> = window.positions.iter().map(parabola).collect();
             let (value, slope) = window.fit(&samples);
             assert!(
                 (value - 7.0).abs() < 1e-12 && (slope - 3.0).abs() < 1e-12,
@@ -100,6 +100,6 @@ mod tests {
 
     #[test]
     fn two_samples_give_their_mean_and_difference() {
-        assert_eq!(Window::new(1).fit(&[[2.0], [5.0]]), (3.5, 3.0));
+        assert_eq!(Window::new(1).fit(&[2.0, 5.0]), (3.5, 3.0));
     }
 }

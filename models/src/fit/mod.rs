@@ -8,6 +8,7 @@ mod covariance;
 mod derivative;
 mod jacobian;
 mod levenberg;
+mod lockstep;
 mod long_run;
 mod multistart;
 mod normal;
@@ -29,7 +30,7 @@ pub use multistart::{Best, Control, Progress, StartOutcome, best_of_starts, star
 pub use normal::{Accumulator, Normal};
 pub use objective::Objective;
 pub use profile::{ProfileInterval, profile};
-pub use rate::{MOST_DIRECTIONS, RateObjective};
+pub use rate::RateObjective;
 pub use result::{Bound, Fit, FittedParameter, Reason, Target, Undetermined};
 pub use rms::rollout_rms_kpa;
 pub use run::{FitError, FitOptions, Problem, fit_rates, fit_rollouts};

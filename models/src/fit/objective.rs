@@ -24,11 +24,6 @@ pub trait Objective: Sync {
         self.normal(coordinates)
     }
 
-    /// The most coordinates the objective can differentiate by.
-    fn most_coordinates(&self) -> usize {
-        usize::MAX
-    }
-
     /// Number of residuals that count.
     fn residuals(&self) -> usize;
 

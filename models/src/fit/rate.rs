@@ -1,23 +1,19 @@
 //! Residuals of the model's rate against the measured derivative of the pressure.
 
-use multiversion::multiversion;
 use nalgebra::DVector;
 
 use super::derivative::{Slope, slopes};
-use super::normal::Accumulator;
+use super::jacobian::Jacobian;
+use super::lockstep::{self, LaneSums};
 use super::{Normal, Objective, Space};
-use crate::model::{Drive, Model};
-use crate::numeric::{Dual, Lanes, Real, Scalar};
-use crate::rollout::Series;
+use crate::numeric::{Lanes, Real, Scalar};
+use crate::rollout::{DIRECTIONS, DualLanes, SENSITIVITY_LANES, Series, System};
 
-/// Samples evaluated in lockstep.
-const LANES: usize = 4;
+/// Samples evaluated at a time.
+type Group = Lanes<SENSITIVITY_LANES>;
 
-/// Derivatives computed at a time, for most fits.
-const NARROW: usize = 8;
-
-/// The most free parameters of a fit of rates.
-pub const MOST_DIRECTIONS: usize = 12;
+/// Groups whose residuals are summed up at a time.
+const GROUPS: usize = 16;
 
 /// Residuals are in kPa/s.
 const KPA_PER_PA: f64 = 1e-3;
@@ -25,17 +21,46 @@ const KPA_PER_PA: f64 = 1e-3;
 /// Sum of the squared differences in kPa/s between a model's rate at the measured pressure and the derivative of the measured
 /// pressure ([`slopes`]). Fast, and biased by the noise in the pressure that the model is evaluated at: prefer rollouts.
 #[derive(Debug)]
-pub struct RateObjective<'a, Q> {
-    model: &'a Q,
-    series: &'a Series<1>,
+pub struct RateObjective<'a> {
+    system: &'a dyn System,
     space: Space,
     slopes: Vec<Slope>,
+    width: usize,
+    /// Inputs of each group, row by row.
+    rows: Vec<Group>,
+    /// Where the rates are evaluated, absolute, Pa.
+    pressures: Vec<Group>,
+    /// What they are compared with, Pa/s.
+    measured: Vec<Group>,
+    /// The residual's unit; nothing where a lane is spare.
+    weights: Vec<Group>,
 }
 
-impl<'a, Q: Model> RateObjective<'a, Q> {
-    /// The residuals of `series`, differentiated over `half_width` samples to either side.
-    pub fn new(model: &'a Q, series: &'a Series<1>, space: Space, half_width: usize) -> Self {
-        Self { model, series, space, slopes: slopes(series, half_width) }
+impl<'a> RateObjective<'a> {
+    /// The residuals of `series`, differentiated over `half_width` samples to either side, of a system that has rates.
+    #[must_use]
+    pub fn new(system: &'a dyn System, series: &'a Series, space: Space, half_width: usize) -> Self {
+        let slopes = slopes(series, half_width);
+        let groups = || slopes.chunks(SENSITIVITY_LANES);
+        let of = |value: &dyn Fn(&Slope) -> f64| -> Vec<Group> {
+            groups().map(|part| Lanes::from_lanes(|lane| value(&part[lane.min(part.len() - 1)]))).collect()
+        };
+        let row = |part: &[Slope], column: usize| {
+            Lanes::from_lanes(|lane| series.row(part[lane.min(part.len() - 1)].row)[column])
+        };
+        let width = series.width();
+        Self {
+            system,
+            space,
+            width,
+            rows: groups().flat_map(|part| (0..width).map(move |column| row(part, column))).collect(),
+            pressures: of(&|slope| slope.pressure_pa),
+            measured: of(&|slope| slope.rate_pa_s),
+            weights: groups()
+                .map(|part| Lanes::from_lanes(|lane| if lane < part.len() { KPA_PER_PA } else { 0.0 }))
+                .collect(),
+            slopes,
+        }
     }
 
     /// The parameters.
@@ -44,67 +69,48 @@ impl<'a, Q: Model> RateObjective<'a, Q> {
         &self.space
     }
 
-    /// Residuals of the slopes, weighted; `sink` gets the index of the first of each group of lanes.
-    #[inline(always)]
-    fn stream<R: Real, const W: usize>(&self, coordinates: &[f64], mut sink: impl FnMut(usize, &Dual<R, W>)) {
-        let coefficients = self.model.coefficients(&self.space.duals::<R, W>(coordinates, 0));
-        let mut row = vec![R::zero(); self.series.width()];
-        for (group, slopes) in self.slopes.chunks(R::LANES).enumerate() {
-            let of = |lane: usize| &slopes[lane.min(slopes.len() - 1)];
-            for (column, value) in row.iter_mut().enumerate() {
-                *value = R::from_lanes(
-                    #[inline(always)]
-                    |lane| self.series.row(of(lane).row)[column],
-                );
+    /// Weighted residuals with their derivatives in the directions from `first`; `sink` gets the number of the first group of some.
+    fn stream(&self, coordinates: &[f64], first: usize, sink: &mut dyn FnMut(usize, &[DualLanes])) {
+        let parameters: Vec<DualLanes> = self.space.duals(coordinates, first);
+        let mut block = [DualLanes::constant(0.0); GROUPS];
+        for (part, pressures) in self.pressures.chunks(GROUPS).enumerate() {
+            let groups = part * GROUPS..part * GROUPS + pressures.len();
+            let rows = &self.rows[groups.start * self.width..groups.end * self.width];
+            let residuals = &mut block[..pressures.len()];
+            self.system.rates(&parameters, rows, pressures, residuals);
+            let expected = self.measured[groups.clone()].iter().zip(&self.weights[groups.clone()]);
+            for (residual, (measured, weight)) in residuals.iter_mut().zip(expected) {
+                *residual = (*residual - DualLanes::from_real(*measured)).scale(*weight);
             }
-            let held = self.model.hold(&coefficients, &row, Drive::recorded(&row));
-            let pressure = Dual::from_real(R::from_lanes(
-                #[inline(always)]
-                |lane| of(lane).pressure_pa,
-            ));
-            let rate = self.model.rate(&coefficients, &held, pressure);
-            let measured = R::from_lanes(
-                #[inline(always)]
-                |lane| of(lane).rate_pa_s,
-            );
-            let weight = R::from_lanes(
-                #[inline(always)]
-                |lane| if lane < slopes.len() { KPA_PER_PA } else { 0.0 },
-            );
-            sink(group * R::LANES, &(rate - Dual::from_real(measured)).scale(weight));
+            sink(groups.start, residuals);
         }
     }
 
-    fn each_score<const W: usize>(
-        &self,
-        coordinates: &[f64],
-        sink: &mut dyn FnMut(usize, &DVector<f64>, f64),
-    ) {
-        let mut score = DVector::zeros(self.dimension());
-        self.stream::<f64, W>(coordinates, |index, residual| {
-            for (score, slope) in score.iter_mut().zip(&residual.gradient) {
-                *score = slope * residual.value;
-            }
-            sink(self.slopes[index].segment, &score, residual.value * residual.value);
-        });
+    /// All residuals with all of their derivatives, by as many evaluations as it takes.
+    fn jacobian(&self, coordinates: &[f64]) -> Jacobian {
+        let (directions, count) = (self.dimension(), self.slopes.len());
+        let mut jacobian =
+            Jacobian { directions, residuals: vec![0.0; count], slopes: vec![0.0; count * directions] };
+        for first in (0..directions).step_by(DIRECTIONS) {
+            let some = first..directions.min(first + DIRECTIONS);
+            self.stream(coordinates, first, &mut |group, residuals| {
+                let at = group * SENSITIVITY_LANES;
+                let lanes =
+                    residuals.iter().flat_map(|group| (0..SENSITIVITY_LANES).map(move |l| (group, l)));
+                for (k, (group, lane)) in (at..count).zip(lanes) {
+                    jacobian.residuals[k] = group.value.lane(lane);
+                    let row = &mut jacobian.slopes[k * directions..][some.clone()];
+                    for (slope, lanes) in row.iter_mut().zip(&group.gradient) {
+                        *slope = lanes.lane(lane);
+                    }
+                }
+            });
+        }
+        jacobian
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
-fn sums<Q: Model, const W: usize>(
-    objective: &RateObjective<'_, Q>,
-    coordinates: &[f64],
-) -> Accumulator<Lanes<LANES>, W> {
-    let mut sums = Accumulator::new();
-    objective.stream(
-        coordinates,
-        #[inline(always)]
-        |_, residual| sums.add(residual),
-    );
-    sums
-}
-
-impl<Q: Model> Objective for RateObjective<'_, Q> {
+impl Objective for RateObjective<'_> {
     fn dimension(&self) -> usize {
         self.space.free_count()
     }
@@ -120,16 +126,14 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     fn normal(&self, coordinates: &[f64]) -> Normal {
         let mut normal = Normal::zeros(self.dimension());
         let indices: Vec<usize> = (0..self.dimension()).collect();
-        if self.dimension() <= NARROW {
-            sums::<Q, NARROW>(self, coordinates).scatter_all(&indices, &mut normal);
+        if self.dimension() <= DIRECTIONS {
+            let mut sums = LaneSums::new();
+            self.stream(coordinates, 0, &mut |_, residuals| lockstep::add(&mut sums, residuals));
+            sums.scatter_all(&indices, &mut normal);
         } else {
-            sums::<Q, MOST_DIRECTIONS>(self, coordinates).scatter_all(&indices, &mut normal);
+            self.jacobian(coordinates).add_to(&indices, &mut normal);
         }
         normal
-    }
-
-    fn most_coordinates(&self) -> usize {
-        MOST_DIRECTIONS
     }
 
     fn residuals(&self) -> usize {
@@ -137,10 +141,14 @@ impl<Q: Model> Objective for RateObjective<'_, Q> {
     }
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
-        if self.dimension() <= NARROW {
-            self.each_score::<NARROW>(coordinates, sink);
-        } else {
-            self.each_score::<MOST_DIRECTIONS>(coordinates, sink);
+        let jacobian = self.jacobian(coordinates);
+        let mut score = DVector::zeros(self.dimension());
+        let rows = jacobian.residuals.iter().zip(jacobian.slopes.chunks_exact(jacobian.directions.max(1)));
+        for ((residual, slopes), slope) in rows.zip(&self.slopes) {
+            for (score, slope) in score.iter_mut().zip(slopes) {
+                *score = slope * residual;
+            }
+            sink(slope.segment, &score, residual * residual);
         }
     }
 }

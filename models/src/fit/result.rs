@@ -122,8 +122,7 @@ impl Fit {
 
     /// Start pressures as rollouts take them.
     #[must_use]
-    pub fn starts<const M: usize>(&self) -> Vec<[f64; M]> {
-        let entry = |segment: &Vec<f64>| std::array::from_fn(|output| segment[output]);
-        self.start_pressures_pa.iter().map(entry).collect()
+    pub fn starts(&self) -> Vec<f64> {
+        self.start_pressures_pa.iter().flatten().copied().collect()
     }
 }

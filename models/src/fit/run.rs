@@ -7,7 +7,6 @@ use super::multistart::{Best, Control, best_of_starts};
 use super::report::{Found, report};
 use super::result::{Fit, Target};
 use super::{Objective, RateObjective, RolloutObjective, Space, StartPressure};
-use crate::model::Model;
 use crate::rollout::{Series, Start, System, choose_substeps};
 
 /// Settings of a fit.
@@ -59,14 +58,6 @@ pub enum FitError {
         /// Free parameters and start pressures.
         unknowns: usize,
     },
-    /// More free parameters than a fit of rates is compiled for.
-    #[error("{free} free parameters, a fit of rates supports {most}; fix some or fit rollouts")]
-    TooManyFree {
-        /// Free parameters.
-        free: usize,
-        /// The most there can be.
-        most: usize,
-    },
     /// The simulation runs away from every start.
     #[error(
         "the simulation runs away from every one of {starts} starts; check units, supply pressure and bounds"
@@ -79,43 +70,44 @@ pub enum FitError {
 
 /// A system, what was measured, and which parameters are free.
 #[derive(Debug, Clone)]
-pub struct Problem<'a, Y, const M: usize> {
-    /// The system (or the model, for fits of rates).
-    pub system: &'a Y,
+pub struct Problem<'a> {
+    /// The system.
+    pub system: &'a dyn System,
     /// Inputs and measurements.
-    pub series: &'a Series<M>,
+    pub series: &'a Series,
     /// Parameters.
     pub space: Space,
 }
 
 /// Fits rollouts: each problem (say, each channel) on its own, all of them and all their starts in parallel.
-pub fn fit_rollouts<Y: System<N, M>, const N: usize, const M: usize>(
-    problems: &[Problem<'_, Y, M>],
+pub fn fit_rollouts(
+    problems: &[Problem<'_>],
     options: &FitOptions,
     control: Control<'_>,
 ) -> Vec<Result<Fit, FitError>> {
-    let objectives: Vec<RolloutObjective<'_, Y, N, M>> =
+    let objectives: Vec<RolloutObjective<'_>> =
         problems.iter().map(|problem| problem.rollouts(options, options.substeps)).collect();
     let searches = search_all(&objectives, problems, options, control);
-    let finish = |(problem, best): (&Problem<'_, Y, M>, Result<Best, FitError>)| {
+    let finish = |(problem, best): (&Problem<'_>, Result<Best, FitError>)| {
         Ok(finish_rollouts(problem, best?, options, control))
     };
     problems.iter().zip(searches).map(finish).collect()
 }
 
-/// Fits rates ([`RateObjective`]) with a smoothing derivative over `half_width` samples to either side.
-pub fn fit_rates<Q: Model>(
-    problems: &[Problem<'_, Q, 1>],
+/// Fits rates ([`RateObjective`]) with a smoothing derivative over `half_width` samples to either side, of systems that have them
+/// ([`System::has_rates`]).
+pub fn fit_rates(
+    problems: &[Problem<'_>],
     half_width: usize,
     options: &FitOptions,
     control: Control<'_>,
 ) -> Vec<Result<Fit, FitError>> {
-    let objectives: Vec<RateObjective<'_, Q>> = problems
+    let objectives: Vec<RateObjective<'_>> = problems
         .iter()
         .map(|problem| RateObjective::new(problem.system, problem.series, problem.space.clone(), half_width))
         .collect();
     let searches = search_all(&objectives, problems, options, control);
-    let finish = |(objective, best): (&RateObjective<'_, Q>, Result<Best, FitError>)| {
+    let finish = |(objective, best): (&RateObjective<'_>, Result<Best, FitError>)| {
         let found = Found {
             best: best?,
             target: Target::Rate { half_width },
@@ -128,19 +120,16 @@ pub fn fit_rates<Q: Model>(
     objectives.iter().zip(searches).map(finish).collect()
 }
 
-impl<'a, Y, const M: usize> Problem<'a, Y, M> {
-    fn rollouts<const N: usize>(&self, options: &FitOptions, substeps: usize) -> RolloutObjective<'a, Y, N, M>
-    where
-        Y: System<N, M>,
-    {
+impl<'a> Problem<'a> {
+    fn rollouts(&self, options: &FitOptions, substeps: usize) -> RolloutObjective<'a> {
         RolloutObjective::new(self.system, self.series, self.space.clone(), options.start_pressure, substeps)
     }
 }
 
 /// Checks every problem and searches the ones that can be fitted, all starts of all problems in parallel.
-fn search_all<O: Objective, Y, const M: usize>(
+fn search_all<O: Objective>(
     objectives: &[O],
-    problems: &[Problem<'_, Y, M>],
+    problems: &[Problem<'_>],
     options: &FitOptions,
     control: Control<'_>,
 ) -> Vec<Result<Best, FitError>> {
@@ -176,25 +165,18 @@ fn check(objective: &impl Objective, space: &Space) -> Result<(), FitError> {
         Err(FitError::NothingFree)
     } else if residuals <= unknowns {
         Err(FitError::TooFewSamples { residuals, unknowns })
-    } else if unknowns > objective.most_coordinates() {
-        Err(FitError::TooManyFree { free: unknowns, most: objective.most_coordinates() })
     } else {
         Ok(())
     }
 }
 
 /// Halves the step until the best rollout no longer depends on it, refits with that step, and reports.
-fn finish_rollouts<Y: System<N, M>, const N: usize, const M: usize>(
-    problem: &Problem<'_, Y, M>,
-    mut best: Best,
-    options: &FitOptions,
-    control: Control<'_>,
-) -> Fit {
+fn finish_rollouts(problem: &Problem<'_>, mut best: Best, options: &FitOptions, control: Control<'_>) -> Fit {
     const MOST_SUBSTEPS: usize = 64;
     let tolerance = options.integration_tolerance_pa;
     let mut substeps = options.substeps;
     loop {
-        let objective: RolloutObjective<'_, Y, N, M> = problem.rollouts(options, substeps);
+        let objective = problem.rollouts(options, substeps);
         let starts = objective.start_pressures(&best.minimum.coordinates);
         let values = problem.space.values(&best.minimum.coordinates);
         let start = Start::Given(&starts);
@@ -210,14 +192,14 @@ fn finish_rollouts<Y: System<N, M>, const N: usize, const M: usize>(
             let found = Found {
                 best,
                 target: Target::Rollout,
-                start_pressures_pa: starts.iter().map(|start| start.to_vec()).collect(),
+                start_pressures_pa: starts.iter().map(|&start| vec![start]).collect(),
                 substeps,
                 integration_error_pa: Some(check.max_pa),
             };
             return report(&objective, &problem.space, found, options, control);
         }
         substeps = check.substeps;
-        let finer: RolloutObjective<'_, Y, N, M> = problem.rollouts(options, substeps);
+        let finer = problem.rollouts(options, substeps);
         best.minimum =
             minimise(&finer, &finer.bounds(), &best.minimum.coordinates, &options.stopping, control.cancel);
     }

@@ -2,25 +2,18 @@
 
 use std::ops::Range;
 
-use multiversion::multiversion;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::jacobian::Jacobian;
+use super::lockstep::{self, KPA_PER_PA, LaneSums};
 use super::normal::Accumulator;
 use super::{Normal, Objective, Space};
-use crate::numeric::{Dual, Lanes, Real, Scalar, filled};
-use crate::rollout::{GatheredRows, RowSource, Rows, Series, Steps, System, rollout};
-
-/// Segments simulated in lockstep when there are several.
-const LANES: usize = 4;
-
-/// Derivatives computed at a time: enough for most fits, or for most that have more.
-const NARROW: usize = 8;
-const WIDE: usize = 12;
-
-/// Residuals are in kPa.
-const KPA_PER_PA: f64 = 1e-3;
+use crate::numeric::{Dual, Lanes, Real, Scalar};
+use crate::rollout::{
+    DIRECTIONS, DualLanes, DualRollout, GatheredRows, LaneRollout, Rows, SENSITIVITY_LANES, Series, Steps,
+    System, WIDE_DIRECTIONS,
+};
 
 /// Bounds of a fitted start pressure, absolute, kPa.
 const START_BOUNDS_KPA: (f64, f64) = (1.0, 1e5);
@@ -30,7 +23,7 @@ const START_BOUNDS_KPA: (f64, f64) = (1.0, 1e5);
 pub enum StartPressure {
     /// It is the first usable measurement.
     Measured,
-    /// It is one more unknown per segment and output, started at the first usable measurement.
+    /// It is one more unknown per segment, started at the first usable measurement.
     #[default]
     Fitted,
 }
@@ -39,9 +32,9 @@ pub enum StartPressure {
 ///
 /// Coordinates: the free parameters, then, if fitted, the start pressures (kPa absolute) of segment 0, 1, ...
 #[derive(Debug)]
-pub struct RolloutObjective<'a, Y, const N: usize, const M: usize> {
-    system: &'a Y,
-    series: &'a Series<M>,
+pub struct RolloutObjective<'a> {
+    system: &'a dyn System,
+    series: &'a Series,
     space: Space,
     start: StartPressure,
     steps: Steps,
@@ -50,11 +43,12 @@ pub struct RolloutObjective<'a, Y, const N: usize, const M: usize> {
     order: Vec<usize>,
 }
 
-impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y, N, M> {
+impl<'a> RolloutObjective<'a> {
     /// The residuals of `series` with the parameters of `space`.
+    #[must_use]
     pub fn new(
-        system: &'a Y,
-        series: &'a Series<M>,
+        system: &'a dyn System,
+        series: &'a Series,
         space: Space,
         start: StartPressure,
         substeps: usize,
@@ -70,113 +64,53 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
         self.start == StartPressure::Fitted
     }
 
-    /// Directions of one rollout: the free parameters and its own start pressures.
+    /// Directions of one rollout: the free parameters and its own start pressure.
     #[must_use]
     pub fn directions(&self) -> usize {
-        self.free + if self.fitted_starts() { M } else { 0 }
+        self.free + usize::from(self.fitted_starts())
     }
 
-    /// Absolute start pressures in Pa of each segment.
+    /// Absolute start pressure in Pa of each segment.
     #[must_use]
-    pub fn start_pressures(&self, coordinates: &[f64]) -> Vec<[f64; M]> {
+    pub fn start_pressures(&self, coordinates: &[f64]) -> Vec<f64> {
         if !self.fitted_starts() {
             return self.series.starts().to_vec();
         }
-        let starts = coordinates[self.free..].chunks_exact(M);
-        starts.map(|start| std::array::from_fn(|output| start[output] / KPA_PER_PA)).collect()
+        coordinates[self.free..].iter().map(|start| start / KPA_PER_PA).collect()
     }
 
     /// Coordinates of the directions of a segment's rollout.
     fn indices(&self, segment: usize) -> Vec<usize> {
-        let own = self.free + segment * M;
-        let starts = if self.fitted_starts() { own..own + M } else { 0..0 };
-        (0..self.free).chain(starts).collect()
+        let own = self.fitted_starts().then_some(self.free + segment);
+        (0..self.free).chain(own).collect()
     }
 
-    /// Start pressures in Pa, with their directions when they are fitted.
-    #[inline(always)]
-    fn start_duals<R: Real, const W: usize>(&self, pressures: [R; M], first: usize) -> [Dual<R, W>; M] {
-        filled(
-            Dual::constant(0.0),
-            #[inline(always)]
-            |output| {
-                if self.fitted_starts() {
-                    Dual::variable(
-                        pressures[output].times(KPA_PER_PA),
-                        (self.free + output).wrapping_sub(first),
-                    )
-                    .times(1.0 / KPA_PER_PA)
-                } else {
-                    Dual::from_real(pressures[output])
-                }
-            },
-        )
-    }
-
-    /// Residuals of several rollouts in lockstep, weighted; `sink` gets the row's number and each output's
-    /// residual with its derivatives in the directions from `first`.
-    #[inline(always)]
-    fn stream<R: Real, const W: usize>(
-        &self,
-        (coordinates, first): (&[f64], usize),
-        source: impl RowSource<R>,
-        segments: &[Range<usize>],
-        pressures: [R; M],
-        mut sink: impl FnMut(usize, &[Dual<R, W>; M]),
-    ) {
-        let coefficients = self.system.coefficients(&self.space.duals::<R, W>(coordinates, first));
-        let count = segments.iter().map(Range::len).max().unwrap_or(0);
-        let (measured, weights) = (self.series.measured(), self.series.weights());
-        rollout(
-            self.system,
-            &coefficients,
-            (source, count),
-            self.start_duals(pressures, first),
-            self.steps,
-            #[inline(always)]
-            |k, outputs: &[Dual<R, W>; M]| {
-                let residuals = filled(
-                    Dual::constant(0.0),
-                    #[inline(always)]
-                    |output| {
-                        // A lane whose segment is over, or whose sample is masked, weighs nothing.
-                        let row = |lane: usize| {
-                            let rows = segments.get(lane).filter(|rows| k < rows.len())?;
-                            Some(rows.start + k).filter(|&row| weights[row][output] > 0.0)
-                        };
-                        let target = R::from_lanes(
-                            #[inline(always)]
-                            |lane| row(lane).map_or(0.0, |row| measured[row][output]),
-                        );
-                        let weight = R::from_lanes(
-                            #[inline(always)]
-                            |lane| row(lane).map_or(0.0, |row| weights[row][output]),
-                        );
-                        (outputs[output] - Dual::from_real(target)).scale(weight.times(KPA_PER_PA))
-                    },
-                );
-                sink(k, &residuals);
-            },
-        );
+    /// Start pressure in Pa, with its direction when it is fitted.
+    fn start_dual<R: Real, const W: usize>(&self, pressure: R, first: usize) -> Dual<R, W> {
+        if self.fitted_starts() {
+            Dual::variable(pressure.times(KPA_PER_PA), self.free.wrapping_sub(first)).times(1.0 / KPA_PER_PA)
+        } else {
+            Dual::from_real(pressure)
+        }
     }
 
     /// The sums of a few segments, in lockstep where that is compiled.
     fn group_normal(&self, coordinates: &[f64], segments: &[usize]) -> Normal {
         let starts = self.start_pressures(coordinates);
         let mut normal = Normal::zeros(self.dimension());
-        if segments.len() > 1 && self.directions() <= NARROW {
-            let sums = lockstep_sums::<Y, NARROW, N, M>(self, coordinates, segments, &starts);
+        if segments.len() > 1 && self.directions() <= DIRECTIONS {
+            let sums = self.lockstep(coordinates, segments, &starts);
             for (lane, &segment) in segments.iter().enumerate() {
                 sums.scatter(lane, &self.indices(segment), &mut normal);
             }
             return normal;
         }
         for &segment in segments {
-            let place = Place { segment, pressures: starts[segment], first: 0 };
-            if self.directions() <= NARROW {
-                self.sum::<NARROW>(coordinates, place, &mut normal);
-            } else if self.directions() <= WIDE {
-                self.sum::<WIDE>(coordinates, place, &mut normal);
+            let place = Place { segment, pressure: starts[segment], first: 0 };
+            if self.directions() <= DIRECTIONS {
+                self.sum::<DIRECTIONS>(coordinates, place, &mut normal);
+            } else if self.directions() <= WIDE_DIRECTIONS {
+                self.sum::<WIDE_DIRECTIONS>(coordinates, place, &mut normal);
             } else {
                 self.jacobian(coordinates, place).add_to(&self.indices(segment), &mut normal);
             }
@@ -184,103 +118,129 @@ impl<'a, Y: System<N, M>, const N: usize, const M: usize> RolloutObjective<'a, Y
         normal
     }
 
-    fn sum<const W: usize>(&self, coordinates: &[f64], place: Place<M>, normal: &mut Normal) {
-        let mut sums = Accumulator::<f64, W>::new();
-        self.single(coordinates, place, &mut |_, residuals: &[Dual<f64, W>; M]| {
-            for residual in residuals {
-                sums.add(residual);
-            }
+    /// The sums of up to as many segments as there are lanes.
+    fn lockstep(&self, coordinates: &[f64], segments: &[usize], starts: &[f64]) -> LaneSums {
+        let of = |lane: usize| segments[lane.min(segments.len() - 1)];
+        let ranges: Vec<Range<usize>> =
+            segments.iter().map(|&segment| self.series.segments()[segment].clone()).collect();
+        let inputs = std::array::from_fn(|lane| self.series.inputs(self.series.segments()[of(lane)].clone()));
+        let mut rows = GatheredRows::<SENSITIVITY_LANES>::new(inputs, self.series.width());
+        let pressure = Lanes::from_lanes(|lane| starts[of(lane)]);
+        let parameters: Vec<DualLanes> = self.space.duals(coordinates, 0);
+        let rollout = LaneRollout {
+            parameters: &parameters,
+            rows: &mut rows,
+            count: ranges.iter().map(Range::len).max().unwrap_or(0),
+            pressure: self.start_dual(pressure, 0),
+            steps: self.steps,
+        };
+        let mut sums = LaneSums::new();
+        self.system.simulate_lanes(rollout, &mut |rows, pressures| {
+            lockstep::add_rows(&mut sums, (self.series, &ranges), rows.start, pressures);
         });
+        sums
+    }
+
+    fn sum<const W: usize>(&self, coordinates: &[f64], place: Place, normal: &mut Normal)
+    where
+        Dual<f64, W>: Compiled<W>,
+    {
+        let mut sums = Accumulator::<f64, W>::new();
+        self.single(coordinates, place, &mut |_, residual: &Dual<f64, W>| sums.add(residual));
         sums.scatter(0, &self.indices(place.segment), normal);
     }
 
-    /// One segment's residuals with `W` of their derivatives. Not generic over what is done with them, and not inlined: every
-    /// simulation is compiled once for each `W`, and that takes long enough.
-    #[inline(never)]
+    /// One segment's residuals with `W` of their derivatives.
     fn single<const W: usize>(
         &self,
         coordinates: &[f64],
-        place: Place<M>,
-        sink: &mut dyn FnMut(usize, &[Dual<f64, W>; M]),
-    ) {
+        place: Place,
+        sink: &mut dyn FnMut(usize, &Dual<f64, W>),
+    ) where
+        Dual<f64, W>: Compiled<W>,
+    {
         let range = &self.series.segments()[place.segment];
-        let rows = Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() };
-        let at = (coordinates, place.first);
-        self.stream(at, rows, std::slice::from_ref(range), place.pressures, |k, residuals| {
-            sink(k, residuals)
+        let parameters: Vec<Dual<f64, W>> = self.space.duals(coordinates, place.first);
+        let rollout = DualRollout {
+            parameters: &parameters,
+            rows: Rows { inputs: self.series.inputs(range.clone()), width: self.series.width() },
+            pressure: self.start_dual(place.pressure, place.first),
+            steps: self.steps,
+        };
+        let (measured, weights) =
+            (&self.series.measured()[range.clone()], &self.series.weights()[range.clone()]);
+        Dual::simulate(self.system, rollout, &mut |k, pressure| {
+            // A masked sample weighs nothing.
+            let (measured, weight) = if weights[k] > 0.0 { (measured[k], weights[k]) } else { (0.0, 0.0) };
+            sink(k, &(*pressure - Dual::from_real(measured)).scale(weight * KPA_PER_PA));
         });
     }
 
     /// One segment's residuals with all of their derivatives, by as many simulations as it takes.
-    fn jacobian(&self, coordinates: &[f64], place: Place<M>) -> Jacobian {
+    fn jacobian(&self, coordinates: &[f64], place: Place) -> Jacobian {
         let directions = self.directions();
-        let count = self.series.segments()[place.segment].len() * M;
+        let count = self.series.segments()[place.segment].len();
         let mut jacobian =
             Jacobian { directions, residuals: vec![0.0; count], slopes: vec![0.0; count * directions] };
-        if directions <= NARROW {
-            self.fill::<NARROW>(coordinates, place, &mut jacobian);
+        if directions <= DIRECTIONS {
+            self.fill::<DIRECTIONS>(coordinates, place, &mut jacobian);
         } else {
-            for first in (0..directions).step_by(WIDE) {
-                self.fill::<WIDE>(coordinates, Place { first, ..place }, &mut jacobian);
+            for first in (0..directions).step_by(WIDE_DIRECTIONS) {
+                self.fill::<WIDE_DIRECTIONS>(coordinates, Place { first, ..place }, &mut jacobian);
             }
         }
         jacobian
     }
 
-    fn fill<const W: usize>(&self, coordinates: &[f64], place: Place<M>, jacobian: &mut Jacobian) {
+    fn fill<const W: usize>(&self, coordinates: &[f64], place: Place, jacobian: &mut Jacobian)
+    where
+        Dual<f64, W>: Compiled<W>,
+    {
         let directions = place.first..jacobian.directions.min(place.first + W);
-        self.single(coordinates, place, &mut |k, residuals: &[Dual<f64, W>; M]| {
-            for (output, residual) in residuals.iter().enumerate() {
-                let at = k * M + output;
-                jacobian.residuals[at] = residual.value;
-                let row = &mut jacobian.slopes[at * jacobian.directions..][directions.clone()];
-                row.copy_from_slice(&residual.gradient[..directions.len()]);
-            }
+        self.single(coordinates, place, &mut |k, residual: &Dual<f64, W>| {
+            jacobian.residuals[k] = residual.value;
+            let row = &mut jacobian.slopes[k * jacobian.directions..][directions.clone()];
+            row.copy_from_slice(&residual.gradient[..directions.len()]);
         });
     }
 }
 
-/// Which segment is simulated from where, and which direction comes first.
+/// Which segment is simulated from where (absolute, Pa), and which direction comes first.
 #[derive(Debug, Clone, Copy)]
-struct Place<const M: usize> {
+struct Place {
     segment: usize,
-    pressures: [f64; M],
+    pressure: f64,
     first: usize,
 }
 
-#[multiversion(targets("x86_64+avx2"))]
-fn lockstep_sums<Y: System<N, M>, const W: usize, const N: usize, const M: usize>(
-    objective: &RolloutObjective<'_, Y, N, M>,
-    coordinates: &[f64],
-    segments: &[usize],
-    starts: &[[f64; M]],
-) -> Accumulator<Lanes<LANES>, W> {
-    let series = objective.series;
-    let of = |lane: usize| segments[lane.min(segments.len() - 1)];
-    let inputs = std::array::from_fn(|lane| series.inputs(series.segments()[of(lane)].clone()));
-    let ranges: Vec<Range<usize>> =
-        segments.iter().map(|&segment| series.segments()[segment].clone()).collect();
-    let pressures = std::array::from_fn(|output| Lanes::from_lanes(|lane| starts[of(lane)][output]));
-    let mut sums = Accumulator::new();
-    let rows = GatheredRows::new(inputs, series.width());
-    objective.stream(
-        (coordinates, 0),
-        rows,
-        &ranges,
-        pressures,
-        #[inline(always)]
-        |_, residuals| {
-            for residual in residuals {
-                sums.add(residual);
-            }
-        },
-    );
-    sums
+/// Numbers of directions that systems are compiled for.
+trait Compiled<const W: usize> {
+    fn simulate(system: &dyn System, rollout: DualRollout<'_, W>, sink: &mut dyn FnMut(usize, &Dual<f64, W>));
 }
 
-impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjective<'_, Y, N, M> {
+impl Compiled<DIRECTIONS> for Dual<f64, DIRECTIONS> {
+    fn simulate(
+        system: &dyn System,
+        rollout: DualRollout<'_, DIRECTIONS>,
+        sink: &mut dyn FnMut(usize, &Self),
+    ) {
+        system.simulate_duals(rollout, sink);
+    }
+}
+
+impl Compiled<WIDE_DIRECTIONS> for Dual<f64, WIDE_DIRECTIONS> {
+    fn simulate(
+        system: &dyn System,
+        rollout: DualRollout<'_, WIDE_DIRECTIONS>,
+        sink: &mut dyn FnMut(usize, &Self),
+    ) {
+        system.simulate_wide(rollout, sink);
+    }
+}
+
+impl Objective for RolloutObjective<'_> {
     fn dimension(&self) -> usize {
-        self.free + if self.fitted_starts() { M * self.series.segments().len() } else { 0 }
+        self.free + if self.fitted_starts() { self.series.segments().len() } else { 0 }
     }
 
     fn bounds(&self) -> Vec<(f64, f64)> {
@@ -292,14 +252,17 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
     fn nominal(&self) -> Vec<f64> {
         let mut nominal = self.space.nominal();
         if self.fitted_starts() {
-            nominal.extend(self.series.starts().iter().flatten().map(|pressure| pressure * KPA_PER_PA));
+            nominal.extend(self.series.starts().iter().map(|pressure| pressure * KPA_PER_PA));
         }
         nominal
     }
 
     fn normal(&self, coordinates: &[f64]) -> Normal {
-        let parts: Vec<Normal> =
-            self.order.par_chunks(LANES).map(|segments| self.group_normal(coordinates, segments)).collect();
+        let parts: Vec<Normal> = self
+            .order
+            .par_chunks(SENSITIVITY_LANES)
+            .map(|segments| self.group_normal(coordinates, segments))
+            .collect();
         // Summed in a fixed order: the result does not depend on the number of threads.
         let mut normal = Normal::zeros(self.dimension());
         for part in parts {
@@ -316,22 +279,17 @@ impl<Y: System<N, M>, const N: usize, const M: usize> Objective for RolloutObjec
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
         let starts = self.start_pressures(coordinates);
-        for (segment, &pressures) in starts.iter().enumerate() {
+        for (segment, &pressure) in starts.iter().enumerate() {
             let indices = self.indices(segment);
-            let jacobian = self.jacobian(coordinates, Place { segment, pressures, first: 0 });
+            let jacobian = self.jacobian(coordinates, Place { segment, pressure, first: 0 });
             let mut score = DVector::zeros(self.dimension());
-            let instants =
-                jacobian.residuals.chunks_exact(M).zip(jacobian.slopes.chunks_exact(M * indices.len()));
-            for (residuals, slopes) in instants {
+            let rows = jacobian.residuals.iter().zip(jacobian.slopes.chunks_exact(indices.len()));
+            for (residual, slopes) in rows {
                 score.fill(0.0);
-                let mut square = 0.0;
-                for (residual, slopes) in residuals.iter().zip(slopes.chunks_exact(indices.len())) {
-                    square += residual * residual;
-                    for (&index, slope) in indices.iter().zip(slopes) {
-                        score[index] += slope * residual;
-                    }
+                for (&index, slope) in indices.iter().zip(slopes) {
+                    score[index] = slope * residual;
                 }
-                sink(segment, &score, square);
+                sink(segment, &score, residual * residual);
             }
         }
     }

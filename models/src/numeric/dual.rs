@@ -95,6 +95,7 @@ impl<T: Real, const N: usize> Neg for Dual<T, N> {
 
 impl<T: Real, const N: usize> Scalar for Dual<T, N> {
     type Real = T;
+    const WIDE: bool = true;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

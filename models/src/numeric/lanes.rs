@@ -96,6 +96,7 @@ impl<const L: usize> Neg for Lanes<L> {
 
 impl<const L: usize> Scalar for Lanes<L> {
     type Real = Self;
+    const WIDE: bool = true;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

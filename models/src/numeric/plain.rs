@@ -4,6 +4,7 @@ use super::{Real, Scalar};
 
 impl Scalar for f64 {
     type Real = f64;
+    const WIDE: bool = false;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

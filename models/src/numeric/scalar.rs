@@ -23,6 +23,9 @@ pub trait Scalar:
     /// The same number without derivatives; measured inputs have this type.
     type Real: Real;
 
+    /// Is it several plain numbers, which vector instructions work on?
+    const WIDE: bool;
+
     /// A number that does not depend on any parameter.
     fn constant(value: f64) -> Self;
 

@@ -44,7 +44,7 @@ pub fn series(
     rig: &Rig,
     needs: Needs,
     rows: Range<usize>,
-) -> Result<Series<1>, InputError> {
+) -> Result<Series, InputError> {
     let file = &recording.source.file;
     let id = channel.id;
     let ambient_pa = rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA;
@@ -96,10 +96,10 @@ pub fn series(
     }
     let pressure = channel.pressure_kpa.as_deref();
     let gauge_pa = |kpa: f64| ambient_pa + PA_PER_KPA * kpa;
-    let mut measured: Vec<[f64; 1]> =
-        rows.clone().map(|row| [pressure.map_or(f64::NAN, |p| gauge_pa(f64::from(p[row])))]).collect();
+    let mut measured: Vec<f64> =
+        rows.clone().map(|row| pressure.map_or(f64::NAN, |p| gauge_pa(f64::from(p[row])))).collect();
     let usable = |row: usize| needs.pressure && pressure.is_some() && channel.flags[row].pressure_usable();
-    let mut weights: Vec<[f64; 1]> = rows.clone().map(|row| [f64::from(u8::from(usable(row)))]).collect();
+    let mut weights: Vec<f64> = rows.clone().map(|row| f64::from(u8::from(usable(row)))).collect();
     let segments = stretches(recording, channel, &rows, needs.pressure);
     if segments.is_empty() {
         let line = |row: usize| recording.line[row.min(count - 1)];
@@ -115,7 +115,7 @@ pub fn series(
         segments.into_iter().map(|s| s.start - rows.start..s.end - rows.start).collect();
     if !needs.pressure {
         for stretch in &segments {
-            (measured[stretch.start], weights[stretch.start]) = ([gauge_pa(needs.start_kpa)], [1.0]);
+            (measured[stretch.start], weights[stretch.start]) = (gauge_pa(needs.start_kpa), 1.0);
         }
     }
     Series::new(column::COUNT, table, measured, weights, segments).map_err(|source| InputError::Series {

@@ -1,7 +1,6 @@
 //! The board's own pressure controller in front of a chamber.
 
-use super::System;
-use crate::model::{Drive, Model, Parameter, column};
+use crate::model::column;
 use crate::numeric::{Real, Scalar};
 
 /// Steps of the filter's weights: boards filter in integers with `weight / 256`.
@@ -48,7 +47,7 @@ pub struct Sensor {
     pub kpa_per_count: f64,
 }
 
-/// A chamber behind the board's controller: driven by the command alone.
+/// A board in front of a chamber, which is then driven by the command alone.
 ///
 /// At each tick the board samples the pressure in counts, filters it, and computes the spool's drive
 /// `kp (command - pressure) - kd (pressure - previous)`, clipped at the saturation; the command is a whole count. It reports what
@@ -61,9 +60,7 @@ pub struct Sensor {
 ///
 /// Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board<Q> {
-    /// The model of the chamber.
-    pub chamber: Q,
+pub struct Board {
     /// The controller.
     pub controller: Controller,
     /// The sensor it controls by.
@@ -80,7 +77,15 @@ pub struct LoopMemory<S: Scalar> {
     command: S::Real,
 }
 
-impl<Q> Board<Q> {
+impl<S: Scalar> LoopMemory<S> {
+    /// Where there is no board.
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        Self { filtered: S::zero(), command: S::Real::zero() }
+    }
+}
+
+impl Board {
     fn filters(&self) -> bool {
         self.controller.filter > 0.0
     }
@@ -140,91 +145,56 @@ impl<Q> Board<Q> {
     }
 }
 
-impl<Q: Model> System<1, 1> for Board<Q> {
-    type Coefficients<S: Scalar> = Q::Coefficients<S>;
-    type Memory<S: Scalar> = LoopMemory<S>;
-    type Held<S: Scalar> = Q::Held<S>;
-
-    fn parameters(&self) -> Vec<Parameter> {
-        self.chamber.parameters()
-    }
-
-    #[inline(always)]
-    fn coefficients<S: Scalar>(&self, parameters: &[S]) -> Self::Coefficients<S> {
-        self.chamber.coefficients(parameters)
-    }
-
+impl Board {
+    /// Loops in an interval of this length, s.
+    #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded and at least one
-    fn ticks(&self, interval_s: f64) -> usize {
+    pub fn ticks(&self, interval_s: f64) -> usize {
         (interval_s * self.controller.rate_hz).round().max(1.0) as usize
     }
 
+    /// What it remembers at the start of a segment.
     #[inline(always)]
-    fn start<S: Scalar>(
-        &self,
-        _: &Self::Coefficients<S>,
-        row: &[S::Real],
-        pressures: [S; 1],
-    ) -> ([S; 1], LoopMemory<S>) {
+    pub(super) fn start<S: Scalar>(&self, row: &[S::Real], pressure: S) -> LoopMemory<S> {
         // What was commanded before the segment is not known: the command that it begins with.
-        (pressures, LoopMemory { filtered: self.sample(pressures[0]), command: row[column::COMMAND_PA] })
+        LoopMemory { filtered: self.sample(pressure), command: row[column::COMMAND_PA] }
     }
 
+    /// What it reports, absolute, Pa.
     #[inline(always)]
-    fn measure<S: Scalar>(
-        &self,
-        _: &Self::Coefficients<S>,
-        _: &[S::Real],
-        state: &[S; 1],
-        memory: &mut LoopMemory<S>,
-    ) -> [S; 1] {
+    pub(super) fn report<S: Scalar>(&self, pressure: S, memory: &LoopMemory<S>) -> S {
         if !self.filters() {
-            return *state;
+            return pressure;
         }
         // The loop that samples this state runs at the first tick after the row.
-        let filtered = self.filter(state[0], memory.filtered);
-        [filtered.plus(-self.sensor.zero_counts).times(self.pa_per_count()).plus(self.ambient_pa)]
+        let filtered = self.filter(pressure, memory.filtered);
+        filtered.plus(-self.sensor.zero_counts).times(self.pa_per_count()).plus(self.ambient_pa)
     }
 
+    /// The spool's drive in loop number `tick` of a row's interval.
     #[inline(always)]
-    fn hold<S: Scalar>(
+    pub(super) fn drive<S: Scalar>(
         &self,
-        coefficients: &Self::Coefficients<S>,
         row: &[S::Real],
         tick: usize,
-        state: &[S; 1],
+        pressure: S,
         memory: &mut LoopMemory<S>,
-    ) -> Self::Held<S> {
-        let drive = Drive::recorded(row);
-        debug_assert!(row.len() >= column::COUNT, "a row has the standard columns");
-        let command = if tick == 0 {
-            S::from_real(std::mem::replace(&mut memory.command, row[column::COMMAND_PA]))
-        } else {
-            drive.command
-        };
-        let spool = self.control(command, state[0], memory);
-        self.chamber.hold(coefficients, row, drive.with_spool(spool))
-    }
-
-    #[inline(always)]
-    fn derivative<S: Scalar>(
-        &self,
-        coefficients: &Self::Coefficients<S>,
-        held: &Self::Held<S>,
-        state: &[S; 1],
-    ) -> [S; 1] {
-        [self.chamber.rate(coefficients, held, state[0])]
+    ) -> S {
+        let new = row[column::COMMAND_PA];
+        let command = if tick == 0 { std::mem::replace(&mut memory.command, new) } else { new };
+        self.control(S::from_real(command), pressure, memory)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Drive, Model, Parameter};
+    use crate::rollout::{Chamber, Rows, Steps, rollout};
 
     /// The original's numbers: 0.5 to 4.5 V over 689.4757 kPa, filter (210 old + 46 new) / 256, gains 10 and 20, full drive 400.
-    fn original(filter: f64, arithmetic: Arithmetic) -> Board<()> {
+    fn original(filter: f64, arithmetic: Arithmetic) -> Board {
         Board {
-            chamber: (),
             controller: Controller {
                 rate_hz: 1000.0,
                 kp: 10.0,
@@ -271,9 +241,9 @@ mod tests {
     /// The pressures at rows 10 ms apart when the command jumps far up at row 2, Pa above the start.
     fn after_a_jump(filter: f64) -> Vec<f64> {
         const START: f64 = 201_325.0;
-        let Board { controller, sensor, ambient_pa, .. } = original(filter, Arithmetic::Fine);
-        let controller = Controller { kd: 0.0, ..controller };
-        let board = Board { chamber: Integrator, controller, sensor, ambient_pa };
+        let mut board = original(filter, Arithmetic::Fine);
+        board.controller.kd = 0.0;
+        let chamber = Chamber::behind(Integrator, board);
         let mut inputs = vec![0.0; 5 * column::COUNT];
         for (k, row) in inputs.chunks_mut(column::COUNT).enumerate() {
             row[column::INTERVAL_S] = 0.01;
@@ -282,9 +252,9 @@ mod tests {
         }
         let start = pressure_at(221.0);
         let mut pressures = Vec::new();
-        let rows = (crate::rollout::Rows { inputs: &inputs, width: column::COUNT }, 5);
-        let steps = crate::rollout::Steps { ticks: board.ticks(0.01), substeps: 1 };
-        crate::rollout::rollout(&board, &(), rows, [start], steps, |_, y| pressures.push(y[0] - start));
+        let rows = (Rows { inputs: &inputs, width: column::COUNT }, 5);
+        let steps = Steps { ticks: chamber.ticks(0.01), substeps: 1 };
+        rollout(&chamber, &(), rows, start, steps, |_, y| pressures.push(y - start));
         pressures
     }
 

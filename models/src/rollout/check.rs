@@ -1,6 +1,7 @@
 //! Is the step short enough? Halve it and see.
 
-use super::{Series, Start, System, simulate};
+use super::simulate::{Start, simulate};
+use super::{Series, System};
 
 /// Difference between a rollout and the same with half the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,11 +16,12 @@ pub struct StepCheck {
 
 /// Compares a rollout with `substeps` Runge-Kutta steps per tick with one of twice as many. Of a fourth-order method the
 /// difference is 15/16 of the coarser one's error.
-pub fn step_check<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
+#[must_use]
+pub fn step_check(
+    system: &dyn System,
     parameters: &[f64],
-    series: &Series<M>,
-    start: Start<'_, M>,
+    series: &Series,
+    start: Start<'_>,
     substeps: usize,
 ) -> StepCheck {
     let coarse = simulate(system, parameters, series, start, substeps);
@@ -29,11 +31,12 @@ pub fn step_check<Y: System<N, M>, const N: usize, const M: usize>(
 
 /// Doubles the substeps from `least` until the [`step_check`] stays below `tolerance_pa` everywhere, or until twice as many
 /// would exceed `most`: compare the returned `max_pa`.
-pub fn choose_substeps<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
+#[must_use]
+pub fn choose_substeps(
+    system: &dyn System,
     parameters: &[f64],
-    series: &Series<M>,
-    start: Start<'_, M>,
+    series: &Series,
+    start: Start<'_>,
     (least, most): (usize, usize),
     tolerance_pa: f64,
 ) -> StepCheck {
@@ -50,21 +53,15 @@ pub fn choose_substeps<Y: System<N, M>, const N: usize, const M: usize>(
     }
 }
 
-fn compare<const M: usize>(
-    substeps: usize,
-    series: &Series<M>,
-    coarse: &[[f64; M]],
-    fine: &[[f64; M]],
-) -> StepCheck {
+fn compare(substeps: usize, series: &Series, coarse: &[f64], fine: &[f64]) -> StepCheck {
     let (mut sum, mut count, mut max_pa) = (0.0, 0.0, 0.0_f64);
     for row in series.segments().iter().flat_map(Clone::clone) {
-        for (a, b) in coarse[row].iter().zip(&fine[row]) {
-            // A rollout that ran away is infinitely wrong, not skipped.
-            let difference = if (a - b).is_nan() { f64::INFINITY } else { (a - b).abs() };
-            sum += difference * difference;
-            count += 1.0;
-            max_pa = max_pa.max(difference);
-        }
+        // A rollout that ran away is infinitely wrong, not skipped.
+        let difference = coarse[row] - fine[row];
+        let difference = if difference.is_nan() { f64::INFINITY } else { difference.abs() };
+        sum += difference * difference;
+        count += 1.0;
+        max_pa = max_pa.max(difference);
     }
     StepCheck { substeps, rms_pa: (sum / f64::max(count, 1.0)).sqrt(), max_pa }
 }

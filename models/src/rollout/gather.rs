@@ -1,6 +1,6 @@
 //! Rows of several rollouts side by side.
 
-use super::run::RowSource;
+use super::source::RowSource;
 use crate::numeric::{Lanes, Scalar};
 
 /// Inputs of `L` rollouts in lockstep. A rollout shorter than the longest repeats its last row.

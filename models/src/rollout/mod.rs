@@ -5,19 +5,30 @@ mod board;
 mod chamber;
 mod check;
 mod columns;
+mod fetch;
 mod gather;
+mod job;
+mod kinds;
+mod lanes;
 mod run;
 mod series;
+mod simulate;
+mod source;
 mod system;
 
-pub use batch::{
-    BATCH_LANES, BatchError, BatchOutput, BatchResults, BatchUnit, Job, simulate_batch, simulate_batch_into,
-};
+pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into};
 pub use board::{Arithmetic, Board, Controller, Sensor};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};
 pub use columns::{BatchColumn, BatchInputs};
 pub use gather::GatheredRows;
-pub use run::{RowSource, Rows, Start, Steps, rollout, simulate};
+pub use job::{BATCH_LANES, BatchError, BatchUnit, Job};
+pub use kinds::{
+    DIRECTIONS, DualLanes, DualRollout, DualSink, LaneRollout, SENSITIVITY_LANES, WIDE_DIRECTIONS,
+};
+pub use lanes::Lot;
+pub use run::rollout;
 pub use series::{Series, SeriesError};
+pub use simulate::{Start, simulate};
+pub use source::{RowSource, Rows, Steps};
 pub use system::System;

@@ -1,164 +1,70 @@
 //! Fixed-step Runge-Kutta rollouts.
 
-use super::{Series, System};
-use crate::model::column;
-use crate::numeric::{Scalar, filled};
+use super::Chamber;
+use super::source::{RowSource, Steps};
+use crate::model::{Model, column};
+use crate::numeric::Scalar;
 
-/// Where the pressures of a segment start.
-#[derive(Debug, Clone, Copy, Default)]
-pub enum Start<'a, const M: usize> {
-    /// At the first usable measurement of the segment.
-    #[default]
-    Measured,
-    /// At these absolute pressures in Pa, one entry per segment.
-    Given(&'a [[f64; M]]),
-}
-
-impl<const M: usize> Start<'_, M> {
-    /// The absolute pressures in Pa at which a segment starts.
-    #[must_use]
-    pub fn pressures(&self, series: &Series<M>, segment: usize) -> [f64; M] {
-        match self {
-            Start::Measured => series.starts()[segment],
-            Start::Given(starts) => starts[segment],
-        }
-    }
-}
+/// Stages of a Runge-Kutta step.
+const STAGES: usize = 4;
 
 /// One classical fourth-order Runge-Kutta step of length `h` (s).
-#[inline(always)]
-fn rk4_step<S: Scalar, Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    coefficients: &Y::Coefficients<S>,
-    held: &Y::Held<S>,
-    state: [S; N],
-    h: S::Real,
-) -> [S; N] {
-    let half = h.times(0.5);
-    let k1 = system.derivative(coefficients, held, &state);
-    let k2 = system.derivative(coefficients, held, &ahead(&state, &k1, half));
-    let k3 = system.derivative(coefficients, held, &ahead(&state, &k2, half));
-    let k4 = system.derivative(coefficients, held, &ahead(&state, &k3, h));
-    let sum = filled(
-        S::zero(),
-        #[inline(always)]
-        |i| (k1[i] + k4[i]) + (k2[i] + k3[i]).times(2.0),
-    );
-    ahead(&state, &sum, h.times(1.0 / 6.0))
-}
-
-/// `state + h slope`.
-#[inline(always)]
-fn ahead<S: Scalar, const N: usize>(state: &[S; N], slope: &[S; N], h: S::Real) -> [S; N] {
-    filled(
-        S::zero(),
-        #[inline(always)]
-        |i| state[i] + slope[i].scale(h),
-    )
-}
-
-/// Where a rollout gets its rows of inputs from.
-pub trait RowSource<R> {
-    /// The inputs of row `k`; rows are asked for in order.
-    fn row(&mut self, k: usize) -> &[R];
-}
-
-/// Consecutive rows of plain numbers, row by row.
-#[derive(Debug, Clone, Copy)]
-pub struct Rows<'a> {
-    /// The values.
-    pub inputs: &'a [f64],
-    /// Columns in a row.
-    pub width: usize,
-}
-
-impl RowSource<f64> for Rows<'_> {
-    #[inline(always)]
-    fn row(&mut self, k: usize) -> &[f64] {
-        &self.inputs[k * self.width..][..self.width]
-    }
-}
-
-/// How a sample interval is divided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Steps {
-    /// Ticks per interval, as the system asks for.
-    pub ticks: usize,
-    /// Runge-Kutta steps per tick.
-    pub substeps: usize,
-}
-
-/// Rolls `system` out over `count` rows, starting from `pressures` (absolute, Pa); `sink` gets each row's number and what
-/// the sensors read there.
 ///
-/// This is the one loop behind every simulation and fit; the others choose the numbers it runs over.
+/// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
+/// instructions.
 #[inline(always)]
-pub fn rollout<S: Scalar, Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    coefficients: &Y::Coefficients<S>,
+fn rk4_step<S: Scalar, Q: Model>(
+    model: &Q,
+    coefficients: &Q::Coefficients<S>,
+    held: &Q::Held<S>,
+    pressure: S,
+    h: S::Real,
+) -> S {
+    let half = h.times(0.5);
+    let mut slopes = [S::zero(); STAGES];
+    let mut point = pressure;
+    for stage in 0..STAGES {
+        slopes[stage] = model.rate(coefficients, held, point);
+        point = pressure + slopes[stage].scale(if stage < 2 { half } else { h });
+    }
+    let [k1, k2, k3, k4] = slopes;
+    pressure + ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
+}
+
+/// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each row's number and what is
+/// recorded there.
+///
+/// One sample interval, from row `k` to row `k + 1`, is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each
+/// the board, if there is one, sees the pressure and holds a drive. This is the one loop behind every simulation and fit; the
+/// [`System`](super::System) chooses the numbers it runs over. It is compiled for each of them and for each model: call it through that.
+#[inline(always)]
+pub fn rollout<S: Scalar, Q: Model>(
+    chamber: &Chamber<Q>,
+    coefficients: &Q::Coefficients<S>,
     (mut source, count): (impl RowSource<S::Real>, usize),
-    pressures: [S; M],
+    pressure: S,
     steps: Steps,
-    mut sink: impl FnMut(usize, &[S; M]),
+    mut sink: impl FnMut(usize, S),
 ) {
     if count == 0 {
         return;
     }
     #[allow(clippy::cast_precision_loss)] // a handful of steps
     let share = 1.0 / (steps.ticks * steps.substeps) as f64;
-    let (mut state, mut memory) = system.start(coefficients, source.row(0), pressures);
+    let mut memory = chamber.start(source.row(0), pressure);
+    let mut pressure = pressure;
     for k in 0..count {
         let row = source.row(k);
-        sink(k, &system.measure(coefficients, row, &state, &mut memory));
+        sink(k, chamber.measure(pressure, &memory));
         if k + 1 == count {
             break;
         }
         let h = row[column::INTERVAL_S].times(share);
         for tick in 0..steps.ticks {
-            let held = system.hold(coefficients, row, tick, &state, &mut memory);
+            let held = chamber.hold(coefficients, row, tick, pressure, &mut memory);
             for _ in 0..steps.substeps {
-                state = rk4_step(system, coefficients, &held, state, h);
+                pressure = rk4_step(&chamber.model, coefficients, &held, pressure, h);
             }
         }
     }
-}
-
-/// Simulates every segment from the inputs alone. Returns the sensors' readings (absolute, Pa) for each row; NaN outside
-/// the segments. `parameters` in the order and units of [`System::parameters`].
-pub fn simulate<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    parameters: &[f64],
-    series: &Series<M>,
-    start: Start<'_, M>,
-    substeps: usize,
-) -> Vec<[f64; M]> {
-    let mut outputs = vec![[f64::NAN; M]; series.len()];
-    for (segment, range) in series.segments().iter().enumerate() {
-        let rows = Rows { inputs: series.inputs(range.clone()), width: series.width() };
-        let pressures = start.pressures(series, segment);
-        let steps = Steps { ticks: system.ticks(series.interval_s()), substeps };
-        simulate_rows(system, parameters, rows, pressures, steps, &mut outputs[range.clone()]);
-    }
-    outputs
-}
-
-/// Simulates consecutive rows of inputs; `outputs` has one entry per row.
-fn simulate_rows<Y: System<N, M>, const N: usize, const M: usize>(
-    system: &Y,
-    parameters: &[f64],
-    rows: Rows<'_>,
-    pressures: [f64; M],
-    steps: Steps,
-    outputs: &mut [[f64; M]],
-) {
-    let coefficients = system.coefficients(parameters);
-    rollout(
-        system,
-        &coefficients,
-        (rows, outputs.len()),
-        pressures,
-        steps,
-        #[inline(always)]
-        |k, y| outputs[k] = *y,
-    );
 }

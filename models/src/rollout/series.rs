@@ -60,40 +60,36 @@ pub enum SeriesError {
         value: f64,
     },
     /// A weight is negative or not a number, or positive where there is no measurement.
-    #[error("output {output} of row {row} has weight {weight} and measurement {measured}")]
+    #[error("row {row} has weight {weight} and measurement {measured}")]
     Weight {
         /// Row.
         row: usize,
-        /// Output.
-        output: usize,
         /// The weight.
         weight: f64,
         /// The measurement.
         measured: f64,
     },
-    /// A segment has no usable measurement of an output to start from.
-    #[error("segment {segment} has no usable measurement of output {output}")]
+    /// A segment has no usable measurement to start from.
+    #[error("segment {segment} has no usable measurement")]
     NothingMeasured {
         /// Segment.
         segment: usize,
-        /// Output.
-        output: usize,
     },
 }
 
 /// One row of inputs and measurements per sample, cut into segments that are simulated one by one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series<const M: usize> {
+pub struct Series {
     width: usize,
     rows: Vec<f64>,
-    measured: Vec<[f64; M]>,
-    weights: Vec<[f64; M]>,
+    measured: Vec<f64>,
+    weights: Vec<f64>,
     segments: Vec<Range<usize>>,
-    starts: Vec<[f64; M]>,
+    starts: Vec<f64>,
     interval_s: f64,
 }
 
-impl<const M: usize> Series<M> {
+impl Series {
     /// Checks and takes the tables.
     ///
     /// * `rows`: row by row, `width` columns each, laid out as in [`mod@column`];
@@ -106,8 +102,8 @@ impl<const M: usize> Series<M> {
     pub fn new(
         width: usize,
         rows: Vec<f64>,
-        measured: Vec<[f64; M]>,
-        weights: Vec<[f64; M]>,
+        measured: Vec<f64>,
+        weights: Vec<f64>,
         segments: Vec<Range<usize>>,
     ) -> Result<Self, SeriesError> {
         if width < column::COUNT || !rows.len().is_multiple_of(width) {
@@ -169,13 +165,13 @@ impl<const M: usize> Series<M> {
 
     /// Measured absolute pressures, Pa.
     #[must_use]
-    pub fn measured(&self) -> &[[f64; M]] {
+    pub fn measured(&self) -> &[f64] {
         &self.measured
     }
 
     /// Weights of the residuals.
     #[must_use]
-    pub fn weights(&self) -> &[[f64; M]] {
+    pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
@@ -185,9 +181,9 @@ impl<const M: usize> Series<M> {
         &self.segments
     }
 
-    /// First usable measurement of each segment and output, absolute, Pa.
+    /// First usable measurement of each segment, absolute, Pa.
     #[must_use]
-    pub fn starts(&self) -> &[[f64; M]] {
+    pub fn starts(&self) -> &[f64] {
         &self.starts
     }
 
@@ -201,7 +197,7 @@ impl<const M: usize> Series<M> {
     #[must_use]
     pub fn usable(&self) -> usize {
         let rows = self.segments.iter().flat_map(|range| &self.weights[range.clone()]);
-        rows.flatten().filter(|&&weight| weight > 0.0).count()
+        rows.filter(|&&weight| weight > 0.0).count()
     }
 }
 
@@ -219,38 +215,27 @@ fn check_inputs(rows: &[f64], width: usize, range: &Range<usize>) -> Result<(), 
     Ok(())
 }
 
-fn check_weights<const M: usize>(
-    measured: &[[f64; M]],
-    weights: &[[f64; M]],
-    range: &Range<usize>,
-) -> Result<(), SeriesError> {
+fn check_weights(measured: &[f64], weights: &[f64], range: &Range<usize>) -> Result<(), SeriesError> {
     for row in range.clone() {
-        for output in 0..M {
-            let (weight, measured) = (weights[row][output], measured[row][output]);
-            let usable = weight >= 0.0 && weight.is_finite() && (weight == 0.0 || measured.is_finite());
-            if !usable {
-                return Err(SeriesError::Weight { row, output, weight, measured });
-            }
+        let (weight, measured) = (weights[row], measured[row]);
+        let usable = weight >= 0.0 && weight.is_finite() && (weight == 0.0 || measured.is_finite());
+        if !usable {
+            return Err(SeriesError::Weight { row, weight, measured });
         }
     }
     Ok(())
 }
 
-fn first_measurements<const M: usize>(
-    measured: &[[f64; M]],
-    weights: &[[f64; M]],
+fn first_measurements(
+    measured: &[f64],
+    weights: &[f64],
     segments: &[Range<usize>],
-) -> Result<Vec<[f64; M]>, SeriesError> {
-    let mut starts = Vec::with_capacity(segments.len());
-    for (segment, range) in segments.iter().enumerate() {
-        let mut start = [0.0; M];
-        for (output, value) in start.iter_mut().enumerate() {
-            let row = range.clone().find(|&row| weights[row][output] > 0.0);
-            *value = measured[row.ok_or(SeriesError::NothingMeasured { segment, output })?][output];
-        }
-        starts.push(start);
-    }
-    Ok(starts)
+) -> Result<Vec<f64>, SeriesError> {
+    let first = |(segment, range): (usize, &Range<usize>)| {
+        let row = range.clone().find(|&row| weights[row] > 0.0);
+        Ok(measured[row.ok_or(SeriesError::NothingMeasured { segment })?])
+    };
+    segments.iter().enumerate().map(first).collect()
 }
 
 fn median_interval(rows: &[f64], width: usize, segments: &[Range<usize>]) -> f64 {

@@ -1,75 +1,135 @@
-//! What can be rolled out.
+//! What can be simulated, fitted and compared, behind one interface whatever the model.
 
-use crate::model::Parameter;
-use crate::numeric::Scalar;
+use std::fmt::Debug;
+use std::ops::Range;
 
-/// A dynamic system with `N` continuous states, a memory that changes at discrete instants, and `M` measured outputs.
+use super::Chamber;
+use super::kinds::{
+    DIRECTIONS, DualLanes, DualRollout, DualSink, LaneRollout, SENSITIVITY_LANES, WIDE_DIRECTIONS,
+};
+use super::lanes::{self, Lot};
+use super::run::rollout;
+use super::source::{RowSource, Rows, Steps};
+use crate::model::{Drive, Linear, Model, Nonlinear, Parameter, Parametric};
+use crate::numeric::Lanes;
+
+/// A model with what stands in front of it, compiled for every kind of number that simulations and fits are made of.
 ///
-/// One sample interval, from row `k` of a [`Series`](super::Series) to row `k + 1`, goes like this:
-///
-/// 1. [`measure`](System::measure) gives what the sensors read at row `k`;
-/// 2. the interval is divided into [`ticks`](System::ticks) equal parts; at the start of each, [`hold`](System::hold) sees the
-///    state, may change the memory (delay lines, hysteresis, a sampled controller) and returns what stays constant
-///    during the tick;
-/// 3. the state is integrated over the tick with [`derivative`](System::derivative).
-///
-/// Everything is generic over [`Scalar`] and dispatched statically; mark the methods `#[inline(always)]`, or lanes and vector
-/// instructions are lost. Case distinctions on scalars are selects, not branches. What depends on nothing but the system
-/// itself (an effect that is off) may branch freely.
-pub trait System<const N: usize, const M: usize>: Sync {
-    /// What depends on the parameters only.
-    type Coefficients<S: Scalar>;
-
-    /// What is carried from tick to tick beside the continuous states. Use `()` when there is none.
-    type Memory<S: Scalar>;
-
-    /// What is constant during one tick.
-    type Held<S: Scalar>;
-
-    /// The parameters in the order in which [`coefficients`](System::coefficients) takes them.
+/// The models are generic over their numbers; this trait is where that ends. Each of its methods is compiled once for each
+/// model, in this crate, and whoever simulates takes a `&dyn System`: a fit is compiled once, not once a model.
+pub trait System: Debug + Send + Sync {
+    /// The parameters in the order in which simulations take their values.
     fn parameters(&self) -> Vec<Parameter>;
 
-    /// Prepares the parameters, given in their units.
-    fn coefficients<S: Scalar>(&self, parameters: &[S]) -> Self::Coefficients<S>;
+    /// Ticks in a sample interval of this length, s, at least one: the loops of a board.
+    fn ticks(&self, interval_s: f64) -> usize;
 
-    /// Ticks per sample interval of the given nominal length, at least one.
-    fn ticks(&self, interval_s: f64) -> usize {
-        let _ = interval_s;
-        1
+    /// Whether the model's rate follows from a row alone: not with a board in front, whose drive is a result.
+    fn has_rates(&self) -> bool;
+
+    /// Simulates rows from an absolute pressure in Pa; `outputs` has an entry per row, absolute, Pa.
+    fn simulate(&self, parameters: &[f64], rows: Rows<'_>, pressure: f64, steps: Steps, outputs: &mut [f64]);
+
+    /// The same with derivatives; `sink` gets each row's number and pressure.
+    fn simulate_duals(&self, rollout: DualRollout<'_, DIRECTIONS>, sink: DualSink<'_, DIRECTIONS>);
+
+    /// The same with more derivatives.
+    fn simulate_wide(&self, rollout: DualRollout<'_, WIDE_DIRECTIONS>, sink: DualSink<'_, WIDE_DIRECTIONS>);
+
+    /// Rollouts in lockstep, with derivatives; `sink` gets some rows at a time.
+    fn simulate_lanes(&self, rollout: LaneRollout<'_>, sink: &mut dyn FnMut(Range<usize>, &[DualLanes]));
+
+    /// Rollouts of a batch in lockstep, without derivatives. Returns whether all inputs were possible.
+    fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool;
+
+    /// Rates in Pa/s with their derivatives, at a pressure for each of the rows, one after the other in `rows`.
+    fn rates(
+        &self,
+        parameters: &[DualLanes],
+        rows: &[Lanes<SENSITIVITY_LANES>],
+        pressures: &[Lanes<SENSITIVITY_LANES>],
+        rates: &mut [DualLanes],
+    );
+
+    /// The sum of the rates at a pressure for each row, Pa/s: for timing an evaluation of the right-hand side.
+    fn sum_of_rates(&self, parameters: &[f64], rows: Rows<'_>, pressures: &[f64]) -> f64;
+}
+
+/// Implements [`System`] for chambers with these models. Not a generic implementation: that would be compiled anew in every crate
+/// that names it.
+macro_rules! systems {
+    ($($model:ty),*) => { $(
+        impl System for Chamber<$model> {
+            fn parameters(&self) -> Vec<Parameter> {
+                self.model.parameters()
+            }
+
+            fn ticks(&self, interval_s: f64) -> usize {
+                Chamber::ticks(self, interval_s)
+            }
+
+            fn has_rates(&self) -> bool {
+                self.board.is_none()
+            }
+
+            fn simulate(&self, parameters: &[f64], rows: Rows<'_>, pressure: f64, steps: Steps, outputs: &mut [f64]) {
+                let count = rows.count().min(outputs.len());
+                lanes::plain(self, parameters, (rows, count), pressure, steps, outputs);
+            }
+
+            fn simulate_duals(&self, rollout: DualRollout<'_, DIRECTIONS>, sink: DualSink<'_, DIRECTIONS>) {
+                duals(self, rollout, sink);
+            }
+
+            fn simulate_wide(&self, rollout: DualRollout<'_, WIDE_DIRECTIONS>, sink: DualSink<'_, WIDE_DIRECTIONS>) {
+                duals(self, rollout, sink);
+            }
+
+            fn simulate_lanes(&self, rollout: LaneRollout<'_>, sink: &mut dyn FnMut(Range<usize>, &[DualLanes])) {
+                lanes::roll_duals(self, rollout, sink);
+            }
+
+            fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool {
+                lanes::roll_lot(self, lot, outputs)
+            }
+
+            fn rates(
+                &self,
+                parameters: &[DualLanes],
+                rows: &[Lanes<SENSITIVITY_LANES>],
+                pressures: &[Lanes<SENSITIVITY_LANES>],
+                rates: &mut [DualLanes],
+            ) {
+                lanes::rates(&self.model, parameters, rows, pressures, rates);
+            }
+
+            fn sum_of_rates(&self, parameters: &[f64], rows: Rows<'_>, pressures: &[f64]) -> f64 {
+                sum_of_rates(&self.model, parameters, rows, pressures)
+            }
+        }
+    )* };
+}
+
+systems!(Linear, Nonlinear, Parametric);
+
+/// Not inlined: each width is compiled once for each model.
+#[inline(never)]
+fn duals<Q: Model, const W: usize>(
+    chamber: &Chamber<Q>,
+    DualRollout { parameters, rows, pressure, steps }: DualRollout<'_, W>,
+    sink: DualSink<'_, W>,
+) {
+    let coefficients = chamber.model.coefficients(parameters);
+    rollout(chamber, &coefficients, (rows, rows.count()), pressure, steps, |k, y| sink(k, &y));
+}
+
+fn sum_of_rates<Q: Model>(model: &Q, parameters: &[f64], mut rows: Rows<'_>, pressures: &[f64]) -> f64 {
+    let coefficients = model.coefficients(parameters);
+    let mut sum = 0.0;
+    for (k, &pressure) in pressures.iter().enumerate() {
+        let row = rows.row(k);
+        let held = model.hold(&coefficients, row, Drive::recorded(row));
+        sum += model.rate(&coefficients, &held, pressure);
     }
-
-    /// States and memory at the start of a segment, where the pressures (absolute, Pa) are `pressures`.
-    fn start<S: Scalar>(
-        &self,
-        coefficients: &Self::Coefficients<S>,
-        row: &[S::Real],
-        pressures: [S; M],
-    ) -> ([S; N], Self::Memory<S>);
-
-    /// What the sensors read at this row, absolute, Pa.
-    fn measure<S: Scalar>(
-        &self,
-        coefficients: &Self::Coefficients<S>,
-        row: &[S::Real],
-        state: &[S; N],
-        memory: &mut Self::Memory<S>,
-    ) -> [S; M];
-
-    /// Prepares tick number `tick` of the interval that starts at this row.
-    fn hold<S: Scalar>(
-        &self,
-        coefficients: &Self::Coefficients<S>,
-        row: &[S::Real],
-        tick: usize,
-        state: &[S; N],
-        memory: &mut Self::Memory<S>,
-    ) -> Self::Held<S>;
-
-    /// Rates of the states, per second.
-    fn derivative<S: Scalar>(
-        &self,
-        coefficients: &Self::Coefficients<S>,
-        held: &Self::Held<S>,
-        state: &[S; N],
-    ) -> [S; N];
+    sum
 }

@@ -39,7 +39,7 @@ fn simulate_channel(
     let drive = stored.setup.drive.unwrap_or_default();
     let setup = Setup::resolve(stored.setup.model, controller, drive, recording, channel, rig)?;
     let prepared = simulation(setup, recording, channel, rig, file.flow_form(), settings.start_kpa)?;
-    let values = file.values(name, channel.id, &*prepared.subject)?;
+    let values = file.values(name, channel.id, &prepared.subject)?;
     let series = &prepared.series[0];
     let absolute_pa = prepared.subject.simulate(&values, series, Start::Measured, stored.substeps);
     if series.segments().iter().any(|rows| absolute_pa[rows.clone()].iter().any(|p| !p.is_finite())) {

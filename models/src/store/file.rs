@@ -214,7 +214,7 @@ impl ParameterFile {
     ///
     /// # Errors
     /// [`StoreError`] when the names are not the model's or a value is not finite.
-    pub fn values(&self, file: &str, id: ChannelId, subject: &dyn Subject) -> Result<Vec<f64>, StoreError> {
+    pub fn values(&self, file: &str, id: ChannelId, subject: &Subject) -> Result<Vec<f64>, StoreError> {
         let stored = self.channel(file, id)?;
         let expected: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();
         let found: Vec<String> = stored.parameters.iter().map(|p| p.name.clone()).collect();

@@ -1,9 +1,9 @@
 //! Batches give what single rollouts give.
 
-use pneudrive_model::model::{Nonlinear, column};
+use pneudrive_model::model::{Model, Nonlinear, column};
 use pneudrive_model::numeric::Dual;
 use pneudrive_model::rollout::{
-    BatchColumn, BatchError, BatchInputs, Chamber, Job, Rows, Steps, System, rollout, simulate_batch,
+    BatchColumn, BatchError, BatchInputs, Chamber, Job, Rows, Steps, rollout, simulate_batch,
 };
 
 use crate::support;
@@ -16,11 +16,11 @@ const JOBS: usize = 37;
 
 #[test]
 fn lanes_give_bit_for_bit_what_single_rollouts_give() {
-    let system = Chamber(Nonlinear::default());
+    let system = Chamber::new(Nonlinear::default());
     let sets: Vec<Vec<f64>> =
         (0..JOBS).map(|i| support::TRUTH.map(|value| value * (1.0 + 0.01 * i as f64)).to_vec()).collect();
     let inputs: Vec<Vec<f64>> = (0..JOBS).map(|i| support::inputs(ROWS, i as u64)).collect();
-    let jobs: Vec<Job<'_, 1>> = sets.iter().map(|parameters| Job { parameters, start: [2e5] }).collect();
+    let jobs: Vec<Job<'_>> = sets.iter().map(|parameters| Job { parameters, start: 2e5 }).collect();
     let columns: Vec<Vec<f64>> = (0..column::COUNT)
         .map(|column| {
             let of = |inputs: &Vec<f64>| inputs.iter().skip(column).step_by(column::COUNT).copied().collect();
@@ -39,14 +39,13 @@ fn lanes_give_bit_for_bit_what_single_rollouts_give() {
         let steps = Steps { ticks: 1, substeps: 2 };
         rollout(
             &system,
-            &system.coefficients(&duals),
+            &system.model.coefficients(&duals),
             rows,
-            [Dual { value: 2e5, gradient: [0.0; 7] }],
+            Dual { value: 2e5, gradient: [0.0; 7] },
             steps,
             |k, y| {
-                assert_eq!(y[0].value, plain.rollout(i)[k][0], "job {i}, row {k}");
-                let sensitivity: Vec<f64> = with.sensitivity(i, k).iter().map(|s| s[0]).collect();
-                assert_eq!(y[0].gradient.to_vec(), sensitivity, "job {i}, row {k}");
+                assert_eq!(y.value, plain.rollout(i)[k], "job {i}, row {k}");
+                assert_eq!(y.gradient, *with.sensitivity(i, k), "job {i}, row {k}");
             },
         );
     }
@@ -55,7 +54,7 @@ fn lanes_give_bit_for_bit_what_single_rollouts_give() {
 /// Constant over rows or jobs, in other units, negated: as if every value had been written out.
 #[test]
 fn columns_broadcast() {
-    let system = Chamber(Nonlinear::default());
+    let system = Chamber::new(Nonlinear::default());
     let drive: Vec<f64> = (0..ROWS).map(|row| 0.3 * (0.2 * row as f64).sin()).collect();
     let supply_kpa: Vec<f64> = (0..JOBS).map(|job| 400.0 + job as f64).collect();
     let repeated = |value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
@@ -76,7 +75,7 @@ fn columns_broadcast() {
     for (column, values) in [column::FILL, column::VENT, column::SUPPLY_PA].into_iter().zip(&written) {
         long[column] = BatchColumn::per_job_and_row(values);
     }
-    let jobs = vec![Job { parameters: &support::TRUTH, start: [2e5] }; JOBS];
+    let jobs = vec![Job { parameters: &support::TRUTH, start: 2e5 }; JOBS];
     let batch = |columns| {
         let inputs = BatchInputs::new(columns, JOBS, ROWS).unwrap();
         simulate_batch(&system, &jobs, &inputs, 1, false).unwrap().outputs
@@ -86,12 +85,12 @@ fn columns_broadcast() {
 
 #[test]
 fn uneven_batches_are_refused() {
-    let system = Chamber(Nonlinear::default());
+    let system = Chamber::new(Nonlinear::default());
     let constant = vec![BatchColumn::constant(1.0); column::COUNT];
     let inputs = BatchInputs::new(constant.clone(), 2, 10).unwrap();
-    let job = Job { parameters: &support::TRUTH, start: [2e5] };
+    let job = Job { parameters: &support::TRUTH, start: 2e5 };
     let few = Job { parameters: &support::TRUTH[..6], ..job };
-    let batch = |jobs: &[Job<'_, 1>]| simulate_batch(&system, jobs, &inputs, 1, false).unwrap_err();
+    let batch = |jobs: &[Job<'_>]| simulate_batch(&system, jobs, &inputs, 1, false).unwrap_err();
     assert_eq!(batch(&[job]), BatchError::Jobs { jobs: 1, inputs: 2 });
     assert_eq!(batch(&[job, few]), BatchError::Parameters { job: 1, expected: 7, found: 6 });
     let too_few = BatchInputs::new(constant[..7].to_vec(), 2, 10).unwrap_err();
@@ -105,12 +104,12 @@ fn uneven_batches_are_refused() {
 /// Found while the rows are simulated, before that where it costs nothing, and named as it was given.
 #[test]
 fn values_out_of_range_are_refused() {
-    let system = Chamber(Nonlinear::default());
+    let system = Chamber::new(Nonlinear::default());
     let batch = |drive: BatchColumn<'_>, sensitivities| {
         let mut columns = vec![BatchColumn::constant(1.0); column::COUNT];
         columns[column::VENT] = drive.scaled(-1.0, 0.0);
         columns[column::FILL] = drive;
-        let jobs = vec![Job { parameters: &support::TRUTH, start: [2e5] }; JOBS];
+        let jobs = vec![Job { parameters: &support::TRUTH, start: 2e5 }; JOBS];
         simulate_batch(&system, &jobs, &BatchInputs::new(columns, JOBS, ROWS)?, 1, sensitivities)
     };
     let limits = [-1.0, 1.0];

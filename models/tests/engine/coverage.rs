@@ -22,12 +22,12 @@ struct Coverage {
 /// Fits many recordings. `wander` is the relative standard
 /// deviation of the true supply, which the model does not know: a first-order process with a time constant of 0.5 s.
 fn coverage(wander: f64, rows: usize, seeds: u64) -> Coverage {
-    let system = Chamber(Nonlinear::default());
-    let series: Vec<Series<1>> = (0..seeds).map(|seed| recording(&system, wander, rows, seed)).collect();
-    let problems: Vec<Problem<'_, _, 1>> = series
+    let system = Chamber::new(Nonlinear::default());
+    let series: Vec<Series> = (0..seeds).map(|seed| recording(&system, wander, rows, seed)).collect();
+    let problems: Vec<Problem<'_>> = series
         .iter()
         .map(|series| {
-            let space = Space::new(system.0.parameters()).starting_at(&support::TRUTH);
+            let space = Space::new(system.model.parameters()).starting_at(&support::TRUTH);
             Problem { system: &system, series, space }
         })
         .collect();
@@ -50,7 +50,7 @@ fn coverage(wander: f64, rows: usize, seeds: u64) -> Coverage {
 }
 
 /// What the true supply gave, with the nominal supply in the inputs.
-fn recording(system: &Chamber<Nonlinear>, wander: f64, rows: usize, seed: u64) -> Series<1> {
+fn recording(system: &Chamber<Nonlinear>, wander: f64, rows: usize, seed: u64) -> Series {
     let nominal = support::inputs(rows, seed);
     let mut random = support::random(1_000 + seed);
     let mut actual = nominal.clone();
@@ -60,11 +60,11 @@ fn recording(system: &Chamber<Nonlinear>, wander: f64, rows: usize, seed: u64) -
         deviation = memory * deviation + (1.0 - memory * memory).sqrt() * support::normal(&mut random);
         row[column::SUPPLY_PA] *= 1.0 + wander * deviation;
     }
-    let series = |inputs: Vec<f64>, measured: Vec<[f64; 1]>| {
+    let series = |inputs: Vec<f64>, measured: Vec<f64>| {
         #[expect(clippy::single_range_in_vec_init)]
-        Series::new(column::COUNT, inputs, measured, vec![[1.0]; rows], vec![0..rows]).unwrap()
+        Series::new(column::COUNT, inputs, measured, vec![1.0; rows], vec![0..rows]).unwrap()
     };
-    let truth = series(actual, vec![[200e3]; rows]);
+    let truth = series(actual, vec![200e3; rows]);
     let clean = simulate(system, &support::TRUTH, &truth, Start::Measured, 1);
     support::noisy(&series(nominal, clean), SIGMA_PA, 5_000 + seed)
 }

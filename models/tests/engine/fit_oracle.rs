@@ -18,12 +18,12 @@ fn reference(fit: &str) -> HashMap<String, (f64, f64)> {
     rows.map(|record| (record[1].to_owned(), (number(&record[2]), number(&record[3])))).collect()
 }
 
-fn series() -> Series<1> {
+fn series() -> Series {
     let table = Table::read("fit_inputs.csv");
-    let measured: Vec<[f64; 1]> = table.column("measured").iter().map(|&p| [p]).collect();
+    let measured = table.column("measured").to_vec();
     let rows = measured.len();
     #[expect(clippy::single_range_in_vec_init)]
-    Series::new(column::COUNT, table.inputs(false), measured, vec![[1.0]; rows], vec![0..rows]).unwrap()
+    Series::new(column::COUNT, table.inputs(false), measured, vec![1.0; rows], vec![0..rows]).unwrap()
 }
 
 fn options() -> FitOptions {
@@ -48,8 +48,8 @@ fn compare(fit: &Fit, reference: &HashMap<String, (f64, f64)>) {
 
 #[test]
 fn fits_of_rollouts_agree_with_lmfit() {
-    let (system, series) = (Chamber(Nonlinear::default()), series());
-    let space = Space::new(system.0.parameters());
+    let (system, series) = (Chamber::new(Nonlinear::default()), series());
+    let space = Space::new(system.model.parameters());
     let problem = Problem { system: &system, series: &series, space };
     let fit = fit_rollouts(&[problem], &options(), Control::none()).remove(0).unwrap();
     compare(&fit, &reference("rollout"));
@@ -64,8 +64,9 @@ fn fits_of_rollouts_agree_with_lmfit() {
 
 #[test]
 fn fits_of_rates_agree_with_lmfit() {
-    let (model, series) = (Nonlinear::default(), series());
-    let problem = Problem { system: &model, series: &series, space: Space::new(model.parameters()) };
+    let (system, series) = (Chamber::new(Nonlinear::default()), series());
+    let space = Space::new(system.model.parameters());
+    let problem = Problem { system: &system, series: &series, space };
     let fit = fit_rates(&[problem], 2, &options(), Control::none()).remove(0).unwrap();
     compare(&fit, &reference("rate"));
 }

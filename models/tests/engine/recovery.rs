@@ -10,13 +10,17 @@ use crate::support;
 
 const SIGMA_PA: f64 = 360.0;
 
-fn recording(rows: usize) -> Series<1> {
-    support::noisy(&support::clean(&Chamber(Nonlinear::default()), &support::TRUTH, rows, 1, 3), SIGMA_PA, 4)
+fn recording(rows: usize) -> Series {
+    support::noisy(
+        &support::clean(&Chamber::new(Nonlinear::default()), &support::TRUTH, rows, 1, 3),
+        SIGMA_PA,
+        4,
+    )
 }
 
-fn fit(series: &Series<1>, options: &FitOptions) -> Fit {
-    let system = Chamber(Nonlinear::default());
-    let space = Space::new(system.0.parameters());
+fn fit(series: &Series, options: &FitOptions) -> Fit {
+    let system = Chamber::new(Nonlinear::default());
+    let space = Space::new(system.model.parameters());
     fit_rollouts(&[Problem { system: &system, series, space }], options, Control::none()).remove(0).unwrap()
 }
 
@@ -83,10 +87,10 @@ fn a_parameter_without_effect_is_named() {
 /// up to the error of the smoothing derivative.
 #[test]
 fn rates_of_a_clean_recording_give_the_truth() {
-    let model = Nonlinear::default();
-    let series = support::clean(&Chamber(model), &support::TRUTH, 5_000, 1, 3);
-    let space = Space::new(model.parameters());
-    let problem = Problem { system: &model, series: &series, space };
+    let system = Chamber::new(Nonlinear::default());
+    let series = support::clean(&system, &support::TRUTH, 5_000, 1, 3);
+    let space = Space::new(system.model.parameters());
+    let problem = Problem { system: &system, series: &series, space };
     let fit = fit_rates(&[problem], 1, &FitOptions { starts: 4, ..FitOptions::default() }, Control::none());
     for (parameter, truth) in fit[0].as_ref().unwrap().parameters.iter().zip(support::TRUTH) {
         assert!((parameter.value - truth).abs() < 0.01 * truth.abs(), "{parameter:?}, truth {truth}");
@@ -95,11 +99,11 @@ fn rates_of_a_clean_recording_give_the_truth() {
 
 #[test]
 fn masked_samples_have_no_influence() {
-    let clean = support::clean(&Chamber(Nonlinear::default()), &support::TRUTH, 2_000, 1, 3);
+    let clean = support::clean(&Chamber::new(Nonlinear::default()), &support::TRUTH, 2_000, 1, 3);
     let (mut measured, mut weights) = (clean.measured().to_vec(), clean.weights().to_vec());
     for k in (300..400).chain(1_000..1_010) {
-        measured[k] = [if k < 305 { f64::NAN } else { 9e9 }];
-        weights[k] = [0.0];
+        measured[k] = if k < 305 { f64::NAN } else { 9e9 };
+        weights[k] = 0.0;
     }
     let rows = clean.inputs(0..clean.len()).to_vec();
     let masked = Series::new(column::COUNT, rows, measured, weights, vec![0..2_000]).unwrap();

@@ -1,10 +1,8 @@
 //! Rollouts against an independent integrator: `tests/oracle/rollouts.py` (SciPy's DOP853 on the equations written once
 //! more in Python).
 
-use pneudrive_model::model::{
-    FlowForm, FlowFunction, Linear, Model, Nonlinear, Parametric, ValveDrive, column,
-};
-use pneudrive_model::rollout::{Chamber, Series, Start, simulate, step_check};
+use pneudrive_model::model::{FlowForm, FlowFunction, Linear, Nonlinear, Parametric, ValveDrive, column};
+use pneudrive_model::rollout::{Chamber, Series, Start, System, simulate, step_check};
 
 use crate::oracle::Table;
 
@@ -13,19 +11,22 @@ const SEPARATE: [f64; 8] = [0.03, 0.05, 4.0, 6.0, 0.12, 0.2, 0.15, 1.1];
 const PARAMETRIC: [f64; 10] = [0.02, 4.0, 2.0, -30.0, 1.5, 0.8, 12.0, 0.1, 0.03, 0.08];
 const LINEAR: [f64; 2] = [4.0, 3.5];
 
-fn series(table: &Table, name: &str) -> Series<1> {
-    let reference: Vec<[f64; 1]> = table.column(name).iter().map(|&p| [p]).collect();
+fn series(table: &Table, name: &str) -> Series {
+    let reference = table.column(name).to_vec();
     let rows = reference.len();
     let inputs = table.inputs(name == "separate");
     #[expect(clippy::single_range_in_vec_init)]
-    Series::new(column::COUNT, inputs, reference, vec![[1.0]; rows], vec![0..rows]).unwrap()
+    Series::new(column::COUNT, inputs, reference, vec![1.0; rows], vec![0..rows]).unwrap()
 }
 
 /// Largest difference in Pa from the reference.
-fn error<Q: Model>(model: Q, parameters: &[f64], name: &str, substeps: usize) -> f64 {
+fn error<Q>(model: Q, parameters: &[f64], name: &str, substeps: usize) -> f64
+where
+    Chamber<Q>: System,
+{
     let series = series(&Table::read("rollouts.csv"), name);
-    let outputs = simulate(&Chamber(model), parameters, &series, Start::Measured, substeps);
-    outputs.iter().zip(series.measured()).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max)
+    let outputs = simulate(&Chamber { model, board: None }, parameters, &series, Start::Measured, substeps);
+    outputs.iter().zip(series.measured()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[test]
@@ -66,7 +67,7 @@ fn the_error_falls_with_the_fourth_power_of_the_step() {
 #[test]
 fn halving_the_step_predicts_the_error() {
     let series = series(&Table::read("rollouts.csv"), "nonlinear");
-    let check = step_check(&Chamber(Nonlinear::default()), &SPOOL, &series, Start::Measured, 1);
+    let check = step_check(&Chamber::new(Nonlinear::default()), &SPOOL, &series, Start::Measured, 1);
     let error = error(Nonlinear::default(), &SPOOL, "nonlinear", 1);
     assert!(check.max_pa > 0.7 * error && check.max_pa < 1.3 * error, "{check:?}, error {error} Pa");
 }

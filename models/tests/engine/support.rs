@@ -63,27 +63,21 @@ pub fn inputs(rows: usize, seed: u64) -> Vec<f64> {
 }
 
 /// A series without noise in equally long segments, starting at 200 kPa absolute.
-pub fn clean<Y: System<N, 1>, const N: usize>(
-    system: &Y,
-    truth: &[f64],
-    rows: usize,
-    segments: usize,
-    seed: u64,
-) -> Series<1> {
+pub fn clean(system: &dyn System, truth: &[f64], rows: usize, segments: usize, seed: u64) -> Series {
     let inputs = inputs(rows, seed);
     let cut = |i: usize| rows * i / segments;
     let ranges: Vec<_> = (0..segments).map(|i| cut(i)..cut(i + 1)).collect();
     let blank =
-        Series::new(column::COUNT, inputs.clone(), vec![[200e3]; rows], vec![[1.0]; rows], ranges.clone())
+        Series::new(column::COUNT, inputs.clone(), vec![200e3; rows], vec![1.0; rows], ranges.clone())
             .unwrap();
     let pressures = simulate(system, truth, &blank, Start::Measured, 4);
-    Series::new(column::COUNT, inputs, pressures, vec![[1.0]; rows], ranges).unwrap()
+    Series::new(column::COUNT, inputs, pressures, vec![1.0; rows], ranges).unwrap()
 }
 
 /// The same series with white noise of the given standard deviation.
-pub fn noisy(series: &Series<1>, sigma_pa: f64, seed: u64) -> Series<1> {
+pub fn noisy(series: &Series, sigma_pa: f64, seed: u64) -> Series {
     let mut random = random(seed);
-    let measured = series.measured().iter().map(|p| [p[0] + sigma_pa * normal(&mut random)]).collect();
+    let measured = series.measured().iter().map(|p| p + sigma_pa * normal(&mut random)).collect();
     let rows = series.inputs(0..series.len()).to_vec();
     Series::new(series.width(), rows, measured, series.weights().to_vec(), series.segments().to_vec())
         .unwrap()

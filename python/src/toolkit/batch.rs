@@ -32,7 +32,7 @@ const VOLUME_M3: [f64; 2] = [1e-9, 10.0];
 
 /// Everything a batch needs, checked.
 struct Batch<'a> {
-    subject: &'a dyn Subject,
+    subject: &'a Subject,
     parameters: ParameterTable,
     interval_s: f64,
     valve: Valve<FieldView<'a>>,
@@ -104,8 +104,8 @@ impl Batch<'_> {
     fn run(
         &self,
         watch: &Watch,
-        pressures: &mut [[f64; 1]],
-        mut derivatives: Option<&mut [[f64; 1]]>,
+        pressures: &mut [f64],
+        mut derivatives: Option<&mut [f64]>,
     ) -> Result<(), BatchError> {
         watch.begin("simulating");
         let count = self.subject.parameters().len();
@@ -116,9 +116,9 @@ impl Batch<'_> {
             watch.checkpoint();
             let chambers = from..(from + part).min(self.chambers);
             let inputs = BatchInputs::new(self.columns(&chambers), chambers.len(), self.rows)?;
-            let start = |chamber| [self.ambient_pa + PA_PER_KPA * self.start_kpa(chamber)];
+            let start = |chamber| self.ambient_pa + PA_PER_KPA * self.start_kpa(chamber);
             let rows = from * self.rows..chambers.end * self.rows;
-            let jobs: Vec<Job<'_, 1>> = chambers
+            let jobs: Vec<Job<'_>> = chambers
                 .map(|chamber| Job { parameters: self.parameters.of(chamber), start: start(chamber) })
                 .collect();
             let results = BatchResults {
@@ -250,7 +250,7 @@ pub fn simulate_batch<'py>(
         (supply_kpa.pairwise(mean), volume_m3.pairwise(|here, there| mean(here, there).recip()));
     let volume_rate_m3_s = volume_m3.pairwise(|here, there| (there - here) / interval_s);
     let batch = Batch {
-        subject: subject.as_ref(),
+        subject: &subject,
         parameters,
         interval_s,
         valve: valve.view(),
@@ -272,9 +272,9 @@ pub fn simulate_batch<'py>(
     {
         let mut pressures = pressures.readwrite();
         let mut derivatives = derivatives.as_ref().map(PyArrayMethods::readwrite);
-        let pressures = pressures.as_slice_mut()?.as_chunks_mut().0;
+        let pressures = pressures.as_slice_mut()?;
         let derivatives = match &mut derivatives {
-            Some(derivatives) => Some(derivatives.as_slice_mut()?.as_chunks_mut().0),
+            Some(derivatives) => Some(derivatives.as_slice_mut()?),
             None => None,
         };
         let small =

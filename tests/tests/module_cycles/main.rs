@@ -56,7 +56,6 @@ const KNOWN: &[(&str, &str, &[&str])] = &[
     ("models", "fit", &["report", "run"]),
     ("models", "report", &["plot", "svg"]),
     ("models", "rig", &["input_error", "inputs"]),
-    ("models", "rollout", &["batch", "columns"]),
 ];
 
 /// Crates of which the modules within modules are looked at, too: there are none in the others' way yet.
