@@ -11,6 +11,7 @@
 //! * [`simulation`]: a recording simulated with what a fit or a diagnosis found;
 //! * [`effects`]: the catalogue of physical effects, and channels simulated with them;
 //! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
+//! * [`overview`]: a recording at a glance, as a page;
 //! * [`store`]: parameter files;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
@@ -50,6 +51,7 @@ pub mod experiment;
 pub mod fit;
 pub mod model;
 pub mod numeric;
+pub mod overview;
 pub mod report;
 pub mod rig;
 pub mod rollout;

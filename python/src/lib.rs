@@ -4,8 +4,10 @@
 //! shapes and units, keyword arguments, exceptions of `pneudrive_py.exceptions`, context managers. Whatever takes longer than
 //! a microsecond runs without the interpreter's lock.
 
+mod arrays;
 mod bus;
 mod errors;
+mod pickling;
 mod toolkit;
 mod types;
 
@@ -24,6 +26,9 @@ mod _pneudrive {
         Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose,
         effects, fit, load, model_parameters, simulate, simulate_batch,
     };
+
+    #[pymodule_export]
+    use crate::toolkit::record_data_set;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

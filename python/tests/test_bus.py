@@ -62,7 +62,7 @@ def test_pressures_follow_their_commands(controller):
 def test_exchange_all_takes_and_gives_one_row_per_board(controller):
     pressures = controller.exchange_all(np.zeros((2, 4)))
     assert pressures.shape == (2, 4)
-    with pytest.raises(CommandError, match=r"expected pressures of shape \(2, 4\), got 3 rows"):
+    with pytest.raises(CommandError, match=r"shape \(2, 4\), got shape \(3, 4\)"):
         controller.exchange_all(np.zeros((3, 4)))
 
 
@@ -73,10 +73,10 @@ def test_exchange_all_takes_and_gives_one_row_per_board(controller):
         ([0, 0, np.inf, 0], "channel 2: commanded pressure is inf"),
         ([0, -1.0, 0, 0], "channel 1: commanded pressure is -1 kPa"),
         ([0, 0, 0, 776.0], "channel 3: commanded pressure is 776 kPa, above the sensor's full scale"),
-        ([0, 0, 0], "expected 4 pressures in kPa, got 3"),
-        (np.zeros((2, 2)), r"expected 4 pressures in kPa, got ndarray of shape \(2, 2\)"),
-        ("100", "expected 4 pressures in kPa, got str"),
-        (None, "expected 4 pressures in kPa, got NoneType"),
+        ([0, 0, 0], r"expected 4 numbers in kPa, shape \(4,\), got shape \(3,\)"),
+        (np.zeros((2, 2)), r"expected 4 numbers in kPa, shape \(4,\), got shape \(2, 2\)"),
+        ("100", r"expected 4 numbers in kPa, shape \(4,\), got str"),
+        (None, r"expected 4 numbers in kPa, shape \(4,\), got NoneType"),
     ],
 )
 def test_what_cannot_be_commanded_is_refused_before_anything_is_sent(controller, pressures, message):

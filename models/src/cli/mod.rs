@@ -12,6 +12,7 @@ mod options;
 mod origin;
 mod output;
 mod progress;
+mod show;
 mod simulate;
 
 use clap::{Parser, Subcommand};
@@ -39,6 +40,7 @@ enum Command {
     Diagnose(diagnose::Args),
     Effects(effects::Args),
     Import(import::Args),
+    Show(show::Args),
 }
 
 impl Cli {
@@ -51,6 +53,7 @@ impl Cli {
             Command::Diagnose(args) => args.run(),
             Command::Effects(args) => args.run(),
             Command::Import(args) => args.run(),
+            Command::Show(args) => args.run(),
         }
     }
 }

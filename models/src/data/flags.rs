@@ -2,8 +2,10 @@
 
 use std::ops::BitOr;
 
+use serde::{Deserialize, Serialize};
+
 /// Reasons, one bit each, for which one row of one channel is not taken at face value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Flags(u8);
 
 impl Flags {
@@ -29,6 +31,11 @@ impl Flags {
     /// Sets the bits of `other`.
     pub const fn insert(&mut self, other: Self) {
         self.0 |= other.0;
+    }
+
+    /// Clears the bits of `other`.
+    pub const fn remove(&mut self, other: Self) {
+        self.0 &= !other.0;
     }
 
     /// Whether the measured pressure may be compared with a simulated one.

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::column::ColumnKind;
 use super::csv::{RawColumn, RawTable, ReadPlan};
 use super::quality::{self, FindingKind, QualityReport, SensorLimits};
@@ -23,7 +25,7 @@ pub struct LoadOptions<'a> {
 }
 
 /// A recording and what was found in it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Loaded {
     /// The data, doubtful samples masked.
     pub recording: Recording,

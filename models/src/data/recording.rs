@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::{ChannelId, DataError, Flags, Source};
 
 /// What the valve of a channel was told, sample by sample.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
     /// One spool valve: -1 (full vent) to 1 (full fill).
     Spool(Vec<f32>),
@@ -19,7 +21,7 @@ pub enum Drive {
 }
 
 /// One valve and chamber pair. All columns have one value per row of the recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Channel {
     /// Whose columns these are.
     pub id: ChannelId,
@@ -46,7 +48,7 @@ impl Channel {
 }
 
 /// The bending angles of the joint that one board moves.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Board number.
     pub board: u8,
@@ -57,7 +59,7 @@ pub struct Joint {
 }
 
 /// Measured data after checking: time strictly increases, every column has as many values as there are rows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
     /// Where it came from.
     pub source: Source,
@@ -185,6 +187,17 @@ impl Recording {
             stretches.extend(start.map(|from| from..range.end));
         }
         stretches
+    }
+
+    /// Rows at which none of a board's channels has a measured pressure: the exchange was lost, or the board was not asked.
+    #[must_use]
+    pub fn lost_exchanges(&self, board: u8) -> Vec<usize> {
+        let measured = |channel: &&Channel| channel.id.board == board && channel.pressure_kpa.is_some();
+        let channels: Vec<&Channel> = self.channels.iter().filter(measured).collect();
+        let missing = |channel: &&Channel, row: usize| channel.flags[row].contains(Flags::PRESSURE_MISSING);
+        let lost =
+            |row: &usize| !channels.is_empty() && channels.iter().all(|channel| missing(channel, *row));
+        (0..self.rows()).filter(lost).collect()
     }
 
     /// The first row at or after `time_s` seconds from the start of the recording.

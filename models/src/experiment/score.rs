@@ -1,6 +1,6 @@
 //! How far predicted pressures are from measured ones.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::data::{Channel, Recording};
 use crate::model::column;
@@ -9,7 +9,7 @@ use crate::rollout::Series;
 const KPA_PER_PA: f64 = 1e-3;
 
 /// Agreement over the usable samples of a stretch of rows.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Coefficient of determination, 1 - (sum of squared errors) / (sum of squares about the mean): 1 is perfect, 0 is as good as
     /// the mean, below 0 is worse. Of the pressure for a rollout; of the pressure's change over the step for one-step

@@ -17,7 +17,7 @@ mod table;
 pub use format::{duration_text, number, significant};
 pub use intervals::{Interval, Intervals};
 pub use maud::{Markup, PreEscaped, html};
-pub use page::{Page, notes, paragraph, with_code};
+pub use page::{Page, folded, fragment, notes, paragraph, with_code};
 pub use palette::Colour;
 pub use plot::{Mark, Plot, PlotSeries, Shade};
 pub use svg::PlotError;

@@ -42,11 +42,24 @@ impl Page {
                         @for section in &self.sections { (section) }
                         footer { (self.footer) }
                     }
+                    script { (PreEscaped(include_str!("downloads.js"))) }
                 }
             }
         }
         .into_string()
     }
+}
+
+/// Content for a place inside somebody else's page, such as a notebook: with as much style as it needs, for itself alone.
+#[must_use]
+pub fn fragment(content: &Markup) -> Markup {
+    html! { div.pneudrive { style { (PreEscaped(include_str!("fragment.css"))) } (content) } }
+}
+
+/// Details that a reader opens by its heading; printed in full.
+#[must_use]
+pub fn folded(heading: &str, content: &Markup) -> Markup {
+    html! { details { summary { (heading) } (content) } }
 }
 
 /// A paragraph of plain text.
@@ -89,7 +102,7 @@ mod tests {
         assert!(
             html.contains("A &amp; B") && html.contains("Lead &lt;here&gt;.") && html.contains("x &lt; y")
         );
-        for outside in ["<script", "href=", "src=", "@import", "url("] {
+        for outside in ["href=", "src=", "@import", "url(", "http:", "https:", "fetch(", "XMLHttpRequest"] {
             assert!(!html.contains(outside), "{outside}");
         }
     }

@@ -53,6 +53,8 @@ pub struct Plot {
     pub series: Vec<PlotSeries>,
     /// Shaded ranges behind them.
     pub shades: Vec<Shade>,
+    /// Places on the x axis that a thin upright line marks: events.
+    pub moments: Vec<f64>,
     /// Lowest and highest y; from the data where it is `None`.
     pub y_range: Option<(f64, f64)>,
     /// Whether y = 0 must be in the picture.
@@ -87,6 +89,20 @@ impl Plot {
         self
     }
 
+    /// Marks places on the x axis, and names them all in the legend.
+    #[must_use]
+    pub fn moments(mut self, at: impl IntoIterator<Item = f64>) -> Self {
+        self.moments.extend(at);
+        self
+    }
+
+    /// Keeps y = 0 in the picture.
+    #[must_use]
+    pub fn with_zero(mut self) -> Self {
+        self.include_zero = true;
+        self
+    }
+
     /// The figure: title, legend, and the picture for wide and for narrow screens.
     ///
     /// # Errors
@@ -111,6 +127,7 @@ impl Plot {
                                 span.key { i.shade {} (shade.name) }
                             }
                         }
+                        @if !self.moments.is_empty() { span.key { i.moment {} "event" } }
                     }
                 }
                 div.wide role="img" aria-label=(self.title) { (PreEscaped(wide)) }

@@ -33,12 +33,14 @@ pub(super) struct Size {
 
 /// The backend rounds to whole units; drawing this many times larger and scaling down by the view box keeps curves smooth.
 const FINE: u32 = 4;
-const FONT_PX: u32 = 13;
+const FONT_PX: u32 = 15;
 
 const AXIS: RGBColor = RGBColor(90, 90, 90);
 const GRID: RGBColor = RGBColor(228, 228, 228);
 const TEXT: RGBColor = RGBColor(40, 40, 40);
 const SHADE: RGBColor = RGBColor(238, 242, 247);
+const ZERO: RGBColor = RGBColor(120, 120, 120);
+const MOMENT: RGBColor = RGBColor(200, 50, 30);
 
 /// Draws `plot` and returns an `<svg>` element that fills the width it is given.
 pub(super) fn draw(plot: &Plot, size: Size) -> Result<String, PlotError> {
@@ -64,8 +66,8 @@ fn draw_into(plot: &Plot, size: Size, x: (f64, f64), y: (f64, f64), text: &mut S
     let mut chart = ChartBuilder::on(&root)
         .margin_top(fine(8))
         .margin_right(fine(if narrow { 8 } else { 16 }))
-        .x_label_area_size(fine(40))
-        .y_label_area_size(fine(if narrow { 50 } else { 62 }))
+        .x_label_area_size(fine(44))
+        .y_label_area_size(fine(if narrow { 58 } else { 70 }))
         .build_cartesian_2d(x.0..x.1, y.0..y.1)
         .map_err(words)?;
     for shade in &plot.shades {
@@ -90,6 +92,13 @@ fn draw_into(plot: &Plot, size: Size, x: (f64, f64), y: (f64, f64), text: &mut S
         .y_label_formatter(&|v| tick(*v, axis_decimals.1))
         .draw()
         .map_err(words)?;
+    if y.0 < 0.0 && y.1 > 0.0 {
+        let zero = PathElement::new([(x.0, 0.0), (x.1, 0.0)], ZERO.stroke_width(stroke(10)));
+        chart.draw_series(std::iter::once(zero)).map_err(words)?;
+    }
+    let inside = plot.moments.iter().filter(|at| (x.0..=x.1).contains(*at));
+    let upright = |at: &f64| PathElement::new([(*at, y.0), (*at, y.1)], MOMENT.stroke_width(stroke(10)));
+    chart.draw_series(inside.map(upright)).map_err(words)?;
     for series in &plot.series {
         let (r, g, b) = series.colour.rgb();
         let colour = RGBColor(r, g, b);
@@ -160,6 +169,16 @@ mod tests {
             error.to_string(),
             "plot \"Empty\": there is nothing to draw: no series holds a finite value"
         );
+    }
+
+    #[test]
+    fn zero_has_a_line_only_where_values_lie_on_both_sides() {
+        let lines = |low: f64| {
+            let plot = Plot::new("", "", "").line("", Colour::Blue, vec![(0.0, low), (1.0, 5.0)]);
+            let svg = draw(&plot, Size { width: 400, height: 200 }).unwrap();
+            svg.matches("#787878").count()
+        };
+        assert_eq!((lines(-5.0), lines(1.0)), (1, 0));
     }
 
     #[test]

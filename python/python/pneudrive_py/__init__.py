@@ -28,7 +28,7 @@ The modelling toolkit::
 Pressures are in kPa gauge, times in s. Everything that goes wrong is an exception of :mod:`pneudrive_py.exceptions`.
 """
 
-from . import _pneudrive, exceptions
+from . import _pneudrive, exceptions, live, plots, sim, tables
 from ._pneudrive import *  # noqa: F403
 from .exceptions import (
     BoardError,
@@ -59,4 +59,8 @@ __all__ = [
     "StaleDataError",
     "VentWarning",
     "exceptions",
+    "live",
+    "plots",
+    "sim",
+    "tables",
 ]

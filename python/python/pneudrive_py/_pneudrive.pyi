@@ -3,31 +3,59 @@ The compiled part of `pneudrive_py`; import that.
 """
 
 from _typeshed import SupportsGetItem
+from collections.abc import Iterator
 from numpy import bool_, float64
 from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
-
-__all__ = ["__version__", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
-
 __version__: Final[str]
+
+__all__ = ["__version__", "_record", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
 
 @final
 class Comparison:
     """
     Models fitted on one part of a recording and judged on the rest.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Comparison: ...
     def html(self, /) -> str:
         """
         The page with tables and plots, one self-contained HTML file's content.
+        """
+    def plot(self, /, channel: Any | None = None, **options) -> Any:
+        """
+        Draws the measured pressures of the judging part and every model's (needs matplotlib): see ``pneudrive_py.plots.comparison``, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
     @property
     def ranking(self, /) -> list[str]:
         """
         Models, best first by the rollout error on the judging part.
+        """
+    def residuals(self, /, channel: str, model: str) -> dict[str, NDArray[float64]]:
+        """
+        Measured and simulated pressures of one model on one channel, over the judging part where they can be compared.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+        model : str
+            ``"linear"``, ``"nonlinear"`` or ``"parametric"``.
+
+        Returns
+        -------
+        dict
+            ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+            (compared rows,).
         """
     def save(self, /, path: str | PathLike[str]) -> None:
         """
@@ -71,13 +99,21 @@ class Diagnosis:
     """
     What a simulation gets wrong in a recording, why, and what modelling it gains.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Diagnosis: ...
     @property
     def causes(self, /) -> Any:
         """
         The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
         that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
+        """
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels.
         """
     @property
     def extended_model(self, /) -> ExtendedModel:
@@ -93,14 +129,22 @@ class Diagnosis:
         """
         What was noticed about the data.
         """
+    def plot(self, /, channel: Any | None = None, **options) -> Any:
+        """
+        Draws measured pressures and the residuals without and with the causes, test blocks shaded (needs matplotlib): see ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
     @property
     def report_dict(self, /) -> Any:
         """
         The whole of ``report.json`` as a dictionary.
         """
-    def residuals(self, /, channel: str) -> dict[str, NDArray[float64]]:
+    def residuals(self, /, channel: str) -> dict[str, Any]:
         """
-        Measured and simulated pressures of one channel, where they were compared.
+        Measured pressures of one channel and residuals, where they were compared.
 
         Parameters
         ----------
@@ -110,8 +154,9 @@ class Diagnosis:
         Returns
         -------
         dict
-            Residuals (simulated minus measured, kPa): ``base`` of the model without the causes and ``extended`` with them;
-            float64 arrays of shape (compared rows,).
+            ``t_s`` (from the start of the recording), ``measured_kpa``, and the residuals (measured - simulated, kPa) ``base`` of the model
+            without the causes and ``extended`` with them: float64 arrays of shape (compared rows,). ``role``: array of str, what the row
+            was used for: ``"fit"`` (parameters), ``"select"`` (causes) or ``"test"`` (the gain, nothing else).
         """
     def save(self, /, folder: str | PathLike[str]) -> None:
         """
@@ -142,8 +187,11 @@ class ExtendedModel:
     ``Diagnosis.extended_model``, or what ``ExtendedModel.load`` reads. ``simulate`` simulates it; as ``diagnose(reference=...)`` it is
     what a later recording of the same rig is compared with.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> ExtendedModel: ...
     @property
     def channels(self, /) -> list[str]:
         """
@@ -202,8 +250,11 @@ class Fit:
     """
     The fit of one model to the channels of a recording.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Fit: ...
     @property
     def channels(self, /) -> list[str]:
         """
@@ -218,6 +269,11 @@ class Fit:
         names : list of str
         covariance : numpy.ndarray of float64, shape (free, free)
             In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
+        """
+    @property
+    def fit_seconds(self, /) -> float:
+        """
+        Length of the part that was fitted, s, from the first row on.
         """
     @property
     def fitted(self, /) -> dict[str, dict[str, Any] | None]:
@@ -235,6 +291,34 @@ class Fit:
         """
         The parameters, as ``simulate`` takes them.
         """
+    def plot(self, /, channels: Any | None = None, **options) -> Any:
+        """
+        Draws measured and simulated pressures, the fitted part shaded, and their difference (needs matplotlib): see ``pneudrive_py.plots.fit``, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+    @property
+    def recording(self, /) -> Recording:
+        """
+        The recording that was fitted.
+        """
+    def residuals(self, /, channel: str) -> Any:
+        """
+        Measured and simulated pressures of one channel where they can be compared.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+
+        Returns
+        -------
+        dict
+            ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+            (compared rows,); ``role``: array of str, ``"fit"`` where the parameters were fitted and ``"held out"`` where they were not.
+        """
     def save(self, /, path: str | PathLike[str]) -> None:
         """
         Writes the parameters to a file (TOML), as ``Parameters.save``.
@@ -249,8 +333,11 @@ class Parameters:
     """
     Fitted parameters of one or more channels, with the rig they were fitted with and where they came from.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Parameters: ...
     def array(self, /, channel: str) -> NDArray[float64]:
         """
         The same as a float64 array of shape (parameters,), as ``simulate_batch`` takes it.
@@ -311,6 +398,15 @@ class Poller:
     def __enter__(self, /) -> Poller: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
     def __repr__(self, /) -> str: ...
+    def get_all(self, /) -> NDArray[float64]:
+        """
+        The newest pressures of all boards.
+
+        Returns
+        -------
+        numpy.ndarray of float64, shape (num_devices, 4)
+            Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
+        """
     def get_pressure_data(self, /, device: "int") -> NDArray[float64]:
         """
         The newest pressures of one board.
@@ -340,10 +436,49 @@ class Poller:
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
             (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
         """
+    def join(self, /, timeout: SupportsFloat | SupportsIndex | None = None) -> bool:
+        """
+        Waits until polling ends: because a trajectory has come to its end, or by ``stop``.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            How long to wait at most, s; for ever by default.
+
+        Returns
+        -------
+        bool
+            Whether it has ended.
+
+        Raises
+        ------
+        PortError
+            The port failed while polling.
+
+        Warns
+        -----
+        VentWarning
+            A board did not confirm 0 kPa.
+        """
     def release(self, /) -> None:
         """
         Follows set points again after ``vent``, or after a port that was gone has come back. What was commanded before does not return:
         all set points are 0 kPa until they are set. Does nothing if the boards are not vented.
+        """
+    def set_all(self, /, pressures: ArrayLike) -> None:
+        """
+        Changes the set points of all boards, from their next exchanges on.
+
+        Parameters
+        ----------
+        pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+            Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
+            first is changed.
+
+        Raises
+        ------
+        CommandError, PortError
+            As for ``set_pressure_commands``; the old set points stand.
         """
     def set_pressure_commands(self, /, device: "int", pressures: ArrayLike) -> None:
         """
@@ -371,8 +506,9 @@ class Poller:
         Returns
         -------
         dict or None
-            ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
-            ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. None before the first figures.
+            ``devices``, ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+            ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
+            asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
         """
     def stop(self, /) -> None:
         """
@@ -402,6 +538,30 @@ class Poller:
         """
         Whether 0 kPa is commanded until ``release``: by ``vent``, or because the port was gone and has come back.
         """
+    def wait(self, /, after: SupportsIndex | None = None, *, timeout: SupportsFloat | SupportsIndex = 1.0) -> dict[str, Any]:
+        """
+        Waits for a cycle of the bus and returns it.
+
+        Parameters
+        ----------
+        after : int, optional
+            Number of a cycle; the returned one is a later one. By default the one that is current when this is called.
+        timeout : float, default 1.0
+            How long to wait at most, s.
+
+        Returns
+        -------
+        dict
+            ``cycle``: its number, from 0; ``t_s``: start of the cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
+            (num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+
+        Raises
+        ------
+        PortError
+            The poller has ended.
+        PneuDriveError
+            No new cycle in that time.
+        """
 
 @final
 class PressureController:
@@ -417,7 +577,8 @@ class PressureController:
     baud : int, optional
         Line rate; that of ``rig``, or 1_000_000 by default.
     timeout : float, optional
-        How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
+        How long a board may think before it answers, s; the wire's time, by the line rate, is added. By default 0.002, and 0.02 for
+        ``"sim"``, whose boards share the machine's cores.
     retries : int, default 3
         How often a board that did not answer is asked again before an exception says so, 0 to 100. A desktop that is busy for some
         milliseconds makes an answer late.
@@ -477,8 +638,9 @@ class PressureController:
 
         Parameters
         ----------
-        pressures : array_like of float, shape (num_devices, 4)
-            Set points, kPa gauge. All are checked before the first is sent.
+        pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+            Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
+            first is sent.
 
         Returns
         -------
@@ -491,6 +653,15 @@ class PressureController:
             Nothing was sent.
         NoAnswerError, GarbledAnswerError
             The first exchange that failed; the boards after it were still commanded.
+        """
+    def get_all(self, /) -> NDArray[float64]:
+        """
+        The pressures that all boards sent in their last exchanges.
+
+        Returns
+        -------
+        numpy.ndarray of float64, shape (num_devices, 4)
+            Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
         """
     def get_pressure_data(self, /, device: "int") -> NDArray[float64]:
         """
@@ -535,6 +706,41 @@ class PressureController:
         NoAnswerError
             A board did not answer in time; ``board`` is the first such board's number.
         """
+    def play(self, /, trajectory: Any, rate_hz: SupportsFloat | SupportsIndex | None = None, *, interpolation: str = "hold", at_end: str = "stop", speed: SupportsFloat | SupportsIndex = 1.0, history_s: SupportsFloat | SupportsIndex | None = None) -> Poller:
+        """
+        Plays a trajectory: polls all boards in the background, with commands that change over time.
+
+        Parameters
+        ----------
+        trajectory : mapping from str to array_like of float, shape (rows,), or path
+            ``t_s`` (s, from 0 on, increasing) and any of ``b0_cmd0_kpa`` and so on (board 0, channel 0; kPa gauge). A DataFrame or a
+            Recording does as well; so does the path of a CSV file or, of a recording, an MCAP file. Channels without a column stay at
+            0 kPa. All of it is checked before anything is sent.
+        rate_hz : float, optional
+            Cycles per second; as fast as possible by default.
+        interpolation : {"hold", "linear"}, default "hold"
+            Between two rows: the earlier one's commands, or the straight line.
+        at_end : {"stop", "hold", "repeat"}, default "stop"
+            After the last row: 0 kPa and the poller's end, that row's commands, or the first row again.
+        speed : float, default 1.0
+            How many times as fast, 0.001 to 1000.
+        history_s : float, optional
+            How much of the past to keep, s, at most 3600; the whole trajectory by default.
+
+        Returns
+        -------
+        Poller
+            Its ``join`` waits for the end. Set points can be given by hand only after its ``vent`` and ``release``.
+
+        Raises
+        ------
+        DataError, FileError
+            The trajectory cannot be used or read; the message names row and column.
+        CommandError
+            A set point above a limit, or an argument that makes no sense.
+        PortError
+            The controller is closed or polled already.
+        """
     def poll(self, /, rate_hz: SupportsFloat | SupportsIndex | None = None, *, history_s: SupportsFloat | SupportsIndex = 60.0) -> Poller:
         """
         Polls all boards in the background, at a fixed rate or as fast as possible.
@@ -562,6 +768,20 @@ class PressureController:
         """
         The port's path; for virtual boards that of their pty.
         """
+    def set_all(self, /, pressures: ArrayLike) -> None:
+        """
+        Commands all boards, one after the other: ``exchange_all`` without its result. A ``Poller`` has the same method.
+
+        Parameters
+        ----------
+        pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+            Set points, kPa gauge.
+
+        Raises
+        ------
+        CommandError, NoAnswerError, GarbledAnswerError
+            As for ``exchange_all``.
+        """
     def set_pressure_commands(self, /, device: "int", pressures: ArrayLike) -> None:
         """
         Commands four pressures to one board and receives its four pressures.
@@ -581,6 +801,11 @@ class PressureController:
         NoAnswerError, GarbledAnswerError
             The exchange failed; ``get_pressure_data`` then has nothing to give.
         """
+    @property
+    def timeout(self, /) -> float:
+        """
+        How long a board may think before it answers, s.
+        """
 
 @final
 class Recording:
@@ -589,12 +814,41 @@ class Recording:
 
     Made by ``load`` or ``Recording.from_columns``. Columns have the names of the file format, such as ``b0_p1_kpa`` for the
     pressure of board 0, channel 1. Pressures are in kPa gauge, times in s, angles in rad, drives from -1 (vent) to 1 (fill).
-    ``recording["b0_p1_kpa"]`` is one column, a float64 array of shape (rows,); ``len`` is the number of rows.
+
+    It behaves as a table whose rows are counted and whose columns are named, as a DataFrame does: ``recording["b0_p1_kpa"]`` is a
+    column, a float64 array of shape (rows,); ``in``, ``for``, ``keys``, ``values``, ``items`` and ``get`` are about columns; ``len`` is
+    the number of rows. ``dict(recording)`` holds all columns. It cannot be changed; it can be pickled.
     """
+    def __contains__(self, column: Any, /) -> bool: ...
     def __getitem__(self, column: str, /) -> NDArray[float64]: ...
+    def __iter__(self, /) -> Iterator: ...
     def __len__(self, /) -> int: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
+    def _ipython_key_completions_(self, /) -> list[str]: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Recording: ...
+    def between(self, /, start_s: SupportsFloat | SupportsIndex | None = None, stop_s: SupportsFloat | SupportsIndex | None = None) -> Recording:
+        """
+        The rows of a stretch of time.
+
+        Parameters
+        ----------
+        start_s, stop_s : float, optional
+            From the first row at or after ``start_s`` to the last before ``stop_s``, on the scale of ``time_s``; by default from the
+            first row, and to the last.
+
+        Returns
+        -------
+        Recording
+            Times stay what they are; masked samples stay masked.
+
+        Raises
+        ------
+        DataError
+            Fewer than two rows are left.
+        """
     @property
     def channels(self, /) -> list[str]:
         """
@@ -609,6 +863,12 @@ class Recording:
     def duration_s(self, /) -> float:
         """
         Time from the first row to the last, s.
+        """
+    @property
+    def events(self, /) -> Any:
+        """
+        What happened while it was recorded, as the file says: dictionaries with ``t_s`` (s, as ``time_s``), ``kind`` and ``text``. Empty
+        where the file says nothing.
         """
     @property
     def file(self, /) -> str:
@@ -653,6 +913,30 @@ class Recording:
         rig, channels
             As for ``from_columns``.
         """
+    def get(self, /, column: str, default: Any | None = None) -> Any | None:
+        """
+        A column, or ``default`` where there is none of this name.
+        """
+    def html(self, /) -> str:
+        """
+        The page that ``pneudrive-model show`` writes, one self-contained HTML file's content: figures of every channel, plots, events.
+        """
+    def items(self, /) -> list[tuple[str, NDArray[float64]]]:
+        """
+        Names and columns.
+        """
+    def keys(self, /) -> list[str]:
+        """
+        Names of the columns, as ``columns``.
+        """
+    def plot(self, /, channels: Any | None = None, **options) -> Any:
+        """
+        Draws set points and usable pressures (needs matplotlib): see ``pneudrive_py.plots.recording``, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
     @property
     def quality(self, /) -> list[str]:
         """
@@ -662,6 +946,26 @@ class Recording:
     def rate_hz(self, /) -> float:
         """
         Nominal sampling rate, Hz.
+        """
+    def resample(self, /, rate_hz: SupportsFloat | SupportsIndex) -> Recording:
+        """
+        The recording at another rate.
+
+        Parameters
+        ----------
+        rate_hz : float
+            Rows per second; they begin anew where time is missing.
+
+        Returns
+        -------
+        Recording
+            Pressures, supply and angles lie on the line between their neighbours, commands and drives hold; what is masked on either
+            side is masked. Nothing is filtered: what is faster than half the new rate folds over.
+
+        Raises
+        ------
+        DataError
+            A rate that makes no sense for this recording.
         """
     def save(self, /, path: str | PathLike[str]) -> None:
         """
@@ -677,9 +981,18 @@ class Recording:
         """
         Time of each row, s; float64 array of shape (rows,).
         """
+    def to_dataframe(self, /) -> Any:
+        """
+        All columns as a ``pandas.DataFrame`` whose index is the time, s (needs pandas).
+        """
     def to_dict(self, /) -> dict[str, NDArray[float64]]:
         """
         All columns by name, as ``pandas.DataFrame`` takes them.
+        """
+    def to_xarray(self, /) -> Any:
+        """
+        Pressures, set points and drives as an ``xarray.Dataset`` (needs xarray) with dimensions ``t_s`` and ``channel``, units in the
+        attributes; ``usable`` says which pressures may be used.
         """
     def usable(self, /, channel: str) -> NDArray[bool_]:
         """
@@ -693,6 +1006,10 @@ class Recording:
         Returns
         -------
         numpy.ndarray of bool, shape (rows,)
+        """
+    def values(self, /) -> list[NDArray[float64]]:
+        """
+        The columns, in the order of ``keys``.
         """
 
 @final
@@ -766,12 +1083,23 @@ class Simulation:
     """
     Simulated pressures of the channels of a recording.
     """
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Simulation: ...
     @property
     def channels(self, /) -> list[str]:
         """
         Names of the channels, in the order of ``pressure_kpa``.
+        """
+    def plot(self, /, channels: Any | None = None, **options) -> Any:
+        """
+        Draws measured and simulated pressures, and their difference (needs matplotlib): see ``pneudrive_py.plots.simulation``, which takes the same keywords.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
         """
     @property
     def pressure_kpa(self, /) -> NDArray[float64]:
@@ -783,6 +1111,21 @@ class Simulation:
         """
         The recording with simulated pressures in place of the measured ones.
         """
+    def residuals(self, /, channel: str) -> dict[str, NDArray[float64]]:
+        """
+        Measured and simulated pressures of one channel where they can be compared: where the measured one may be used.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+
+        Returns
+        -------
+        dict
+            ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+            (compared rows,).
+        """
     @property
     def scores(self, /) -> dict[str, dict[str, Any] | None]:
         """
@@ -793,6 +1136,11 @@ class Simulation:
         """
         Time of each row, s; float64 array of shape (rows,).
         """
+
+def _record(out: str | PathLike[str], rig_out: str | PathLike[str], *, seconds: SupportsFloat | SupportsIndex, rate_hz: SupportsFloat | SupportsIndex, channels: SupportsIndex, excitation: str, range_kpa: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], effects: SupportsGetItem[int, str], realistic: bool, drive: bool, open_loop: SupportsFloat | SupportsIndex | None, joints: bool, supply: bool, seed: SupportsIndex) -> int:
+    """
+    Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
+    """
 
 def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, models: SupportsGetItem[int, str] | None = None, fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, progress: Any | None = None) -> Comparison:
     """

@@ -6,6 +6,7 @@ use super::live;
 use super::poller::{Poller, PollerSettings};
 use super::port::{Port, Timing, bus_options};
 use super::session::Session;
+use super::trajectory;
 use crate::errors::{BusFailure, CommandError, NoAnswerError, StaleDataError};
 use crate::types::{Array, ArrayLike, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -27,7 +28,8 @@ use std::time::{Duration, Instant};
 /// baud : int, optional
 ///     Line rate; that of ``rig``, or 1_000_000 by default.
 /// timeout : float, optional
-///     How long a board may think before it answers, s; 0.002 by default. The wire's time is added.
+///     How long a board may think before it answers, s; the wire's time, by the line rate, is added. By default 0.002, and 0.02 for
+///     ``"sim"``, whose boards share the machine's cores.
 /// retries : int, default 3
 ///     How often a board that did not answer is asked again before an exception says so, 0 to 100. A desktop that is busy for some
 ///     milliseconds makes an answer late.
@@ -67,6 +69,7 @@ pub struct PressureController {
     link: Arc<Link>,
     retries: u32,
     resume: bool,
+    timeout_s: f64,
 }
 
 impl PressureController {
@@ -147,7 +150,8 @@ impl PressureController {
             .filter(|retries| *retries <= 100)
             .ok_or_else(|| CommandError::new_err(format!("retries is {retries}; it must be 0 to 100")))?;
         let rules = guard::rules(max_kpa, max_rate_kpa_s, rig.as_ref(), devices)?;
-        let options = bus_options(baud, timeout)?.calibrated(&rules.calibration, &rules.boards);
+        let options = bus_options(&uart_port, baud, timeout)?.calibrated(&rules.calibration, &rules.boards);
+        let timeout_s = options.answer_allowance_ns as f64 * 1e-9;
         if live::has(py, &uart_port) {
             return Err(held_by_us(&uart_port));
         }
@@ -155,7 +159,7 @@ impl PressureController {
             py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, rules))?;
         let link = Arc::new(link);
         live::add(py, &link);
-        Ok(Self { link, retries, resume })
+        Ok(Self { link, retries, resume, timeout_s })
     }
 
     /// Asks every board whether it is there, by commanding 0 kPa, until all have answered.
@@ -262,8 +266,9 @@ impl PressureController {
     ///
     /// Parameters
     /// ----------
-    /// pressures : array_like of float, shape (num_devices, 4)
-    ///     Set points, kPa gauge. All are checked before the first is sent.
+    /// pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
+    ///     first is sent.
     ///
     /// Returns
     /// -------
@@ -277,23 +282,13 @@ impl PressureController {
     /// NoAnswerError, GarbledAnswerError
     ///     The first exchange that failed; the boards after it were still commanded.
     fn exchange_all<'py>(&self, py: Python<'py>, pressures: ArrayLike<'py>) -> PyResult<Matrix<'py>> {
-        let devices = self.link.devices();
-        let rows = pressures.0.try_iter()?.collect::<PyResult<Vec<_>>>()?;
-        if rows.len() != usize::from(devices) {
-            return Err(CommandError::new_err(format!(
-                "expected pressures of shape ({devices}, {CHANNELS}), got {} rows",
-                rows.len()
-            )));
+        let link = self.link()?;
+        let checked = commands::of_all(link.devices(), &pressures.0, link.rules())?;
+        for (board, counts) in &checked {
+            link.check_rate(*board, *counts)?;
         }
-        let boards = 0..=u8::MAX;
-        let checked = boards.zip(&rows).map(|(board, row)| {
-            let counts = commands::counts(board, row, self.link.rules())?;
-            self.link()?.check_rate(board, counts)?;
-            Ok((board, counts))
-        });
-        let checked = checked.collect::<PyResult<Vec<_>>>()?;
         let mut first_failure = None;
-        let measured = PyArray2::zeros(py, [rows.len(), CHANNELS], false);
+        let measured = PyArray2::zeros(py, [checked.len(), CHANNELS], false);
         for (board, counts) in checked {
             py.check_signals()?;
             match self.exchange(py, board, counts, self.retries) {
@@ -307,6 +302,94 @@ impl PressureController {
             }
         }
         first_failure.map_or(Ok(Array(measured)), |failure| Err(failure.into()))
+    }
+
+    /// Commands all boards, one after the other: ``exchange_all`` without its result. A ``Poller`` has the same method.
+    ///
+    /// Parameters
+    /// ----------
+    /// pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+    ///     Set points, kPa gauge.
+    ///
+    /// Raises
+    /// ------
+    /// CommandError, NoAnswerError, GarbledAnswerError
+    ///     As for ``exchange_all``.
+    fn set_all(&self, py: Python<'_>, pressures: ArrayLike<'_>) -> PyResult<()> {
+        self.exchange_all(py, pressures).map(|_| ())
+    }
+
+    /// The pressures that all boards sent in their last exchanges.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray of float64, shape (num_devices, 4)
+    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
+    fn get_all<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
+        let link = self.link()?;
+        let measured = PyArray2::zeros(py, [usize::from(link.devices()), CHANNELS], false);
+        for board in (0..=u8::MAX).take(usize::from(link.devices())) {
+            for (channel, kpa) in link.reading(board).unwrap_or([f64::NAN; CHANNELS]).into_iter().enumerate()
+            {
+                measured.readwrite().as_array_mut()[[usize::from(board), channel]] = kpa;
+            }
+        }
+        Ok(Array(measured))
+    }
+
+    /// Plays a trajectory: polls all boards in the background, with commands that change over time.
+    ///
+    /// Parameters
+    /// ----------
+    /// trajectory : mapping from str to array_like of float, shape (rows,), or path
+    ///     ``t_s`` (s, from 0 on, increasing) and any of ``b0_cmd0_kpa`` and so on (board 0, channel 0; kPa gauge). A DataFrame or a
+    ///     Recording does as well; so does the path of a CSV file or, of a recording, an MCAP file. Channels without a column stay at
+    ///     0 kPa. All of it is checked before anything is sent.
+    /// rate_hz : float, optional
+    ///     Cycles per second; as fast as possible by default.
+    /// interpolation : {"hold", "linear"}, default "hold"
+    ///     Between two rows: the earlier one's commands, or the straight line.
+    /// at_end : {"stop", "hold", "repeat"}, default "stop"
+    ///     After the last row: 0 kPa and the poller's end, that row's commands, or the first row again.
+    /// speed : float, default 1.0
+    ///     How many times as fast, 0.001 to 1000.
+    /// history_s : float, optional
+    ///     How much of the past to keep, s, at most 3600; the whole trajectory by default.
+    ///
+    /// Returns
+    /// -------
+    /// Poller
+    ///     Its ``join`` waits for the end. Set points can be given by hand only after its ``vent`` and ``release``.
+    ///
+    /// Raises
+    /// ------
+    /// DataError, FileError
+    ///     The trajectory cannot be used or read; the message names row and column.
+    /// CommandError
+    ///     A set point above a limit, or an argument that makes no sense.
+    /// PortError
+    ///     The controller is closed or polled already.
+    #[pyo3(signature = (trajectory, rate_hz=None, *, interpolation="hold", at_end="stop", speed=1.0, history_s=None))]
+    #[allow(clippy::too_many_arguments)] // keywords of the Python method
+    fn play(
+        &self,
+        py: Python<'_>,
+        trajectory: &Bound<'_, PyAny>,
+        rate_hz: Option<f64>,
+        interpolation: &str,
+        at_end: &str,
+        speed: f64,
+        history_s: Option<f64>,
+    ) -> PyResult<Poller> {
+        let link = self.link()?;
+        let played = trajectory::read(trajectory, link.devices(), link.rules())?;
+        let played = trajectory::at_speed(played, speed)?;
+        let history_s = history_s.unwrap_or(trajectory::kept_s(&played));
+        let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
+        let source = trajectory::source(played, interpolation, at_end, link.devices(), link.rules())?;
+        let start = |bus| Session::start(bus, &settings, link.rules(), self.resume, Some(source));
+        let session = py.detach(|| link.poll(start))?;
+        Ok(Poller::new(session, link.devices()))
     }
 
     /// Polls all boards in the background, at a fixed rate or as fast as possible.
@@ -332,7 +415,7 @@ impl PressureController {
     fn poll(&self, py: Python<'_>, rate_hz: Option<f64>, history_s: f64) -> PyResult<Poller> {
         let link = self.link()?;
         let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
-        let start = |bus| Session::start(bus, &settings, link.rules(), self.resume);
+        let start = |bus| Session::start(bus, &settings, link.rules(), self.resume, None);
         let session = py.detach(|| link.poll(start))?;
         Ok(Poller::new(session, link.devices()))
     }
@@ -358,6 +441,12 @@ impl PressureController {
     #[getter]
     fn num_devices(&self) -> u16 {
         self.link.devices()
+    }
+
+    /// How long a board may think before it answers, s.
+    #[getter]
+    fn timeout(&self) -> f64 {
+        self.timeout_s
     }
 
     /// The port's path; for virtual boards that of their pty.

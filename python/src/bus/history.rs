@@ -70,7 +70,7 @@ impl Observer for Writer {
             commands: row
                 .boards
                 .iter()
-                .map(|board| self.calibration.kpa(board.board, board.command))
+                .map(|board| self.calibration.command_kpa(board.board, board.command))
                 .collect(),
             pressures: pressures.collect(),
         });

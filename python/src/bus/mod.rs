@@ -20,6 +20,7 @@ mod owner;
 mod poller;
 mod port;
 mod session;
+mod trajectory;
 
 pub use controller::PressureController;
 pub use live::register_atexit;

@@ -1,16 +1,18 @@
 use super::commands;
-use super::ending::Signals;
+use super::ending::{LOOK_EVERY, Signals};
+use super::guard::Rules;
 use super::live;
 use super::session::Session;
-use crate::errors::{CommandError, PortError, StaleDataError};
-use crate::types::{Array, ArrayLike, Dict, Vector};
-use numpy::{PyArray1, PyArray3, PyArrayMethods};
-use pneudrive_host::poller::{BoardState, MissedTick, Pace};
+use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
+use crate::types::{Array, ArrayLike, Dict, Matrix, Vector};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pneudrive_host::poller::{BoardState, MissedTick, Outcome, Pace, Snapshot};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::CHANNELS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// What a poller is asked to do.
 pub struct PollerSettings {
@@ -78,11 +80,49 @@ impl Poller {
         }
         if session.why_ended().is_none() {
             // It has ended by itself, and comes to its end at once.
-            py.detach(|| session.end("it failed").wait(Signals::Handled))?;
+            py.detach(|| session.end(session.natural_end()).wait(Signals::Handled))?;
         }
         Ok(session.why_ended())
     }
 }
+
+/// How often a caller that waits looks whether there is a new row: short beside the cycles of a bus, long beside a look.
+const LOOK_FOR_ROWS_EVERY: Duration = Duration::from_micros(300);
+
+/// How long the first figures of a run are waited for: the bus thread makes them at the end of its cycle.
+const FIGURES_WITHIN: Duration = Duration::from_secs(1);
+
+/// Looks until `found` finds something or `until` has come, running the handlers of signals. Call it without the interpreter's lock.
+fn look<T>(every: Duration, until: Instant, mut found: impl FnMut() -> Option<T>) -> PyResult<Option<T>> {
+    let mut signals_at = Instant::now() + LOOK_EVERY;
+    loop {
+        if let Some(found) = found() {
+            return Ok(Some(found));
+        }
+        let now = Instant::now();
+        if now >= until {
+            return Ok(None);
+        }
+        if now >= signals_at {
+            Signals::Handled.look()?;
+            signals_at = now + LOOK_EVERY;
+        }
+        std::thread::sleep(every);
+    }
+}
+
+/// A time that Python gave.
+fn patience(name: &str, seconds: f64) -> PyResult<Duration> {
+    Duration::try_from_secs_f64(seconds)
+        .ok()
+        .filter(|patience| patience.as_secs() <= MOST_PATIENCE_S)
+        .ok_or_else(|| {
+            CommandError::new_err(format!("{name} is {seconds} s; it must be 0 to {MOST_PATIENCE_S} s"))
+        })
+}
+
+/// A year and a bit: whoever means for ever says None.
+const MOST_PATIENCE_S: u64 = 40_000_000;
 
 impl Drop for Poller {
     fn drop(&mut self) {
@@ -124,10 +164,132 @@ impl Poller {
         if session.vent().is_vented() {
             return Err(CommandError::new_err(VENTED));
         }
-        session
-            .set_points()
-            .set(usize::from(board), counts)
-            .map_err(|error| CommandError::new_err(error.to_string()))
+        session.set(board, counts).map_err(CommandError::new_err)
+    }
+
+    /// Changes the set points of all boards, from their next exchanges on.
+    ///
+    /// Parameters
+    /// ----------
+    /// pressures : array_like of float, shape (num_devices, 4), (4,) or ()
+    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
+    ///     first is changed.
+    ///
+    /// Raises
+    /// ------
+    /// CommandError, PortError
+    ///     As for ``set_pressure_commands``; the old set points stand.
+    fn set_all(&self, py: Python<'_>, pressures: ArrayLike<'_>) -> PyResult<()> {
+        let session = self.session()?;
+        let commands = commands::of_all(self.devices, &pressures.0, session.rules())?;
+        if let Some(why) = Self::why_ended(session, py)? {
+            return Err(PortError::new_err(format!("this poller has ended: {why}")));
+        }
+        if session.vent().is_vented() {
+            return Err(CommandError::new_err(VENTED));
+        }
+        let mut commands = commands.into_iter();
+        commands.try_for_each(|(board, counts)| session.set(board, counts).map_err(CommandError::new_err))
+    }
+
+    /// The newest pressures of all boards.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray of float64, shape (num_devices, 4)
+    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
+    fn get_all<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
+        let session = self.session()?;
+        let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();
+        let kpa = |board: usize| {
+            let row = rows.get(board).filter(|row| row.state == BoardState::Present);
+            row.and_then(|row| row.reading).map_or([f64::NAN; CHANNELS], |reading| reading.kpa)
+        };
+        let kpa: Vec<Vec<f64>> = (0..usize::from(self.devices)).map(|board| kpa(board).to_vec()).collect();
+        // The rows are equally long.
+        Ok(Array(PyArray2::from_vec2(py, &kpa).map_err(|error| PneuDriveError::new_err(error.to_string()))?))
+    }
+
+    /// Waits for a cycle of the bus and returns it.
+    ///
+    /// Parameters
+    /// ----------
+    /// after : int, optional
+    ///     Number of a cycle; the returned one is a later one. By default the one that is current when this is called.
+    /// timeout : float, default 1.0
+    ///     How long to wait at most, s.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``cycle``: its number, from 0; ``t_s``: start of the cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
+    ///     (num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+    ///
+    /// Raises
+    /// ------
+    /// PortError
+    ///     The poller has ended.
+    /// PneuDriveError
+    ///     No new cycle in that time.
+    #[pyo3(signature = (after=None, *, timeout=1.0))]
+    fn wait<'py>(
+        &self,
+        py: Python<'py>,
+        after: Option<u64>,
+        timeout: f64,
+    ) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
+        let session = self.session()?;
+        let until = Instant::now() + patience("timeout", timeout)?;
+        let after = after.or_else(|| session.latest().and_then(|latest| latest.cycle));
+        let row = py.detach(|| {
+            look(LOOK_FOR_ROWS_EVERY, until, || match session.latest() {
+                Some(latest) if latest.cycle > after => Some(Some(latest)),
+                _ if !session.is_polling() => Some(None),
+                _ => None,
+            })
+        })?;
+        match row {
+            Some(Some(row)) => row_as_dict(py, &row, session.rules()),
+            Some(None) => {
+                let why = Self::why_ended(session, py)?.unwrap_or_default();
+                Err(PortError::new_err(format!("this poller has ended: {why}")))
+            }
+            None => Err(PneuDriveError::new_err(format!("no cycle of the bus ended within {timeout} s"))),
+        }
+    }
+
+    /// Waits until polling ends: because a trajectory has come to its end, or by ``stop``.
+    ///
+    /// Parameters
+    /// ----------
+    /// timeout : float, optional
+    ///     How long to wait at most, s; for ever by default.
+    ///
+    /// Returns
+    /// -------
+    /// bool
+    ///     Whether it has ended.
+    ///
+    /// Raises
+    /// ------
+    /// PortError
+    ///     The port failed while polling.
+    ///
+    /// Warns
+    /// -----
+    /// VentWarning
+    ///     A board did not confirm 0 kPa.
+    #[pyo3(signature = (timeout=None))]
+    fn join(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<bool> {
+        let session = self.session()?;
+        let until = Instant::now() + patience("timeout", timeout.unwrap_or(MOST_PATIENCE_S as f64))?;
+        let ended = py.detach(|| look(LOOK_EVERY, until, || (!session.is_polling()).then_some(())))?;
+        if ended.is_none() {
+            return Ok(false);
+        }
+        let vented = py.detach(|| session.end(session.natural_end()).wait(Signals::Handled))?;
+        live::tell(py, session.tell().then_some(&vented))?;
+        Ok(true)
     }
 
     /// The newest pressures of one board.
@@ -200,11 +362,19 @@ impl Poller {
     /// Returns
     /// -------
     /// dict or None
-    ///     ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
-    ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. None before the first figures.
+    ///     ``devices``, ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+    ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
+    ///     asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {
-        let statistics = self.session()?.statistics();
-        statistics.map(|statistics| as_dict(py, &statistics)).transpose()
+        let session = self.session()?;
+        let until = Instant::now() + FIGURES_WITHIN;
+        let statistics = py.detach(|| {
+            look(LOOK_FOR_ROWS_EVERY, until, || match session.statistics() {
+                None if session.is_polling() => None,
+                figures => Some(figures),
+            })
+        })?;
+        statistics.flatten().map(|statistics| as_dict(py, &statistics)).transpose()
     }
 
     /// Commands 0 kPa to all boards at once, until ``release``; polling goes on.
@@ -288,6 +458,28 @@ impl Poller {
 /// Why a set point is not taken, and what to do.
 const VENTED: &str =
     "all boards are vented (by vent(), or because the port was gone and has come back): call release() first";
+
+fn row_as_dict<'py>(
+    py: Python<'py>,
+    row: &Snapshot,
+    rules: &Rules,
+) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
+    let matrix = |rows: Vec<Vec<f64>>| {
+        PyArray2::from_vec2(py, &rows).map_err(|error| PneuDriveError::new_err(error.to_string()))
+    };
+    let commands =
+        row.boards.iter().map(|one| rules.calibration.command_kpa(one.board, one.command).to_vec());
+    let pressures = row.boards.iter().map(|one| match (one.outcome, one.reading) {
+        (Outcome::Fresh, Some(reading)) => reading.kpa.to_vec(),
+        _ => vec![f64::NAN; CHANNELS],
+    });
+    let dict = PyDict::new(py);
+    dict.set_item("cycle", row.cycle)?;
+    dict.set_item("t_s", row.since_start_ns as f64 * 1e-9)?;
+    dict.set_item("commands_kpa", matrix(commands.collect())?)?;
+    dict.set_item("pressures_kpa", matrix(pressures.collect())?)?;
+    Ok(Dict::new(dict))
+}
 
 fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
     let loop_hz = PyDict::new(py);

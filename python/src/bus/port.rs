@@ -2,7 +2,7 @@
 
 use super::interruptible::{Interrupt, Interruptible};
 use super::link::Bus;
-use crate::errors::{self, PortError};
+use crate::errors::{self, CommandError};
 use pneudrive_host::bus::{BusOptions, EchoMode};
 use pneudrive_host::line::{SerialOptions, SerialPort};
 use pneudrive_protocol::Baud;
@@ -83,7 +83,7 @@ impl VirtualBoards {
 #[cfg(not(feature = "sim"))]
 impl VirtualBoards {
     fn start(_: u16, _: Baud, _: Timing) -> PyResult<Self> {
-        Err(PortError::new_err(
+        Err(errors::PortError::new_err(
             "this pneudrive_py was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
         ))
     }
@@ -93,16 +93,21 @@ impl VirtualBoards {
     }
 }
 
+/// How long virtual boards may think before they answer, s: they share the machine's cores with this program, and whatever else runs
+/// there. An answer that is late costs more than an exchange that waits.
+const SIM_TIMEOUT_S: f64 = 0.02;
+
 /// The bus settings that the arguments of `PressureController` mean.
-pub fn bus_options(baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
+pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
+    let timeout_s = timeout_s.or((port.as_os_str() == Port::SIM).then_some(SIM_TIMEOUT_S));
     let mut options = BusOptions {
-        baud: Baud::new(baud).map_err(|error| PortError::new_err(error.to_string()))?,
+        baud: Baud::new(baud).map_err(|error| CommandError::new_err(format!("baud: {error}")))?,
         echo: EchoMode::Detect { unused_board: u8::MAX },
         ..BusOptions::default()
     };
     if let Some(timeout_s) = timeout_s {
         if !(timeout_s > 0.0 && timeout_s <= 60.0) {
-            return Err(PortError::new_err(format!(
+            return Err(CommandError::new_err(format!(
                 "timeout is {timeout_s} s; it must be above 0 and at most 60 s"
             )));
         }

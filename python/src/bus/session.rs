@@ -8,8 +8,12 @@ use super::owner::Owner;
 use super::poller::PollerSettings;
 use crate::errors::PneuDriveError;
 use parking_lot::Mutex;
-use pneudrive_host::poller::{self as host, PollerOptions, SetPoints, Snapshot, VENTED, VentLatch};
+use pneudrive_host::poller::{
+    self as host, BoardCommand, CommandSource, Override, PollerOptions, SetPoints, Snapshot, VENTED,
+    VentLatch,
+};
 use pneudrive_host::statistics::Statistics;
+use pneudrive_host::trajectory::TrajectorySource;
 use pyo3::prelude::*;
 use std::mem;
 use std::sync::Arc;
@@ -27,12 +31,20 @@ pub struct Vented {
 pub struct Session {
     owner: Owner,
     devices: u16,
-    set_points: SetPoints,
+    commands: Commands,
     rules: Rules,
     vent: VentLatch,
     history: History,
     /// Held for an instant.
     run: Mutex<Run>,
+}
+
+/// Who says what is commanded.
+enum Commands {
+    /// Whoever sets it.
+    SetPoints(SetPoints),
+    /// A trajectory, until the boards are vented; after the release, whoever sets it.
+    Trajectory(Override),
 }
 
 struct Run {
@@ -50,30 +62,52 @@ struct End {
 }
 
 impl Session {
-    /// Starts polling on a thread of its own.
+    /// Starts polling on a thread of its own, with the commands of `trajectory` if there is one.
     ///
     /// # Errors
     /// The system has no thread to give.
-    pub fn start(bus: Bus, settings: &PollerSettings, rules: &Rules, resume: bool) -> PyResult<Arc<Self>> {
-        let set_points = SetPoints::new(usize::from(settings.devices));
+    pub fn start(
+        bus: Bus,
+        settings: &PollerSettings,
+        rules: &Rules,
+        resume: bool,
+        trajectory: Option<TrajectorySource>,
+    ) -> PyResult<Arc<Self>> {
+        let boards = usize::from(settings.devices);
+        let (commands, source, vent): (_, Box<dyn CommandSource>, _) = match trajectory {
+            None => {
+                let points = SetPoints::new(boards);
+                (Commands::SetPoints(points.clone()), Box::new(points), VentLatch::default())
+            }
+            Some(trajectory) => {
+                let hand = Override::following(boards).with_limits(
+                    &rules.boards,
+                    rules.limits.clone(),
+                    rules.calibration.clone(),
+                );
+                let source = hand.over(Box::new(trajectory));
+                let latch = hand.latch();
+                (Commands::Trajectory(hand), source, latch)
+            }
+        };
         let history = History::new(settings.history_s);
         let options = PollerOptions {
             pace: settings.pace,
             limits: rules.limits.clone(),
             calibration: rules.calibration.clone(),
             resume,
+            vent: vent.clone(),
             ..PollerOptions::for_devices(settings.devices)
         };
-        let vent = options.vent.clone();
         let observers: Vec<Box<dyn host::Observer>> =
             vec![Box::new(history.writer(rules.calibration.clone()))];
-        let poller = host::Poller::start(bus, options, Box::new(set_points.clone()), observers)
+        let poller = host::Poller::start(bus, options, source, observers)
             .map_err(|error| PneuDriveError::new_err(format!("no thread for the poller: {error}")))?;
         let run = Run { poller: Some(poller), end: None, statistics: Arc::default(), told: false };
         Ok(Arc::new(Self {
             owner: Owner::this_process(),
             devices: settings.devices,
-            set_points,
+            commands,
             rules: rules.clone(),
             vent,
             history,
@@ -86,9 +120,21 @@ impl Session {
         self.owner
     }
 
-    /// What is commanded.
-    pub fn set_points(&self) -> &SetPoints {
-        &self.set_points
+    /// Commands `board`, whose number is its index, from its next exchange on.
+    ///
+    /// # Errors
+    /// Why it cannot be commanded by hand.
+    pub fn set(&self, board: u8, command: BoardCommand) -> Result<(), String> {
+        let index = usize::from(board);
+        match &self.commands {
+            Commands::SetPoints(points) => points.set(index, command).map_err(|error| error.to_string()),
+            Commands::Trajectory(hand) => {
+                let mut channels = command.into_iter().enumerate();
+                channels.try_for_each(|(channel, counts)| {
+                    hand.set(index, channel, counts).map_err(|error| error.to_string())
+                })
+            }
+        }
     }
 
     /// Highest set points, fastest changes, and what counts mean.
@@ -103,11 +149,24 @@ impl Session {
 
     /// Follows set points again: those that are set from now on, 0 kPa until then.
     pub fn release(&self) {
-        for board in 0..usize::from(self.devices) {
-            // All these boards exist.
-            let _ = self.set_points.set(board, VENTED);
+        match &self.commands {
+            Commands::SetPoints(points) => {
+                for board in 0..usize::from(self.devices) {
+                    // All these boards exist.
+                    let _ = points.set(board, VENTED);
+                }
+                self.vent.release();
+            }
+            Commands::Trajectory(hand) => hand.release(),
         }
-        self.vent.release();
+    }
+
+    /// What its end without a failure is called: a trajectory comes to its end by itself.
+    pub fn natural_end(&self) -> &'static str {
+        match &self.commands {
+            Commands::SetPoints(_) => "it failed",
+            Commands::Trajectory(_) => "the trajectory has ended",
+        }
     }
 
     /// What has happened.

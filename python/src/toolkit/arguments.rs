@@ -1,5 +1,6 @@
 //! Arguments that several functions share, from Python's words to the library's choices.
 
+use super::expected::{Described, Expected, Names};
 use super::rig::Rig;
 use crate::errors;
 use pneudrive_model::experiment::{ControllerUse, DriveKind, ModelKind, Objective, Split};
@@ -17,10 +18,14 @@ pub enum RigArgument {
     Path(PathBuf),
 }
 
+impl Described for RigArgument {
+    const EXPECTED: &'static str = "a Rig or the path of a rig file";
+}
+
 impl RigArgument {
     /// The rig with the name of its file; an empty description if none is given.
-    pub fn resolve(argument: Option<Self>) -> PyResult<(Arc<rig::Rig>, Option<String>)> {
-        match argument {
+    pub fn resolve(argument: Option<Expected<Self>>) -> PyResult<(Arc<rig::Rig>, Option<String>)> {
+        match argument.map(|Expected(argument)| argument) {
             None => Ok((Arc::default(), None)),
             Some(Self::Rig(rig)) => Ok((Arc::clone(&rig.get().inner), rig.get().file.clone())),
             Some(Self::Path(path)) => {
@@ -100,6 +105,6 @@ pub fn fit_options(starts: i64, seed: u64, measured_start: bool, profiles: bool)
 }
 
 /// Names such as "b0c1" as channels.
-pub fn channels(names: Vec<String>) -> PyResult<Vec<data::ChannelId>> {
-    names.into_iter().map(|name| name.parse().map_err(errors::unusable)).collect()
+pub fn channels(names: Expected<Names>) -> PyResult<Vec<data::ChannelId>> {
+    names.0.0.into_iter().map(|name| name.parse().map_err(errors::unusable)).collect()
 }

@@ -1,7 +1,9 @@
 use super::arguments::{self, RigArgument};
+use super::expected::Expected;
 use super::pool::Pool;
 use super::shapes::{self, Extent, Field, FieldView, ParameterTable};
 use super::work::{self, Watch};
+use crate::arrays::shape_text;
 use crate::errors;
 use crate::types::{ArrayLike, Dict, NamedArrays};
 use numpy::ndarray::{Dimension, Ix2, Ix3};
@@ -206,7 +208,7 @@ pub fn simulate_batch<'py>(
     supply_kpa: Option<ArrayLike<'py>>,
     volume_m3: Option<ArrayLike<'py>>,
     start_kpa: Option<ArrayLike<'py>>,
-    rig: Option<RigArgument>,
+    rig: Option<Expected<RigArgument>>,
     controller: bool,
     substeps: i64,
     sensitivities: bool,
@@ -360,7 +362,10 @@ fn start(given: Option<&ArrayLike<'_>>) -> PyResult<Vec<f64>> {
     let Some(given) = given else { return Ok(vec![0.0]) };
     let (shape, values) = shapes::numbers("start_kpa", &given.0)?;
     if shape.len() > 1 {
-        return Err(errors::unusable(format!("start_kpa has shape {shape:?}; expected () or (chambers,)")));
+        return Err(errors::unusable(format!(
+            "start_kpa has shape {}; expected () or (chambers,)",
+            shape_text(&shape)
+        )));
     }
     let [low, high] = PRESSURE_KPA;
     match values.iter().position(|kpa| !(*kpa >= low && *kpa <= high)) {

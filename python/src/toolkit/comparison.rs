@@ -1,18 +1,22 @@
 use super::arguments::{self, RigArgument};
 use super::convert;
+use super::expected::{Expected, Names};
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
-use pneudrive_model::data::{Loaded, write};
+use pneudrive_model::data::{ChannelId, Loaded, write};
 use pneudrive_model::experiment::{
-    self, CompareSettings, CompareWatch, ModelKind, ModelResult, Origin, comparison_page, comparison_text,
+    self, CompareSettings, CompareWatch, ModelKind, ModelResult, Origin, Score, comparison_page,
+    comparison_text,
 };
 use pneudrive_model::fit::{Control, Progress};
 use pneudrive_model::report::{html, significant};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -20,15 +24,81 @@ use std::time::Instant;
 /// Models fitted on one part of a recording and judged on the rest.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Comparison {
-    result: experiment::Comparison,
-    loaded: Arc<Loaded>,
-    origin: Origin,
+    kept: Kept,
+}
+
+/// A comparison, as it is kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Kept {
+    ranking: Vec<String>,
+    models: Vec<KeptModel>,
+    text: String,
+    html: String,
+    /// Everything, as JSON.
+    json: String,
+}
+
+/// One model on one channel.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct KeptModel {
+    channel: ChannelId,
+    model: String,
+    error: Option<String>,
+    rollout: Option<Score>,
+    one_step: Option<Score>,
+    /// Time (s), rollout and measured pressure (kPa, NaN where it may not be used).
+    trace: Option<[Vec<f64>; 3]>,
+}
+
+impl Kept {
+    fn of(result: experiment::Comparison, loaded: &Loaded, origin: &Origin) -> PyResult<Self> {
+        let html =
+            comparison_page(&result, &loaded.recording, &loaded.quality, origin).map_err(errors::unusable)?;
+        let json = serde_json::to_string(&result).map_err(errors::unusable)?;
+        let text = comparison_text(&result);
+        let ranking = result.ranking.iter().map(|model| model.name().to_owned()).collect();
+        let all = result.channels.into_iter().flat_map(|one| {
+            let id = one.channel;
+            one.models.into_iter().map(move |model| KeptModel::of(id, model, loaded))
+        });
+        let models = all.collect();
+        Ok(Self { ranking, models, text, html, json })
+    }
+}
+
+impl KeptModel {
+    fn of(channel: ChannelId, result: ModelResult, loaded: &Loaded) -> Self {
+        let trace = result.trace.map(|trace| {
+            let rows = trace.first_row..trace.first_row + trace.rollout_kpa.len();
+            let measured = loaded.recording.channel(channel).ok();
+            let usable = |row: usize| {
+                let data = measured.filter(|data| data.flags[row].pressure_usable());
+                data.and_then(|data| data.pressure_kpa.as_ref()).map_or(f64::NAN, |kpa| f64::from(kpa[row]))
+            };
+            [loaded.recording.time_s[rows.clone()].to_vec(), trace.rollout_kpa, rows.map(usable).collect()]
+        });
+        Self {
+            channel,
+            model: result.model.name().to_owned(),
+            error: result.error,
+            rollout: result.rollout,
+            one_step: result.one_step,
+            trace,
+        }
+    }
 }
 
 impl Comparison {
-    fn page(&self) -> PyResult<String> {
-        comparison_page(&self.result, &self.loaded.recording, &self.loaded.quality, &self.origin)
-            .map_err(errors::unusable)
+    /// The times, rollout and measured pressures of one model on one channel.
+    fn traced(&self, channel: &str, model: &str) -> PyResult<&[Vec<f64>; 3]> {
+        let kind = arguments::model(model)?;
+        let mut models = self.kept.models.iter();
+        let found = models.find(|one| one.channel.to_string() == channel && one.model == kind.name());
+        found.and_then(|one| one.trace.as_ref()).ok_or_else(|| {
+            let why = found.and_then(|one| one.error.clone());
+            let why = why.unwrap_or_else(|| "it was not compared".to_owned());
+            errors::unusable(format!("no rollout of the {model} model on channel {channel}: {why}"))
+        })
     }
 }
 
@@ -36,30 +106,30 @@ impl Comparison {
 impl Comparison {
     /// Models, best first by the rollout error on the judging part.
     #[getter]
-    fn ranking(&self) -> Vec<&'static str> {
-        self.result.ranking.iter().map(|model| model.name()).collect()
+    fn ranking(&self) -> Vec<String> {
+        self.kept.ranking.clone()
     }
 
     /// One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``, ``model``, ``rollout_rmse_kpa``,
     /// ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``, ``error`` (why there is no result, else ``None``).
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
-        type Number = fn(&ModelResult) -> Option<f64>;
+        type Number = fn(&KeptModel) -> Option<f64>;
         let numbers: [(&str, Number); 4] = [
             ("rollout_rmse_kpa", |m| m.rollout.map(|s| s.rmse_kpa)),
             ("rollout_r2", |m| m.rollout.map(|s| s.r2)),
             ("rollout_iae_kpa_s", |m| m.rollout.map(|s| s.iae_kpa_s)),
             ("one_step_r2", |m| m.one_step.map(|s| s.r2)),
         ];
-        let all = || self.result.channels.iter().flat_map(|c| c.models.iter().map(move |m| (c.channel, m)));
+        let all = || self.kept.models.iter();
         let dict = PyDict::new(py);
-        dict.set_item("channel", PyList::new(py, all().map(|(id, _)| id.to_string()))?)?;
-        dict.set_item("model", PyList::new(py, all().map(|(_, m)| m.model.name()))?)?;
+        dict.set_item("channel", PyList::new(py, all().map(|one| one.channel.to_string()))?)?;
+        dict.set_item("model", PyList::new(py, all().map(|one| one.model.clone()))?)?;
         for (name, number) in numbers {
-            let values = all().map(|(_, m)| number(m).unwrap_or(f64::NAN));
+            let values = all().map(|one| number(one).unwrap_or(f64::NAN));
             dict.set_item(name, PyArray1::from_iter(py, values))?;
         }
-        dict.set_item("error", PyList::new(py, all().map(|(_, m)| m.error.clone()))?)?;
+        dict.set_item("error", PyList::new(py, all().map(|one| one.error.clone()))?)?;
         Ok(Dict::new(dict))
     }
 
@@ -83,27 +153,74 @@ impl Comparison {
         channel: &str,
         model: &str,
     ) -> PyResult<(Vector<'py>, Vector<'py>)> {
-        let kind = arguments::model(model)?;
-        let found = self.result.channels.iter().find(|c| c.channel.to_string() == channel);
-        let result = found.and_then(|c| c.models.iter().find(|m| m.model == kind));
-        let trace = result.and_then(|m| m.trace.as_ref()).ok_or_else(|| {
-            let why =
-                result.and_then(|m| m.error.clone()).unwrap_or_else(|| "it was not compared".to_owned());
-            errors::unusable(format!("no rollout of the {model} model on channel {channel}: {why}"))
-        })?;
-        let rows = trace.first_row..trace.first_row + trace.rollout_kpa.len();
-        let time_s = &self.loaded.recording.time_s[rows];
-        Ok((Array(PyArray1::from_slice(py, time_s)), Array(PyArray1::from_slice(py, &trace.rollout_kpa))))
+        let [time_s, rollout_kpa, _] = self.traced(channel, model)?;
+        Ok((Array(PyArray1::from_slice(py, time_s)), Array(PyArray1::from_slice(py, rollout_kpa))))
+    }
+
+    /// Measured and simulated pressures of one model on one channel, over the judging part where they can be compared.
+    ///
+    /// Parameters
+    /// ----------
+    /// channel : str
+    ///     Such as ``"b0c1"``.
+    /// model : str
+    ///     ``"linear"``, ``"nonlinear"`` or ``"parametric"``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+    ///     (compared rows,).
+    fn residuals<'py>(
+        &self,
+        py: Python<'py>,
+        channel: &str,
+        model: &str,
+    ) -> PyResult<Dict<'py, Vector<'py>>> {
+        let [time_s, rollout_kpa, measured_kpa] = self.traced(channel, model)?;
+        let compared = |row: &usize| rollout_kpa[*row].is_finite() && measured_kpa[*row].is_finite();
+        let rows: Vec<usize> = (0..time_s.len()).filter(compared).collect();
+        let column =
+            |value: &dyn Fn(usize) -> f64| PyArray1::from_iter(py, rows.iter().map(|row| value(*row)));
+        let dict = PyDict::new(py);
+        dict.set_item("t_s", column(&|row| time_s[row]))?;
+        dict.set_item("measured_kpa", column(&|row| measured_kpa[row]))?;
+        dict.set_item("simulated_kpa", column(&|row| rollout_kpa[row]))?;
+        dict.set_item("residual_kpa", column(&|row| measured_kpa[row] - rollout_kpa[row]))?;
+        Ok(Dict::new(dict))
+    }
+
+    /// Draws the measured pressures of the judging part and every model's (needs matplotlib): see ``pneudrive_py.plots.comparison``, which takes the same keywords.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (channel=None, **options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        channel: Option<Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.plots")?.call_method("comparison", (slf, channel), options)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &slf.get().kept)
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        Ok(Self { kept: pickling::state(state)? })
     }
 
     /// Everything, as dictionaries.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        convert::object(py, &self.result)
+        convert::parsed(py, &self.kept.json)
     }
 
     /// The page with tables and plots, one self-contained HTML file's content.
-    fn html(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| self.page())
+    fn html(&self) -> String {
+        self.kept.html.clone()
     }
 
     /// Writes the page to a file.
@@ -113,30 +230,26 @@ impl Comparison {
     /// FileError
     ///     It cannot be written.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write::text_atomically(&path, &self.page()?).map_err(errors::recording))
+        py.detach(|| write::text_atomically(&path, &self.kept.html).map_err(errors::recording))
     }
 
     fn __repr__(&self) -> String {
-        comparison_text(&self.result)
+        self.kept.text.clone()
     }
 
     fn _repr_html_(&self) -> String {
-        let rows: Vec<Vec<String>> = self
-            .result
-            .channels
-            .iter()
-            .flat_map(|c| c.models.iter().map(move |m| (c.channel, m)))
-            .map(|(channel, model)| {
-                let r2 = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| significant(v, 3));
-                vec![
-                    channel.to_string(),
-                    model.model.name().to_owned(),
-                    model.error.clone().unwrap_or_else(|| convert::rmse(model.rollout.as_ref())),
-                    r2(model.rollout.map(|score| score.r2)),
-                    r2(model.one_step.map(|score| score.r2)),
-                ]
-            })
-            .collect();
+        let r2 =
+            |score: Option<&Score>| score.map_or_else(|| "-".to_owned(), |score| significant(score.r2, 3));
+        let line = |one: &KeptModel| {
+            vec![
+                one.channel.to_string(),
+                one.model.clone(),
+                one.error.clone().unwrap_or_else(|| convert::rmse(one.rollout.as_ref())),
+                r2(one.rollout.as_ref()),
+                r2(one.one_step.as_ref()),
+            ]
+        };
+        let rows: Vec<Vec<String>> = self.kept.models.iter().map(line).collect();
         let head = ["channel", "model", "rollout RMSE, kPa", "rollout R2", "one-step R2"];
         html! { (convert::table(&head, 2, &rows).markup()) }.into_string()
     }
@@ -172,8 +285,8 @@ impl Comparison {
 pub fn compare(
     py: Python<'_>,
     recording: &Recording,
-    rig: Option<RigArgument>,
-    models: Option<Vec<String>>,
+    rig: Option<Expected<RigArgument>>,
+    models: Option<Expected<Names>>,
     fit_seconds: Option<f64>,
     fit_fraction: Option<f64>,
     controller: &str,
@@ -188,7 +301,9 @@ pub fn compare(
     let (rig, _) = RigArgument::resolve(rig)?;
     let models = match models {
         None => ModelKind::ALL.to_vec(),
-        Some(names) => names.iter().map(|name| arguments::model(name)).collect::<PyResult<Vec<_>>>()?,
+        Some(Expected(Names(names))) => {
+            names.iter().map(|name| arguments::model(name)).collect::<PyResult<Vec<_>>>()?
+        }
     };
     if models.is_empty() {
         return Err(errors::unusable("models is empty; name one at least"));
@@ -217,5 +332,5 @@ pub fn compare(
         }
     };
     let result = work::run(py, progress.as_ref(), work)?.map_err(errors::unusable)?;
-    Ok(Comparison { result, loaded, origin })
+    Ok(Comparison { kept: py.detach(|| Kept::of(result, &loaded, &origin))? })
 }

@@ -14,7 +14,12 @@ use serde::Serialize;
 /// The object that `value` is in the JSON files of the command line: dictionaries, lists, `None` for what is not finite.
 pub fn object<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|error| PneuDriveError::new_err(error.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+    parsed(py, &text)
+}
+
+/// JSON as dictionaries, lists, numbers and texts.
+pub fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
+    py.import("json")?.call_method1("loads", (json,))
 }
 
 /// The serialisable value that a Python object is in JSON.
@@ -24,6 +29,11 @@ pub fn value(object: &Bound<'_, PyAny>) -> PyResult<serde_json::Value> {
 }
 
 /// Single precision as recordings keep it, as a float64 array.
+/// A unit behind a number; nothing where there is none.
+pub fn unit(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
 pub fn widened<'py>(py: Python<'py>, values: &[f32]) -> Vector<'py> {
     Array(PyArray1::from_iter(py, values.iter().map(|value| f64::from(*value))))
 }

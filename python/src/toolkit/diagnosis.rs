@@ -1,26 +1,85 @@
 use super::arguments::RigArgument;
 use super::convert;
+use super::expected::{Described, Expected};
 use super::extended::ExtendedModel;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
-use crate::types::{Dict, Vector};
+use crate::pickling::{self, Reduced};
+use crate::types::Dict;
 use numpy::PyArray1;
 use pneudrive_model::data::{self, write};
 use pneudrive_model::diagnosis::{
-    self as library, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, json, page,
+    self as library, ChannelData, EXTENDED_FILE, Extended, ExtendedFile, Request, Role, TRAJECTORY_FILE,
+    json, page,
 };
 use pneudrive_model::report::{Table, html, number, paragraph, significant};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What a simulation gets wrong in a recording, why, and what modelling it gains.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Diagnosis {
-    diagnosis: Arc<library::Diagnosis>,
-    footer: String,
+    kept: Kept,
+}
+
+/// A diagnosis, as it is kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Kept {
+    report: json::Report,
+    extended: ExtendedFile,
+    html: String,
+    /// The next experiment, where one would tell more.
+    trajectory: Option<String>,
+    channels: Vec<Residuals>,
+}
+
+/// One channel's, at the compared rows.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Residuals {
+    channel: String,
+    time_s: Vec<f64>,
+    measured_kpa: Vec<f64>,
+    base_kpa: Vec<f64>,
+    extended_kpa: Vec<f64>,
+    /// What the row's block was used for.
+    role: Vec<String>,
+}
+
+impl Kept {
+    fn of(diagnosis: library::Diagnosis, footer: &str) -> PyResult<Self> {
+        let html = page::page(&diagnosis, footer).map_err(errors::unusable)?;
+        let models = diagnosis.base.iter().zip(&diagnosis.extended_models);
+        let channels = diagnosis.channels.iter().zip(models);
+        let channels = channels.map(|(data, (base, extended))| Residuals::of(data, base, extended)).collect();
+        let library::Diagnosis { report, extended, plan, .. } = diagnosis;
+        Ok(Self { report, extended, html, trajectory: plan.map(|plan| plan.trajectory), channels })
+    }
+}
+
+impl Residuals {
+    fn of(data: &ChannelData, base: &Extended, extended: &Extended) -> Self {
+        let mut role = vec![String::new(); data.rows.len()];
+        for (block, span) in data.blocks.iter().zip(&data.spans) {
+            let word = match block.role {
+                Role::Fit => "fit",
+                Role::Select => "select",
+                Role::Test => "test",
+            };
+            role[span.clone()].fill(word.to_owned());
+        }
+        Self {
+            channel: data.id.to_string(),
+            time_s: data.rows.iter().map(|row| data.inputs.time_s[*row as usize]).collect(),
+            measured_kpa: data.measured_kpa.to_vec(),
+            base_kpa: data.residuals(base),
+            extended_kpa: data.residuals(extended),
+            role,
+        }
+    }
 }
 
 const HEAD: [&str; 6] =
@@ -28,15 +87,11 @@ const HEAD: [&str; 6] =
 
 impl Diagnosis {
     fn report(&self) -> &json::Report {
-        &self.diagnosis.report
-    }
-
-    fn page(&self) -> PyResult<String> {
-        page::page(&self.diagnosis, &self.footer).map_err(errors::unusable)
+        &self.kept.report
     }
 
     fn extended_text(&self) -> PyResult<String> {
-        toml::to_string(&self.diagnosis.extended).map_err(errors::unusable)
+        toml::to_string(&self.kept.extended).map_err(errors::unusable)
     }
 
     fn rows(&self) -> Vec<Vec<String>> {
@@ -48,11 +103,11 @@ impl Diagnosis {
 fn line(cause: &json::Cause) -> Vec<String> {
     let size = |(name, estimate): (&String, &json::Estimate)| match estimate.ci95 {
         Some([low, high]) => format!(
-            "{name} {} [{}, {}] {}",
+            "{name} {} [{}, {}]{}",
             significant(estimate.value, 3),
             significant(low, 3),
             significant(high, 3),
-            estimate.unit
+            convert::unit(&estimate.unit)
         ),
         None => format!("{name} not identifiable here"),
     };
@@ -103,10 +158,10 @@ impl Diagnosis {
     /// The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it.
     #[getter]
     fn extended_model(&self) -> ExtendedModel {
-        ExtendedModel { file: Arc::new(self.diagnosis.extended.clone()), name: "extended model".to_owned() }
+        ExtendedModel { file: Arc::new(self.kept.extended.clone()), name: "extended model".to_owned() }
     }
 
-    /// Measured and simulated pressures of one channel, where they were compared.
+    /// Measured pressures of one channel and residuals, where they were compared.
     ///
     /// Parameters
     /// ----------
@@ -116,27 +171,55 @@ impl Diagnosis {
     /// Returns
     /// -------
     /// dict
-    ///     Residuals (simulated minus measured, kPa): ``base`` of the model without the causes and ``extended`` with them;
-    ///     float64 arrays of shape (compared rows,).
-    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Vector<'py>>> {
-        let inner = &self.diagnosis;
-        let index =
-            inner.channels.iter().position(|data| data.id.to_string() == channel).ok_or_else(|| {
-                let names: Vec<String> = inner.channels.iter().map(|data| data.id.to_string()).collect();
-                errors::unusable(format!("no channel {channel} was diagnosed; there is {}", names.join(", ")))
-            })?;
-        let data = &inner.channels[index];
-        let (base, extended) =
-            py.detach(|| (data.residuals(&inner.base[index]), data.residuals(&inner.extended_models[index])));
+    ///     ``t_s`` (from the start of the recording), ``measured_kpa``, and the residuals (measured - simulated, kPa) ``base`` of the model
+    ///     without the causes and ``extended`` with them: float64 arrays of shape (compared rows,). ``role``: array of str, what the row
+    ///     was used for: ``"fit"`` (parameters), ``"select"`` (causes) or ``"test"`` (the gain, nothing else).
+    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
+        let found = self.kept.channels.iter().find(|one| one.channel == channel).ok_or_else(|| {
+            let names: Vec<&str> = self.kept.channels.iter().map(|one| one.channel.as_str()).collect();
+            errors::unusable(format!("no channel {channel} was diagnosed; there is {}", names.join(", ")))
+        })?;
         let dict = PyDict::new(py);
-        dict.set_item("base", PyArray1::from_vec(py, base))?;
-        dict.set_item("extended", PyArray1::from_vec(py, extended))?;
+        dict.set_item("t_s", PyArray1::from_slice(py, &found.time_s))?;
+        dict.set_item("measured_kpa", PyArray1::from_slice(py, &found.measured_kpa))?;
+        dict.set_item("base", PyArray1::from_slice(py, &found.base_kpa))?;
+        dict.set_item("extended", PyArray1::from_slice(py, &found.extended_kpa))?;
+        dict.set_item("role", py.import("numpy")?.call_method1("array", (&found.role,))?)?;
         Ok(Dict::new(dict))
     }
 
+    /// Names of the channels.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        self.kept.channels.iter().map(|one| one.channel.clone()).collect()
+    }
+
+    /// Draws measured pressures and the residuals without and with the causes, test blocks shaded (needs matplotlib): see ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (channel=None, **options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        channel: Option<Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.plots")?.call_method("diagnosis", (slf, channel), options)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &slf.get().kept)
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        Ok(Self { kept: pickling::state(state)? })
+    }
+
     /// The page with tables and plots, one self-contained HTML file's content.
-    fn html(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| self.page())
+    fn html(&self) -> String {
+        self.kept.html.clone()
     }
 
     /// Writes ``report.html``, ``report.json`` and ``extended.toml`` into a folder, as ``pneudrive-model diagnose`` does, and
@@ -155,9 +238,9 @@ impl Diagnosis {
             let mut files = vec![
                 (EXTENDED_FILE, self.extended_text()?),
                 ("report.json", json),
-                ("report.html", self.page()?),
+                ("report.html", self.kept.html.clone()),
             ];
-            files.extend(self.diagnosis.plan.as_ref().map(|plan| (TRAJECTORY_FILE, plan.trajectory.clone())));
+            files.extend(self.kept.trajectory.clone().map(|trajectory| (TRAJECTORY_FILE, trajectory)));
             for (name, text) in files {
                 write::text_atomically(&folder.join(name), &text).map_err(errors::recording)?;
             }
@@ -185,6 +268,14 @@ impl Diagnosis {
 pub enum Recordings {
     One(Py<Recording>),
     Several(Vec<Py<Recording>>),
+}
+
+impl Described for Recordings {
+    const EXPECTED: &'static str = "a Recording or a sequence of Recordings";
+}
+
+impl Described for Reference {
+    const EXPECTED: &'static str = "an ExtendedModel or the path of extended.toml";
 }
 
 impl Recordings {
@@ -265,9 +356,9 @@ impl Reference {
 #[pyo3(signature = (recording, rig=None, *, reference=None, highest_kpa=None, progress=None))]
 pub fn diagnose(
     py: Python<'_>,
-    recording: Recordings,
-    rig: Option<RigArgument>,
-    reference: Option<Reference>,
+    recording: Expected<Recordings>,
+    rig: Option<Expected<RigArgument>>,
+    reference: Option<Expected<Reference>>,
     highest_kpa: Option<f64>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Diagnosis> {
@@ -277,9 +368,9 @@ pub fn diagnose(
             "highest_kpa is {kpa}; it must be a pressure above 0 kPa gauge"
         )));
     }
-    let (recording, remarks) = recording.joined()?;
+    let (recording, remarks) = recording.0.joined()?;
     let provenance = convert::provenance(py, "diagnose", &recording.source, rig_file)?;
-    let reference = reference.map(Reference::resolve).transpose()?;
+    let reference = reference.map(|given| given.0.resolve()).transpose()?;
     let work = move |watch: &Watch| {
         let tell = |what: &str, _: u64| {
             watch.checkpoint();
@@ -295,5 +386,6 @@ pub fn diagnose(
     let origin = convert::origin(py, "diagnose")?;
     let footer = format!("{} | {} | {}", origin.program, origin.created, origin.command);
     let outcome: Result<_, library::DiagnosisError> = work::run(py, progress.as_ref(), work)?;
-    Ok(Diagnosis { diagnosis: Arc::new(outcome.map_err(errors::unusable)?), footer })
+    let diagnosis = outcome.map_err(errors::unusable)?;
+    Ok(Diagnosis { kept: py.detach(|| Kept::of(diagnosis, &footer))? })
 }

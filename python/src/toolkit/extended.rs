@@ -1,6 +1,7 @@
 use super::convert;
 use super::rig::Rig;
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::Dict;
 use pneudrive_model::diagnosis::{ExtendedChannel, ExtendedFile};
 use pneudrive_model::report::{html, significant};
@@ -104,6 +105,16 @@ impl ExtendedModel {
     /// All that the file holds, as dictionaries.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &*self.file)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &(&slf.get().name, &*slf.get().file))
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        let (name, file): (String, ExtendedFile) = pickling::state(state)?;
+        Ok(Self { file: Arc::new(file), name })
     }
 
     fn __repr__(&self) -> String {

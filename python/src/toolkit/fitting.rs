@@ -1,18 +1,21 @@
 use super::arguments::{self, RigArgument};
 use super::convert::{self, ScoreDict};
+use super::expected::Expected;
 use super::parameters::Parameters;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Matrix};
 use numpy::PyArray2;
-use pneudrive_model::data::ChannelId;
+use pneudrive_model::data::{ChannelId, Loaded};
 use pneudrive_model::experiment::{FitSettings, FittedChannel, Score, fit_channels};
 use pneudrive_model::fit::{Control, Progress};
 use pneudrive_model::report::{Table, html, significant};
 use pneudrive_model::store::ParameterFile;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -20,11 +23,47 @@ use std::sync::Arc;
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Fit {
     parameters: Arc<ParameterFile>,
-    channels: Vec<FittedChannel>,
+    loaded: Arc<Loaded>,
+    channels: Vec<Kept>,
+}
+
+/// One channel's fit, as it is kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Kept {
+    channel: ChannelId,
+    model: String,
+    fitted: Option<Score>,
+    held_out: Option<Score>,
+    free: Vec<String>,
+    covariance: Vec<Vec<f64>>,
+    agreeing_starts: usize,
+    starts: usize,
+    condition: f64,
+    /// Everything, as JSON.
+    json: String,
+}
+
+impl Kept {
+    fn of(fitted: FittedChannel) -> PyResult<Self> {
+        let json = serde_json::to_string(&fitted).map_err(errors::unusable)?;
+        let FittedChannel { channel, setup, fit, fitted, held_out } = fitted;
+        Ok(Self {
+            channel,
+            model: setup.model.name().to_owned(),
+            fitted,
+            held_out,
+            free: fit.free,
+            covariance: fit.covariance,
+            agreeing_starts: fit.agreeing_starts,
+            starts: fit.starts.len(),
+            condition: fit.condition,
+            json,
+        })
+    }
 }
 
 impl Fit {
-    fn channel(&self, name: &str) -> PyResult<&FittedChannel> {
+    fn channel(&self, name: &str) -> PyResult<&Kept> {
         let id: ChannelId = name.parse().map_err(errors::unusable)?;
         self.channels.iter().find(|fit| fit.channel == id).ok_or_else(|| {
             errors::unusable(format!("no channel {name} was fitted; there is {}", self.names().join(", ")))
@@ -38,7 +77,7 @@ impl Fit {
     fn scores<'py>(
         &self,
         py: Python<'py>,
-        of: impl Fn(&FittedChannel) -> Option<&Score>,
+        of: impl Fn(&Kept) -> Option<&Score>,
     ) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         let dict = PyDict::new(py);
         for fit in &self.channels {
@@ -49,13 +88,13 @@ impl Fit {
 
     /// One line per channel: (channel, error on the fitted part, on the rest, starts, condition number).
     fn summary(&self) -> Vec<Vec<String>> {
-        let line = |fit: &FittedChannel| {
+        let line = |fit: &Kept| {
             vec![
                 fit.channel.to_string(),
                 convert::rmse(fit.fitted.as_ref()),
                 convert::rmse(fit.held_out.as_ref()),
-                format!("{} of {}", fit.fit.agreeing_starts, fit.fit.starts.len()),
-                significant(fit.fit.condition, 2),
+                format!("{} of {}", fit.agreeing_starts, fit.starts),
+                significant(fit.condition, 2),
             ]
         };
         self.channels.iter().map(line).collect()
@@ -100,9 +139,62 @@ impl Fit {
     /// covariance : numpy.ndarray of float64, shape (free, free)
     ///     In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
     fn covariance<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<(Vec<String>, Matrix<'py>)> {
-        let fit = &self.channel(channel)?.fit;
+        let fit = self.channel(channel)?;
         let covariance = PyArray2::from_vec2(py, &fit.covariance).map_err(errors::unusable)?;
         Ok((fit.free.clone(), Array(covariance)))
+    }
+
+    /// The recording that was fitted.
+    #[getter]
+    fn recording(&self) -> Recording {
+        Recording { loaded: Arc::clone(&self.loaded), events: Arc::default() }
+    }
+
+    /// Measured and simulated pressures of one channel where they can be compared.
+    ///
+    /// Parameters
+    /// ----------
+    /// channel : str
+    ///     Such as ``"b0c1"``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+    ///     (compared rows,); ``role``: array of str, ``"fit"`` where the parameters were fitted and ``"held out"`` where they were not.
+    fn residuals<'py>(slf: &Bound<'py, Self>, channel: &str) -> PyResult<Bound<'py, PyAny>> {
+        slf.get().channel(channel)?;
+        slf.py().import("pneudrive_py.tables")?.call_method1("fit_residuals", (slf, channel))
+    }
+
+    /// Length of the part that was fitted, s, from the first row on.
+    #[getter]
+    fn fit_seconds(&self) -> f64 {
+        self.parameters.settings.fit_seconds
+    }
+
+    /// Draws measured and simulated pressures, the fitted part shaded, and their difference (needs matplotlib): see ``pneudrive_py.plots.fit``, which takes the same keywords.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (channels=None, **options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        channels: Option<Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.plots")?.call_method("fit", (slf, channels), options)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &(&*slf.get().parameters, &*slf.get().loaded, &slf.get().channels))
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        let (parameters, loaded, channels): (ParameterFile, Loaded, Vec<Kept>) = pickling::state(state)?;
+        Ok(Self { parameters: Arc::new(parameters), loaded: Arc::new(loaded), channels })
     }
 
     /// Writes the parameters to a file (TOML), as ``Parameters.save``.
@@ -114,13 +206,13 @@ impl Fit {
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         let dict = PyDict::new(py);
         for fit in &self.channels {
-            dict.set_item(fit.channel.to_string(), convert::object(py, fit)?)?;
+            dict.set_item(fit.channel.to_string(), convert::parsed(py, &fit.json)?)?;
         }
         Ok(Dict::new(dict))
     }
 
     fn __repr__(&self) -> String {
-        let model = self.channels.first().map_or("no", |fit| fit.setup.model.name());
+        let model = self.channels.first().map_or("no", |fit| fit.model.as_str());
         format!("Fit of the {model} model\n{}", Table::text(&SUMMARY, &self.summary()))
     }
 
@@ -177,7 +269,7 @@ impl Fit {
 pub fn fit(
     py: Python<'_>,
     recording: &Recording,
-    rig: Option<RigArgument>,
+    rig: Option<Expected<RigArgument>>,
     model: &str,
     fit_seconds: Option<f64>,
     fit_fraction: Option<f64>,
@@ -202,6 +294,7 @@ pub fn fit(
         fit: arguments::fit_options(starts, seed, measured_start, profiles)?,
     };
     let loaded = Arc::clone(&recording.loaded);
+    let kept = Arc::clone(&loaded);
     let provenance = convert::provenance(py, "fit", &loaded.recording.source, rig_file)?;
     let work = move |watch: &Watch| {
         watch.begin(&format!("fitting the {} model", settings.model.name()));
@@ -210,7 +303,9 @@ pub fn fit(
         let channels = fit_channels(&loaded.recording, &rig, &settings, control)?;
         let mut file = ParameterFile::of(&loaded.recording, &rig, &settings, &channels)?;
         file.provenance = provenance;
-        Ok(Fit { parameters: Arc::new(file), channels })
+        Ok((file, channels))
     };
-    work::run(py, progress.as_ref(), work)?.map_err(errors::fit)
+    let (file, channels) = work::run(py, progress.as_ref(), work)?.map_err(errors::fit)?;
+    let channels = channels.into_iter().map(Kept::of).collect::<PyResult<_>>()?;
+    Ok(Fit { parameters: Arc::new(file), loaded: kept, channels })
 }

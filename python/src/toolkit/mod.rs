@@ -3,9 +3,13 @@
 mod arguments;
 mod batch;
 mod catalogue;
+pub mod columns;
 mod comparison;
 mod convert;
+#[cfg_attr(not(feature = "sim"), path = "no_data_set.rs")]
+mod data_set;
 mod diagnosis;
+mod expected;
 mod extended;
 mod fitting;
 mod parameters;
@@ -19,6 +23,7 @@ mod work;
 pub use batch::{model_parameters, simulate_batch};
 pub use catalogue::effects;
 pub use comparison::{Comparison, compare};
+pub use data_set::record_data_set;
 pub use diagnosis::{Diagnosis, diagnose};
 pub use extended::ExtendedModel;
 pub use fitting::{Fit, fit};

@@ -1,6 +1,7 @@
 use super::convert;
 use super::rig::Rig;
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::ChannelId;
@@ -89,6 +90,16 @@ impl Parameters {
         convert::object(py, &*self.file)
     }
 
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &(&slf.get().name, &*slf.get().file))
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        let (name, file): (String, ParameterFile) = pickling::state(state)?;
+        Ok(Self { file: Arc::new(file), name })
+    }
+
     fn __repr__(&self) -> String {
         let channels: Vec<String> = self
             .file
@@ -109,7 +120,7 @@ impl Parameters {
                     vec![
                         id.to_string(),
                         parameter.name.clone(),
-                        parameter.unit.clone(),
+                        convert::unit(&parameter.unit).trim().to_owned(),
                         significant(parameter.value, 5),
                         parameter.ci95.map_or_else(
                             || if parameter.determined { "-" } else { "not determined" }.to_owned(),

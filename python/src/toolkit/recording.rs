@@ -1,16 +1,19 @@
 use super::arguments::{self, RigArgument};
+use super::columns;
 use super::convert;
+use super::expected::{Expected, Names};
 use super::work::{self, Watch};
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
+use numpy::PyArray1;
 use numpy::ndarray::Ix1;
-use numpy::{AllowTypeChange, PyArray1, PyArrayLike1};
-use pneudrive_model::data::{self, ChannelId, Drive, LoadOptions, Loaded, SensorLimits, write};
-use pneudrive_model::report::{html, notes, number};
+use pneudrive_model::data::{self, ChannelId, Drive, Event, LoadOptions, Loaded, SensorLimits, write};
+use pneudrive_model::overview;
+use pneudrive_model::report::{fragment, html, notes, number};
 use pneudrive_model::rig;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PySlice};
-use std::fmt::Write as _;
+use pyo3::types::{PyDict, PyIterator, PyList, PySlice, PyString};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -18,13 +21,38 @@ use std::sync::Arc;
 ///
 /// Made by ``load`` or ``Recording.from_columns``. Columns have the names of the file format, such as ``b0_p1_kpa`` for the
 /// pressure of board 0, channel 1. Pressures are in kPa gauge, times in s, angles in rad, drives from -1 (vent) to 1 (fill).
-/// ``recording["b0_p1_kpa"]`` is one column, a float64 array of shape (rows,); ``len`` is the number of rows.
+///
+/// It behaves as a table whose rows are counted and whose columns are named, as a DataFrame does: ``recording["b0_p1_kpa"]`` is a
+/// column, a float64 array of shape (rows,); ``in``, ``for``, ``keys``, ``values``, ``items`` and ``get`` are about columns; ``len`` is
+/// the number of rows. ``dict(recording)`` holds all columns. It cannot be changed; it can be pickled.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Recording {
     pub loaded: Arc<Loaded>,
+    pub events: Arc<[Event]>,
 }
 
 impl Recording {
+    /// Of data without events.
+    pub fn new(loaded: Loaded) -> Self {
+        Self { loaded: Arc::new(loaded), events: Arc::default() }
+    }
+
+    /// Another part or form of it.
+    fn derived(&self, loaded: Result<Loaded, data::CutError>) -> PyResult<Self> {
+        let loaded = loaded.map_err(errors::unusable)?;
+        Ok(Self { loaded: Arc::new(loaded), events: Arc::clone(&self.events) })
+    }
+
+    fn names(&self) -> impl Iterator<Item = String> {
+        let names = columns::of(self.data()).into_iter().map(|(name, _)| name);
+        std::iter::once("t_s".to_owned()).chain(names)
+    }
+
+    fn page(&self) -> PyResult<String> {
+        let footer = format!("pneudrive_py {} | {}", env!("CARGO_PKG_VERSION"), self.data().source.file);
+        overview::recording_page(&self.loaded, &self.events, &footer).map_err(errors::unusable)
+    }
+
     fn data(&self) -> &data::Recording {
         &self.loaded.recording
     }
@@ -32,30 +60,6 @@ impl Recording {
     fn channel_names(&self) -> Vec<String> {
         self.data().channels.iter().map(|channel| channel.id.to_string()).collect()
     }
-}
-
-/// Name and values of each column but time.
-fn columns(recording: &data::Recording) -> Vec<(String, &[f32])> {
-    let mut columns: Vec<(String, &[f32])> = Vec::new();
-    for channel in &recording.channels {
-        let id = channel.id;
-        columns.extend(channel.command_kpa.as_deref().map(|values| (id.command_column(), values)));
-        columns.extend(channel.pressure_kpa.as_deref().map(|values| (id.pressure_column(), values)));
-        match &channel.drive {
-            None => {}
-            Some(Drive::Spool(u)) => columns.push((id.drive_column(), u)),
-            Some(Drive::Separate { fill, vent }) => {
-                let (fill_name, vent_name) = id.fill_vent_columns();
-                columns.extend([(fill_name, fill.as_slice()), (vent_name, vent.as_slice())]);
-            }
-        }
-    }
-    for joint in &recording.joints {
-        columns.extend(joint.qu_rad.as_deref().map(|q| (format!("b{}_qu_rad", joint.board), q)));
-        columns.extend(joint.qv_rad.as_deref().map(|q| (format!("b{}_qv_rad", joint.board), q)));
-    }
-    columns.extend(recording.supply_kpa.as_deref().map(|values| ("supply_kpa".to_owned(), values)));
-    columns
 }
 
 /// The sensors' limits, if the rig has sensors.
@@ -92,19 +96,19 @@ impl Recording {
     fn from_columns(
         py: Python<'_>,
         columns: &Bound<'_, PyAny>,
-        rig: Option<RigArgument>,
-        channels: Option<Vec<String>>,
+        rig: Option<Expected<RigArgument>>,
+        channels: Option<Expected<Names>>,
         name: &str,
     ) -> PyResult<Self> {
         let (rig, _) = RigArgument::resolve(rig)?;
         let channels = channels.map(arguments::channels).transpose()?;
-        let table = table(columns)?;
+        let table = columns::table(columns)?;
         let name = name.to_owned();
         py.detach(move || {
-            let text = csv(&table)?;
+            let text = columns::csv(&table)?;
             let options = LoadOptions { channels: channels.as_deref(), limits: limits(&rig), progress: None };
             let loaded = data::read(&name, text.as_bytes(), options).map_err(errors::recording)?;
-            Ok(Self { loaded: Arc::new(loaded) })
+            Ok(Self::new(loaded))
         })
     }
 
@@ -121,8 +125,8 @@ impl Recording {
     fn from_history(
         py: Python<'_>,
         history: &Bound<'_, PyDict>,
-        rig: Option<RigArgument>,
-        channels: Option<Vec<String>>,
+        rig: Option<Expected<RigArgument>>,
+        channels: Option<Expected<Names>>,
     ) -> PyResult<Self> {
         let item = |key: &str| {
             history.get_item(key)?.ok_or_else(|| errors::unusable(format!("the history has no {key:?}")))
@@ -159,8 +163,14 @@ impl Recording {
     /// Names of the columns that are there, time first.
     #[getter]
     fn columns(&self) -> Vec<String> {
-        let names = columns(self.data()).into_iter().map(|(name, _)| name);
-        std::iter::once("t_s".to_owned()).chain(names).collect()
+        self.names().collect()
+    }
+
+    /// What happened while it was recorded, as the file says: dictionaries with ``t_s`` (s, as ``time_s``), ``kind`` and ``text``. Empty
+    /// where the file says nothing.
+    #[getter]
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        convert::object(py, &self.events.to_vec())
     }
 
     /// Time of each row, s; float64 array of shape (rows,).
@@ -209,10 +219,115 @@ impl Recording {
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let dict = PyDict::new(py);
         dict.set_item("t_s", self.time_s(py))?;
-        for (name, values) in columns(self.data()) {
+        for (name, values) in columns::of(self.data()) {
             dict.set_item(name, convert::widened(py, values))?;
         }
         Ok(Dict::new(dict))
+    }
+
+    /// Names of the columns, as ``columns``.
+    fn keys(&self) -> Vec<String> {
+        self.names().collect()
+    }
+
+    /// The columns, in the order of ``keys``.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Vector<'py>>> {
+        self.names().map(|name| self.__getitem__(py, &name)).collect()
+    }
+
+    /// Names and columns.
+    fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Vector<'py>)>> {
+        self.names().map(|name| Ok((name.clone(), self.__getitem__(py, &name)?))).collect()
+    }
+
+    /// A column, or ``default`` where there is none of this name.
+    #[pyo3(signature = (column, default=None))]
+    fn get<'py>(
+        &self,
+        py: Python<'py>,
+        column: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if !self.__contains__(&PyString::new(py, column)) {
+            return Ok(default);
+        }
+        Ok(Some(self.__getitem__(py, column)?.0.into_any()))
+    }
+
+    /// The rows of a stretch of time.
+    ///
+    /// Parameters
+    /// ----------
+    /// start_s, stop_s : float, optional
+    ///     From the first row at or after ``start_s`` to the last before ``stop_s``, on the scale of ``time_s``; by default from the
+    ///     first row, and to the last.
+    ///
+    /// Returns
+    /// -------
+    /// Recording
+    ///     Times stay what they are; masked samples stay masked.
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     Fewer than two rows are left.
+    #[pyo3(signature = (start_s=None, stop_s=None))]
+    fn between(&self, start_s: Option<f64>, stop_s: Option<f64>) -> PyResult<Self> {
+        let time_s = &self.data().time_s;
+        let row = |at: f64| time_s.partition_point(|t| *t < at);
+        let rows = start_s.map_or(0, row)..stop_s.map_or(time_s.len(), row);
+        self.derived(self.loaded.rows(rows))
+    }
+
+    /// The recording at another rate.
+    ///
+    /// Parameters
+    /// ----------
+    /// rate_hz : float
+    ///     Rows per second; they begin anew where time is missing.
+    ///
+    /// Returns
+    /// -------
+    /// Recording
+    ///     Pressures, supply and angles lie on the line between their neighbours, commands and drives hold; what is masked on either
+    ///     side is masked. Nothing is filtered: what is faster than half the new rate folds over.
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     A rate that makes no sense for this recording.
+    fn resample(&self, py: Python<'_>, rate_hz: f64) -> PyResult<Self> {
+        py.detach(|| self.derived(self.loaded.resampled(rate_hz)))
+    }
+
+    /// All columns as a ``pandas.DataFrame`` whose index is the time, s (needs pandas).
+    fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.tables")?.call_method1("dataframe", (slf,))
+    }
+
+    /// Pressures, set points and drives as an ``xarray.Dataset`` (needs xarray) with dimensions ``t_s`` and ``channel``, units in the
+    /// attributes; ``usable`` says which pressures may be used.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.tables")?.call_method1("dataset", (slf,))
+    }
+
+    /// Draws set points and usable pressures (needs matplotlib): see ``pneudrive_py.plots.recording``, which takes the same keywords.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (channels=None, **options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        channels: Option<Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.plots")?.call_method("recording", (slf, channels), options)
+    }
+
+    /// The page that ``pneudrive-model show`` writes, one self-contained HTML file's content: figures of every channel, plots, events.
+    fn html(&self, py: Python<'_>) -> PyResult<String> {
+        py.detach(|| self.page())
     }
 
     /// Writes the recording to a file: ``.csv``, ``.csv.gz`` or ``.csv.zst``.
@@ -229,11 +344,34 @@ impl Recording {
         if column == "t_s" {
             return Ok(self.time_s(py));
         }
-        let found = columns(self.data()).into_iter().find(|(name, _)| name == column);
+        let found = columns::of(self.data()).into_iter().find(|(name, _)| name == column);
         let (_, values) = found.ok_or_else(|| {
             pyo3::exceptions::PyKeyError::new_err(format!("no column {column}; see Recording.columns"))
         })?;
         Ok(convert::widened(py, values))
+    }
+
+    fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
+        column.extract::<String>().is_ok_and(|wanted| self.names().any(|name| name == wanted))
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.names())?.try_iter()
+    }
+
+    fn _ipython_key_completions_(&self) -> Vec<String> {
+        self.keys()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        let Self { loaded, events } = slf.get();
+        pickling::reduce(slf.as_any(), &(&**loaded, events.to_vec()))
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        let (loaded, events): (Loaded, Vec<Event>) = pickling::state(state)?;
+        Ok(Self { loaded: Arc::new(loaded), events: events.into() })
     }
 
     fn __len__(&self) -> usize {
@@ -275,8 +413,11 @@ impl Recording {
         let head = ["channel", "drive", "command, kPa", "pressure, kPa", "usable rows"];
         let table = convert::table(&head, 2, &rows);
         let lead = self.__repr__();
-        html! { p { (lead.trim_matches(['<', '>'])) } (table.markup()) (notes(&self.quality())) }
-            .into_string()
+        let drawn = overview::first_board(&self.loaded, &self.events);
+        let content = html! {
+            p { (lead.trim_matches(['<', '>'])) } (table.markup()) (notes(&self.quality())) @if let Ok(drawn) = drawn { (drawn) }
+        };
+        fragment(&content).into_string()
     }
 }
 
@@ -294,66 +435,6 @@ fn range_text(values: &[f32]) -> String {
         return "-".to_owned();
     }
     format!("{} to {}", number(f64::from(low), 1), number(f64::from(high), 1))
-}
-
-/// Columns as they came from Python.
-fn table(columns: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Vec<f64>)>> {
-    let py = columns.py();
-    let wrong = |error: PyErr| {
-        let advice = "expected a mapping from column names to arrays, or a DataFrame";
-        errors::instead_of(py, error, || errors::unusable(advice))
-    };
-    let names: Vec<String> = match columns.cast::<PyMapping>() {
-        Ok(mapping) => mapping.keys().and_then(|keys| keys.extract()).map_err(wrong)?,
-        // A DataFrame is no Mapping, but iterates over its columns' names as one does.
-        Err(_) if columns.hasattr("columns")? => {
-            columns.try_iter()?.map(|name| name?.extract()).collect::<PyResult<_>>().map_err(wrong)?
-        }
-        Err(error) => return Err(wrong(error.into())),
-    };
-    let mut table: Vec<(String, Vec<f64>)> = Vec::with_capacity(names.len());
-    for name in names {
-        let values = columns.get_item(&name)?;
-        let array: PyArrayLike1<'_, f64, AllowTypeChange> = values.extract().map_err(|error| {
-            let wrong = || errors::unusable(format!("column {name}: expected numbers of shape (rows,)"));
-            errors::instead_of(py, error, wrong)
-        })?;
-        table.push((name, array.as_array().to_vec()));
-    }
-    Ok(table)
-}
-
-/// Columns as the content of a file: what is checked there is checked here.
-fn csv(table: &[(String, Vec<f64>)]) -> PyResult<String> {
-    let rows = table.first().map_or(0, |(_, values)| values.len());
-    if let Some((name, values)) = table.iter().find(|(_, values)| values.len() != rows) {
-        let first = &table[0].0;
-        return Err(errors::unusable(format!(
-            "column {name} has {} values and {first} has {rows}; all columns are equally long",
-            values.len()
-        )));
-    }
-    if let Some((name, _)) = table.iter().find(|(name, _)| name.contains([',', '"', '\n', '\r', '#'])) {
-        return Err(errors::unusable(format!("{name:?} is no column name")));
-    }
-    let mut text = table.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(",");
-    for row in 0..rows {
-        text.push('\n');
-        for (column, (_, values)) in table.iter().enumerate() {
-            if column > 0 {
-                text.push(',');
-            }
-            if values[row].is_finite() {
-                // Writing to a String cannot fail.
-                let _ = write!(text, "{}", values[row]);
-            } else {
-                // An empty line would be no row at all.
-                text.push_str("na");
-            }
-        }
-    }
-    text.push('\n');
-    Ok(text)
 }
 
 /// Reads and checks a recording.
@@ -385,8 +466,8 @@ fn csv(table: &[(String, Vec<f64>)]) -> PyResult<String> {
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
-    rig: Option<RigArgument>,
-    channels: Option<Vec<String>>,
+    rig: Option<Expected<RigArgument>>,
+    channels: Option<Expected<Names>>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Recording> {
     let (rig, _) = RigArgument::resolve(rig)?;
@@ -402,8 +483,11 @@ pub fn load(
             limits: limits(&rig),
             progress: Some(&mut progress),
         };
-        data::load(&path, options)
+        let loaded = data::load(&path, options)?;
+        watch.begin("reading events");
+        Ok((loaded, data::events(&path)?))
     };
-    let loaded = work::run(py, progress.as_ref(), work)?.map_err(errors::recording)?;
-    Ok(Recording { loaded: Arc::new(loaded) })
+    let read: Result<_, data::DataError> = work::run(py, progress.as_ref(), work)?;
+    let (loaded, events) = read.map_err(errors::recording)?;
+    Ok(Recording { loaded: Arc::new(loaded), events: events.into() })
 }

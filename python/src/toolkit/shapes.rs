@@ -1,7 +1,8 @@
 //! Arrays of the shapes that a batch is made of, broadcast as NumPy does.
 
+use crate::arrays::{Floats, floats, shape_text};
 use crate::errors;
-use numpy::{AllowTypeChange, PyArrayLikeDyn, PyUntypedArrayMethods};
+use numpy::PyUntypedArrayMethods;
 use pneudrive_model::rollout::BatchColumn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -10,7 +11,7 @@ use std::ops::{Deref, Range};
 /// Numbers row by row, where NumPy has them if possible: to copy a large array takes a tenth of the time of its simulation.
 pub enum Values<'py> {
     /// A contiguous array of floats.
-    Lent(PyArrayLikeDyn<'py, f64, AllowTypeChange>),
+    Lent(Floats<'py>),
     Own(Vec<f64>),
 }
 
@@ -66,7 +67,8 @@ impl<'py> Field<'py> {
             [chambers, rows] => (chambers, rows),
             _ => {
                 return Err(errors::unusable(format!(
-                    "{name} has shape {shape:?}; expected (), (rows,) or (chambers, rows)"
+                    "{name} has shape {}; expected (), (rows,) or (chambers, rows)",
+                    shape_text(&shape)
                 )));
             }
         };
@@ -187,7 +189,8 @@ impl ParameterTable {
                     [last] | [_, last] if last == width => values.to_vec(),
                     _ => {
                         return Err(errors::unusable(format!(
-                            "parameters has shape {shape:?}; expected ({width},) or (chambers, {width}): {}",
+                            "parameters has shape {}; expected ({width},) or (chambers, {width}): {}",
+                            shape_text(&shape),
                             names.join(", ")
                         )));
                     }
@@ -227,7 +230,8 @@ fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
         let (shape, values) = numbers(name, &value)?;
         if shape.len() > 1 {
             return Err(errors::unusable(format!(
-                "parameter {name} has shape {shape:?}; expected () or (chambers,)"
+                "parameter {name} has shape {}; expected () or (chambers,)",
+                shape_text(&shape)
             )));
         }
         chambers.join("a parameter", values.len())?;
@@ -239,10 +243,8 @@ fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
 
 /// Shape and values, row by row, of whatever NumPy can make a float array of.
 pub fn numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<(Vec<usize>, Values<'py>)> {
-    let array: PyArrayLikeDyn<'py, f64, AllowTypeChange> = object.extract().map_err(|error| {
-        let wrong = || errors::unusable(format!("{name}: expected an array of numbers"));
-        errors::instead_of(object.py(), error, wrong)
-    })?;
+    let wrong = |got: &str| errors::unusable(format!("{name}: expected an array of numbers, got {got}"));
+    let array = floats(object, wrong)?;
     let shape = array.shape().to_vec();
     let values = if array.is_c_contiguous() {
         Values::Lent(array)

@@ -1,39 +1,52 @@
 use super::arguments::{self, RigArgument};
 use super::convert::{self, ScoreDict};
+use super::expected::{Described, Expected};
 use super::extended::ExtendedModel;
 use super::parameters::Parameters;
 use super::recording::Recording;
 use super::work::{self, Watch};
 use crate::errors;
+use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pneudrive_model::data::Loaded;
+use pneudrive_model::data::{ChannelId, Loaded};
+use pneudrive_model::experiment::Score;
 use pneudrive_model::report::{Table, html, significant};
-use pneudrive_model::simulation::{self, CalibratedModel, SimulatedChannel, SimulationSettings};
+use pneudrive_model::simulation::{self, CalibratedModel, SimulationSettings};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Simulated pressures of the channels of a recording.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Simulation {
     loaded: Arc<Loaded>,
-    simulation: simulation::Simulation,
+    channels: Vec<Trace>,
+}
+
+/// One channel, as it is kept.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Trace {
+    id: ChannelId,
+    model: String,
+    kpa: Vec<f64>,
+    score: Option<Score>,
 }
 
 const HEAD: [&str; 4] = ["channel", "model", "RMSE, kPa", "R2"];
 
 impl Simulation {
     fn rows(&self) -> Vec<Vec<String>> {
-        let line = |one: &SimulatedChannel| {
+        let line = |one: &Trace| {
             vec![
                 one.id.to_string(),
-                one.model.words(),
+                one.model.clone(),
                 convert::rmse(one.score.as_ref()),
-                one.score.map_or_else(|| "-".to_owned(), |score| significant(score.r2, 4)),
+                one.score.as_ref().map_or_else(|| "-".to_owned(), |score| significant(score.r2, 4)),
             ]
         };
-        self.simulation.channels.iter().map(line).collect()
+        self.channels.iter().map(line).collect()
     }
 }
 
@@ -42,7 +55,7 @@ impl Simulation {
     /// Names of the channels, in the order of ``pressure_kpa``.
     #[getter]
     fn channels(&self) -> Vec<String> {
-        self.simulation.channels.iter().map(|one| one.id.to_string()).collect()
+        self.channels.iter().map(|one| one.id.to_string()).collect()
     }
 
     /// Time of each row, s; float64 array of shape (rows,).
@@ -54,11 +67,10 @@ impl Simulation {
     /// Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the inputs are missing.
     #[getter]
     fn pressure_kpa<'py>(&self, py: Python<'py>) -> Matrix<'py> {
-        let array =
-            PyArray2::zeros(py, [self.loaded.recording.rows(), self.simulation.channels.len()], false);
+        let array = PyArray2::zeros(py, [self.loaded.recording.rows(), self.channels.len()], false);
         {
             let mut view = array.readwrite();
-            for (column, one) in self.simulation.channels.iter().enumerate() {
+            for (column, one) in self.channels.iter().enumerate() {
                 for (row, value) in one.kpa.iter().enumerate() {
                     view.as_array_mut()[[row, column]] = *value;
                 }
@@ -71,17 +83,84 @@ impl Simulation {
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         let dict = PyDict::new(py);
-        for one in &self.simulation.channels {
+        for one in &self.channels {
             dict.set_item(one.id.to_string(), convert::score(py, one.score.as_ref())?)?;
         }
         Ok(Dict::new(dict))
     }
 
+    /// Measured and simulated pressures of one channel where they can be compared: where the measured one may be used.
+    ///
+    /// Parameters
+    /// ----------
+    /// channel : str
+    ///     Such as ``"b0c1"``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
+    ///     (compared rows,).
+    fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Vector<'py>>> {
+        let one = self.channels.iter().find(|one| one.id.to_string() == channel).ok_or_else(|| {
+            errors::unusable(format!(
+                "no channel {channel} was simulated; there is {}",
+                self.channels().join(", ")
+            ))
+        })?;
+        let recording = &self.loaded.recording;
+        let data = recording.channel(one.id).map_err(errors::recording)?;
+        let measured = recording.pressure(data, "which a residual needs").map_err(errors::recording)?;
+        let compared = |row: &usize| {
+            data.flags[*row].pressure_usable() && measured[*row].is_finite() && one.kpa[*row].is_finite()
+        };
+        let rows: Vec<usize> = (0..recording.rows()).filter(compared).collect();
+        let column =
+            |value: &dyn Fn(usize) -> f64| PyArray1::from_iter(py, rows.iter().map(|row| value(*row)));
+        let dict = PyDict::new(py);
+        dict.set_item("t_s", column(&|row| recording.time_s[row]))?;
+        dict.set_item("measured_kpa", column(&|row| f64::from(measured[row])))?;
+        dict.set_item("simulated_kpa", column(&|row| one.kpa[row]))?;
+        dict.set_item("residual_kpa", column(&|row| f64::from(measured[row]) - one.kpa[row]))?;
+        Ok(Dict::new(dict))
+    }
+
+    /// Draws measured and simulated pressures, and their difference (needs matplotlib): see ``pneudrive_py.plots.simulation``, which takes the same keywords.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.figure.Figure
+    #[pyo3(signature = (channels=None, **options))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        channels: Option<Bound<'py, PyAny>>,
+        options: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("pneudrive_py.plots")?.call_method("simulation", (slf, channels), options)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        pickling::reduce(slf.as_any(), &(&*slf.get().loaded, &slf.get().channels))
+    }
+
+    #[staticmethod]
+    fn _unpickle(state: &[u8]) -> PyResult<Self> {
+        let (loaded, channels): (Loaded, Vec<Trace>) = pickling::state(state)?;
+        Ok(Self { loaded: Arc::new(loaded), channels })
+    }
+
     /// The recording with simulated pressures in place of the measured ones.
     #[getter]
     fn recording(&self) -> Recording {
-        let recording = self.simulation.recording(&self.loaded.recording);
-        Recording { loaded: Arc::new(Loaded { recording, quality: self.loaded.quality.clone() }) }
+        let mut loaded = (*self.loaded).clone();
+        for channel in &mut loaded.recording.channels {
+            if let Some(one) = self.channels.iter().find(|one| one.id == channel.id) {
+                #[allow(clippy::cast_possible_truncation)] // columns are kept in single precision
+                let kpa = one.kpa.iter().map(|kpa| *kpa as f32).collect();
+                channel.pressure_kpa = Some(kpa);
+            }
+        }
+        Recording::new(loaded)
     }
 
     fn __repr__(&self) -> String {
@@ -98,6 +177,10 @@ impl Simulation {
 pub enum Simulated {
     Fitted(Py<Parameters>),
     Extended(Py<ExtendedModel>),
+}
+
+impl Described for Simulated {
+    const EXPECTED: &'static str = "Parameters or an ExtendedModel";
 }
 
 /// Simulates the channels of a recording from its commands or drives alone.
@@ -132,8 +215,8 @@ pub enum Simulated {
 pub fn simulate(
     py: Python<'_>,
     recording: &Recording,
-    parameters: Simulated,
-    rig: Option<RigArgument>,
+    parameters: Expected<Simulated>,
+    rig: Option<Expected<RigArgument>>,
     controller: &str,
     start_kpa: f64,
     progress: Option<Bound<'_, PyAny>>,
@@ -145,7 +228,7 @@ pub fn simulate(
         )));
     }
     let rig = rig.map(|given| RigArgument::resolve(Some(given))).transpose()?.map(|(rig, _)| rig);
-    let model = match parameters {
+    let model = match parameters.0 {
         Simulated::Fitted(parameters) => {
             let Parameters { name, file, .. } = parameters.get();
             CalibratedModel::Fitted { name: name.clone(), file: Arc::clone(file) }
@@ -167,5 +250,10 @@ pub fn simulate(
             })
         })?
     };
-    Ok(Simulation { loaded, simulation: simulation.map_err(errors::simulation)? })
+    let simulated = simulation.map_err(errors::simulation)?.channels.into_iter();
+    let channels = simulated.map(|one| {
+        let simulation::SimulatedChannel { id, model, kpa, score } = one;
+        Trace { id, model: model.words(), kpa, score }
+    });
+    Ok(Simulation { loaded, channels: channels.collect() })
 }

@@ -57,6 +57,26 @@ struct Pressures {
     pressure: Vec<f64>,
 }
 
+/// `rcl_interfaces/msg/Log`
+#[derive(Deserialize)]
+struct Log {
+    _stamp: Time,
+    _level: u8,
+    _name: String,
+    msg: String,
+    _file: String,
+    function: String,
+    _line: u32,
+}
+
+/// Kind and text of an event: the function and the words of a log message. `None` for anything else.
+pub(crate) fn log_message(message: &mcap::Message<'_>) -> Option<(String, String)> {
+    let schema = message.channel.schema.as_ref()?;
+    let is_log = matches!(schema.name.as_str(), "rcl_interfaces/msg/Log" | "rcl_interfaces/Log");
+    let log: Log = is_log.then(|| cdr(&message.data).ok()).flatten()?;
+    Some((log.function, log.msg))
+}
+
 impl Decoder {
     /// By the type that the file says the topic has.
     pub(super) fn of(channel: &mcap::Channel<'_>) -> Result<Self, BagError> {

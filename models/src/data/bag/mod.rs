@@ -14,6 +14,7 @@ mod message;
 mod topic;
 
 pub use error::BagError;
+pub(super) use message::log_message;
 
 use std::collections::BTreeMap;
 use std::io::Read;

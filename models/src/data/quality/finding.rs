@@ -75,6 +75,25 @@ impl Finding {
     }
 }
 
+/// Stands for the name of a column: no text of a file holds it.
+pub(super) const COLUMN: &str = "\u{0}";
+
+impl Finding {
+    /// The sentence with [`COLUMN`] in place of the column that it begins with, and that column; unchanged if it is about none of a
+    /// channel.
+    pub(super) fn without_column(&self) -> (String, Option<String>) {
+        let column = self.channel.and_then(|id| {
+            let (fill, vent) = id.fill_vent_columns();
+            let names = [id.pressure_column(), id.command_column(), id.drive_column(), fill, vent];
+            names.into_iter().find(|name| self.sentence.starts_with(&format!("{name}:")))
+        });
+        match column {
+            Some(name) => (format!("{COLUMN}{}", &self.sentence[name.len()..]), Some(name)),
+            None => (self.sentence.clone(), None),
+        }
+    }
+}
+
 /// "rows 4, 9 to 12 and 3 more places" for a sentence.
 pub(crate) fn rows_text(spans: &[Span]) -> String {
     const SHOWN: usize = 3;

@@ -38,11 +38,21 @@ impl QualityReport {
         self.findings.iter().filter(move |f| f.kind == kind)
     }
 
-    /// One sentence per finding, the sampling first.
+    /// One sentence per finding, the sampling first. What is the same of several channels, as a lost exchange is of all four of its
+    /// board, is said once.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
-        std::iter::once(self.sampling.sentence())
-            .chain(self.findings.iter().map(|f| f.sentence.clone()))
-            .collect()
+        let mut said: Vec<(String, Vec<String>, &Finding)> = Vec::new();
+        for finding in &self.findings {
+            let (pattern, column) = finding.without_column();
+            match said.iter_mut().find(|(same, _, first)| *same == pattern && first.spans == finding.spans) {
+                Some((_, columns, _)) => columns.extend(column),
+                None => said.push((pattern, column.into_iter().collect(), finding)),
+            }
+        }
+        let whole = |(pattern, columns, _): (String, Vec<String>, &Finding)| {
+            pattern.replace(finding::COLUMN, &columns.join(", "))
+        };
+        std::iter::once(self.sampling.sentence()).chain(said.into_iter().map(whole)).collect()
     }
 }

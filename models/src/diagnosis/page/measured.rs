@@ -35,12 +35,10 @@ pub fn markup(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
             Plot::new(format!("{}: pressure in a test block", data.id), "time, s", "pressure, kPa")
                 .line("measured", Colour::Measured, points(&|r| data.measured_kpa[r]))
                 .line("simulated, base model", Colour::Orange, points(&|r| data.measured_kpa[r] - before[r]));
-        let mut errors = Plot::new(
-            format!("{}: error there", data.id),
-            "time, s",
-            "measured - simulated, kPa",
-        )
-        .line("base model", Colour::Orange, points(&|r| before[r]));
+        let mut errors =
+            Plot::new(format!("{}: error there", data.id), "time, s", "measured - simulated, kPa")
+                .with_zero()
+                .line("base model", Colour::Orange, points(&|r| before[r]));
         if let Some(name) = name {
             pressures = pressures.line(
                 format!("simulated, {name}"),

@@ -1,10 +1,12 @@
 //! `report.html`: the result for a person who knows valves and no statistics.
 
 mod causes;
+mod headline;
 mod measured;
 mod symptoms;
+mod whole;
 
-use super::json::{NextExperiment, Verdict};
+use super::json::NextExperiment;
 use super::run::Diagnosis;
 use crate::report::{Align, Markup, Page, PlotError, Table, html, notes, paragraph, significant, with_code};
 
@@ -14,13 +16,7 @@ use crate::report::{Align, Markup, Page, PlotError, Table, html, notes, paragrap
 /// [`PlotError`] when a plot cannot be drawn.
 pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     let report = &diagnosis.report;
-    let title = match report.verdict {
-        Verdict::Adequate => "Diagnosis: the model is adequate",
-        Verdict::Explained => "Diagnosis: explained",
-        Verdict::PartlyExplained => "Diagnosis: partly explained",
-        Verdict::Unexplained => "Diagnosis: something no name fits",
-    };
-    let mut page = Page::new(title, report.sentence.clone(), footer);
+    let mut page = Page::new(headline::title(report), report.sentence.clone(), footer);
     page.section("How large the error is", error_bars(diagnosis));
     if !report.causes.is_empty() {
         page.section("Causes", causes::markup(report));
@@ -31,6 +27,7 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     if let Some(next) = &report.next_experiment {
         page.section("Next experiment", next_experiment(next));
     }
+    page.section("The recording", whole::markup(diagnosis)?);
     page.section("Measured and simulated", measured::markup(diagnosis)?);
     page.section("Symptoms of the model without causes", symptoms::markup(diagnosis, true)?);
     page.section("What stays unexplained", unexplained(diagnosis)?);

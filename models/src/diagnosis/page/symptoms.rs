@@ -2,7 +2,7 @@
 
 use crate::diagnosis::dependence::{Variable, series};
 use crate::diagnosis::run::Diagnosis;
-use crate::report::{Align, Colour, Markup, Plot, PlotError, Table, html, paragraph};
+use crate::report::{Align, Colour, Markup, Plot, PlotError, Table, folded, html, paragraph};
 
 /// Points of a mean curve.
 const BINS: usize = 24;
@@ -47,7 +47,7 @@ pub fn markup(diagnosis: &Diagnosis, base: bool) -> Result<Markup, PlotError> {
     Ok(html! {
         (paragraph("The error here is what a 1 % wander of the supply and the start pressure of each block cannot produce. Plots show the channel with the largest error."))
         (table.markup())
-        @for figure in figures { (figure) }
+        (folded("Plots of the dependences", &html! { @for figure in &figures { (figure) } }))
     })
 }
 
@@ -70,10 +70,15 @@ fn against(
             (bin.iter().map(|p| p.0).sum::<f64>() / n, bin.iter().map(|p| p.1).sum::<f64>() / n)
         })
         .collect();
-    Plot::new(format!("{id}: error against {}", variable.words()), axis(variable), "error, kPa")
-        .dots("samples", Colour::Command, points)
-        .line("mean", Colour::Red, means)
-        .markup()
+    Plot::new(
+        format!("{id}: error against {}", variable.words()),
+        axis(variable),
+        "measured - simulated, kPa",
+    )
+    .with_zero()
+    .dots("samples", Colour::Command, points)
+    .line("mean", Colour::Red, means)
+    .markup()
 }
 
 fn axis(variable: Variable) -> &'static str {
@@ -115,6 +120,7 @@ fn autocorrelation(diagnosis: &Diagnosis, k: usize, residuals: &[f64]) -> Result
         "lag, s",
         "correlation",
     )
+    .with_zero()
     .line("autocorrelation", Colour::Blue, points)
     .markup()
 }

@@ -65,12 +65,12 @@ impl Curves<'_> {
         measured
             .into_iter()
             .zip(from..)
-            .map(|((t, p), row)| (t, trace.rollout_kpa[row - trace.first_row] - p))
+            .map(|((t, p), row)| (t, p - trace.rollout_kpa[row - trace.first_row]))
             .collect()
     }
 
     pub fn errors(&self, rows: (usize, usize)) -> Result<Markup, PlotError> {
-        let mut plot = Plot::new("Judged part: simulated minus measured", "time (s)", "error (kPa)");
+        let mut plot = Plot::new("Judged part: error", "time (s)", "measured - simulated (kPa)");
         plot.include_zero = true;
         for model in self.result.models.iter().filter(|m| m.trace.is_some()) {
             plot = plot.line(model.model.name(), colour(model.model), self.error(model, rows));
