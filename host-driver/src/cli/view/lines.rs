@@ -1,8 +1,8 @@
-use super::{EndedBy, Events, Session};
+use super::{EndedBy, Events, Session, Watched};
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
 use crate::cli::setup::Setup;
-use pneudrive_host::poller::{BoardRow, Poller, Snapshot};
+use pneudrive_host::poller::{BoardRow, Snapshot};
 use pneudrive_host::statistics::BoardStatistics;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -15,10 +15,11 @@ const LINE_EVERY: Duration = Duration::from_secs(1);
 pub fn show(
     session: &Session,
     json: bool,
-    poller: &Poller,
+    watched: Watched<'_>,
     events: &Events,
     stop: impl Fn() -> bool,
 ) -> Result<EndedBy, Failure> {
+    let monitor = watched.monitor();
     let mut next = Instant::now() + LINE_EVERY;
     let mut before = Snapshot::default();
     let mut without = Vec::new();
@@ -40,7 +41,7 @@ pub fn show(
         if stop() {
             return Ok(EndedBy::Stop);
         }
-        if poller.is_finished() {
+        if watched.is_finished() {
             return Ok(EndedBy::Poller);
         }
         std::thread::sleep(LOOK_EVERY);
@@ -49,9 +50,9 @@ pub fn show(
         }
         if Instant::now() >= next {
             next += LINE_EVERY;
-            let now = poller.latest();
+            let now = monitor.latest();
             // As of the line before or a little later: whoever asks gets new figures next time.
-            let counted = poller.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
+            let counted = monitor.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
             let new = newly_without(&without, &counted);
             let line = line(&before, &now, session.clock.now_ns(), &new, &session.setup);
             (before, without) = (now, counted);
