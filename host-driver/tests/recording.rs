@@ -52,6 +52,8 @@ fn record(file: &Path) {
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
     let description =
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
+    let names = serde_json::json!({ "1": { "board": "elbow", "3": "front left" } });
+    let description = description.with("names", names);
     let how = RecorderOptions { overwrite: false, description };
     let (recorder, tap) = Recorder::create_with(file, &polled.boards, SCALE, &how).unwrap();
     let bus = Bus::new(line, options).unwrap();
@@ -158,6 +160,24 @@ fn a_recording_says_what_it_is_and_what_happened() {
         assert!(events[0].2.contains("virtual"), "{name}: {events:?}");
         assert_eq!(events[3].2, "duration: the end of \"the test\"", "{name}");
     }
+}
+
+/// Who opens a bag elsewhere sees the rig's names at its topics.
+#[test]
+fn topics_of_a_bag_have_the_names_of_the_rig_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    let stored = std::fs::read(&file).unwrap();
+    let channels = mcap::Summary::read(&stored).unwrap().unwrap().channels;
+    let metadata =
+        |topic: &str| channels.values().find(|channel| channel.topic == topic).unwrap().metadata.clone();
+    for topic in ["/pneudrive/joint_1/pressure_state", "/pneudrive/joint_1/pressure_command"] {
+        let found = metadata(topic);
+        assert_eq!((found["name"].as_str(), found["channel_3_name"].as_str()), ("elbow", "front left"));
+        assert!(!found.contains_key("channel_0_name"), "{found:?}");
+    }
+    assert!(!metadata("/pneudrive/joint_0/pressure_state").contains_key("name"));
 }
 
 /// Comments between rows, and where they stand: events before the row of their cycle.

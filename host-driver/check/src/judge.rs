@@ -98,7 +98,10 @@ fn for_itself(quantity: Quantity, value: f64, usual: Option<f64>) -> Judged {
 
 /// Whether both signs occur.
 fn signed(quantity: Quantity) -> bool {
-    matches!(quantity, Quantity::Zero | Quantity::Reached | Quantity::Centre | Quantity::Leak | Quantity::Hold)
+    matches!(
+        quantity,
+        Quantity::Zero | Quantity::Reached | Quantity::Centre | Quantity::Leak | Quantity::Hold
+    )
 }
 
 #[cfg(test)]
@@ -141,7 +144,8 @@ mod tests {
     #[test]
     fn what_was_measured_before_has_to_be_measurable() {
         let before = judge(0, measured([700.0; 4], Quantity::FillRate, 2.0), None);
-        let gone = vec![Measured { quantity: Quantity::FillRate, channel: 1, estimate: Err("too slow".into()) }];
+        let gone =
+            vec![Measured { quantity: Quantity::FillRate, channel: 1, estimate: Err("too slow".into()) }];
         assert_eq!(judge(0, gone.clone(), None).verdict(), Verdict::NotMeasured);
         assert_eq!(judge(0, gone, Some(&before)).verdict(), Verdict::Fail);
     }

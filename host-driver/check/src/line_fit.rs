@@ -86,9 +86,11 @@ mod tests {
         for _ in 0..2_000 {
             // The sum of twelve uniform numbers is nearly normal, with a standard deviation of 1.
             let mut noise = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-            let points: Vec<_> = (0..40).map(|x| (f64::from(x), 20.0 + 3.0 * f64::from(x) + noise())).collect();
+            let points: Vec<_> =
+                (0..40).map(|x| (f64::from(x), 20.0 + 3.0 * f64::from(x) + noise())).collect();
             let line = Line::through(&points).unwrap();
-            let within = |estimate: Estimate, truth: f64| (estimate.value - truth).abs() < 1.96 * estimate.error;
+            let within =
+                |estimate: Estimate, truth: f64| (estimate.value - truth).abs() < 1.96 * estimate.error;
             slopes += usize::from(within(line.slope, 3.0));
             crossings += usize::from(within(line.crosses(Estimate { value: 2.0, error: 0.0 }), -6.0));
             let flat: Vec<_> = (0..40).map(|x| (f64::from(x), 5.0 + noise())).collect();

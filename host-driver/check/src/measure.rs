@@ -24,7 +24,9 @@ const AT_ONCE_S: f64 = 0.02;
 
 /// Measures everything that the plan is made for; what could not be measured says why.
 pub fn measure(plan: &Plan, samples: &Samples) -> Vec<Measured> {
-    (0..CHANNELS).flat_map(|channel| Channel { plan, samples, channel, phases: plan.phases(channel) }.all()).collect()
+    (0..CHANNELS)
+        .flat_map(|channel| Channel { plan, samples, channel, phases: plan.phases(channel) }.all())
+        .collect()
 }
 
 struct Channel<'a> {
@@ -208,13 +210,19 @@ mod tests {
         let mut kpa = [0.0_f64; CHANNELS];
         let mut arrived = [false; CHANNELS];
         for row in 0..(plan.seconds() / STEP_S) as u32 {
-            let t_s = f64::from(row) * STEP_S;
+            // Between the times at which phases begin: rounding decides nothing.
+            let t_s = (f64::from(row) + 0.3) * STEP_S;
             let command = plan.command_kpa(t_s, &samples);
             let crosstalk = [0.0, if command[0] > 0.0 { 2.0 } else { 0.0 }, 0.0, 0.0];
-            samples.push(t_s, command, std::array::from_fn(|channel| kpa[channel] + 0.5 + crosstalk[channel]));
+            samples.push(
+                t_s,
+                command,
+                std::array::from_fn(|channel| kpa[channel] + 0.5 + crosstalk[channel]),
+            );
             let late = plan.command_kpa(t_s - 0.012, &samples);
             for channel in 0..CHANNELS {
-                let (below, above) = (late[channel] - 1.0, late[channel] + if late[channel] > 0.0 { 3.0 } else { 0.0 });
+                let (below, above) =
+                    (late[channel] - 1.0, late[channel] + if late[channel] > 0.0 { 3.0 } else { 0.0 });
                 let p = &mut kpa[channel];
                 if *p < below - 1e-9 && !arrived[channel] {
                     *p = (*p + 500.0 * STEP_S).min(below);
@@ -234,7 +242,8 @@ mod tests {
         let plan = Plan::new([150.0; 4], 1.0).unwrap();
         let measured = measure(&plan, &chamber(&plan));
         let value = |channel, quantity| {
-            let found = measured.iter().find(|one| (one.channel, one.quantity) == (channel, quantity)).unwrap();
+            let found =
+                measured.iter().find(|one| (one.channel, one.quantity) == (channel, quantity)).unwrap();
             found.estimate.clone().unwrap().0
         };
         let expected = [

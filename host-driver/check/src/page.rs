@@ -90,7 +90,9 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
         }
         html.push_str("</table></div>\n");
     }
-    html.push_str("<p>Values with half their 95 % interval; below each where it passes.</p>\n</body>\n</html>\n");
+    html.push_str(
+        "<p>Values with half their 95 % interval; below each where it passes.</p>\n</body>\n</html>\n",
+    );
     html
 }
 

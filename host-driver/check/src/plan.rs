@@ -51,7 +51,9 @@ impl fmt::Display for PlanError {
                 "channel {channel}: a check up to {kpa:.1} kPa tells nothing; expected at least {} kPa",
                 Plan::LEAST_KPA
             ),
-            Self::Stretch(stretch) => write!(f, "times are to be stretched {stretch}-fold; expected 0.5 to 10"),
+            Self::Stretch(stretch) => {
+                write!(f, "times are to be stretched {stretch}-fold; expected 0.5 to 10")
+            }
         }
     }
 }
@@ -173,7 +175,9 @@ mod tests {
         assert_eq!(plan.command_kpa(plan.seconds(), &nothing), [0.0; 4]);
         // Held where the pressure is, unless it is far away.
         let (closed_s, mut samples) = (plan.phases(1).closed_s, Samples::default());
-        (0..200).for_each(|row| samples.push(closed_s - 0.2 + 0.001 * f64::from(row), levels, [0.0, 123.0, 0.0, 0.0]));
+        (0..200).for_each(|row| {
+            samples.push(closed_s - 0.2 + 0.001 * f64::from(row), levels, [0.0, 123.0, 0.0, 0.0])
+        });
         assert!((plan.command_kpa(closed_s + 0.1, &samples)[1] - 123.0).abs() < 1e-9);
         assert_eq!(plan.held_kpa(0, &samples), 100.0);
         assert!(Plan::new([79.0; 4], 1.0).is_err() && Plan::new([f64::NAN; 4], 1.0).is_err());

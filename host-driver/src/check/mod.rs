@@ -72,7 +72,9 @@ impl SelfTest {
         let shared = self.locked();
         let report = |(place, BoardPlan { board, plan, .. }): (usize, &BoardPlan)| match &shared.aborted {
             Some((at, why)) if place == *at => BoardReport::aborted(*board, why.clone()),
-            Some((at, _)) if place > *at => BoardReport::aborted(*board, "not done: an earlier board ended the check"),
+            Some((at, _)) if place > *at => {
+                BoardReport::aborted(*board, "not done: an earlier board ended the check")
+            }
             _ => {
                 let before = earlier.and_then(|report| report.board(*board));
                 judge(*board, measure(plan, &shared.samples[place]), before)

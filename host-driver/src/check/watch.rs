@@ -48,6 +48,8 @@ impl Observer for Watch {
         match board.fresh() {
             Some(reading) => {
                 self.answered_ns = row.since_start_ns;
+                // The board was asked a little after the cycle began, later where others come before it.
+                let t_s = t_s + reading.asked_ns.saturating_sub(row.at_ns) as f64 * 1e-9;
                 let command = self.calibration.command_kpa(plan.board, board.command);
                 self.test.locked().samples[place].push(t_s, command, reading.kpa);
             }
@@ -68,7 +70,10 @@ impl Observer for Watch {
             Event::LineLost { error, .. } => format!("the port failed: {error}"),
             Event::Vented => "somebody vented the boards".to_owned(),
             Event::Stalled { by_ns } => {
-                format!("this program stood still for {:.1} s; try again on a quieter machine", *by_ns as f64 * 1e-9)
+                format!(
+                    "this program stood still for {:.1} s; try again on a quieter machine",
+                    *by_ns as f64 * 1e-9
+                )
             }
             _ => return,
         };

@@ -35,7 +35,6 @@ pub fn print(mut source: Source, boards: usize, setup: &Setup, limits: &Limits) 
     let width = ratatui::crossterm::terminal::size().map_or(USUAL_WIDTH, |(columns, _)| columns);
     outln!("{seconds:.1} s, nothing has been commanded:");
     for plot in &plots {
-        let names: Vec<_> = plot.places.iter().map(|&place| name(place, setup)).collect();
         let (low, high) = range(&plot.kpa);
         let limit = if plot.limit_kpa.is_finite() {
             format!(", limit {}", unit.number(plot.limit_kpa))
@@ -43,15 +42,18 @@ pub fn print(mut source: Source, boards: usize, setup: &Setup, limits: &Limits) 
             String::new()
         };
         let rate = if plot.limit_rate_kpa_s.is_finite() {
-            format!("; faster changes than {} {}/s are ramped", unit.number(plot.limit_rate_kpa_s), unit.name())
+            format!(
+                "; faster changes than {} {}/s are ramped",
+                unit.number(plot.limit_rate_kpa_s),
+                unit.name()
+            )
         } else {
             String::new()
         };
-        outln!("{}", names.join("; "));
+        outln!("{}", names(&plot.places, setup));
         outln!("  {} to {} {}{limit}{rate}", unit.number(low), unit.number(high), unit.name());
         if high > low {
-            let scaled: Vec<_> =
-                times.iter().zip(&plot.kpa).map(|(&t, kpa)| (t, kpa / unit.kpa())).collect();
+            let scaled: Vec<_> = times.iter().zip(&plot.kpa).map(|(&t, kpa)| (t, kpa / unit.kpa())).collect();
             let ends = [unit.number(0.0), unit.number(high)];
             picture(&scaled, seconds, high / unit.kpa(), ends, width.clamp(40, WIDEST))
                 .iter()
@@ -82,8 +84,7 @@ fn plots(commands: &[Vec<BoardCommand>], boards: usize, setup: &Setup, limits: &
     for (index, board) in (0..boards).zip(0..=u8::MAX) {
         for channel in 0..CHANNELS {
             let scale = setup.calibration.channel(board, channel);
-            let kpa: Vec<f64> =
-                commands.iter().map(|now| scale.kpa(now[index][channel]).max(0.0)).collect();
+            let kpa: Vec<f64> = commands.iter().map(|now| scale.kpa(now[index][channel]).max(0.0)).collect();
             let limit = limits.of(board)[channel];
             let same = |plot: &&mut Plot| {
                 plot.kpa == kpa
@@ -103,9 +104,22 @@ fn plots(commands: &[Vec<BoardCommand>], boards: usize, setup: &Setup, limits: &
     plots
 }
 
-fn name((board, channel): (u8, usize), setup: &Setup) -> String {
-    let own = setup.channel(board, channel).map_or_else(String::new, |name| format!(" ({name})"));
-    format!("{}, channel {channel}{own}", setup.board(board))
+/// `board 0 (shoulder): channels 0 (front left), 1`, and so on.
+fn names(places: &[(u8, usize)], setup: &Setup) -> String {
+    let mut boards: Vec<(u8, Vec<String>)> = Vec::new();
+    for &(board, channel) in places {
+        let own = setup.channel(board, channel).map_or_else(String::new, |name| format!(" ({name})"));
+        let text = format!("{channel}{own}");
+        match boards.last_mut() {
+            Some((last, channels)) if *last == board => channels.push(text),
+            _ => boards.push((board, vec![text])),
+        }
+    }
+    let texts = boards.iter().map(|(board, channels)| {
+        let noun = if channels.len() == 1 { "channel" } else { "channels" };
+        format!("{}: {noun} {}", setup.board(*board), channels.join(", "))
+    });
+    texts.collect::<Vec<_>>().join("; ")
 }
 
 fn range(kpa: &[f64]) -> (f64, f64) {
@@ -118,9 +132,8 @@ fn picture(points: &[(f64, f64)], seconds: f64, high: f64, ends: [String; 2], wi
     let mut buffer = Buffer::empty(area);
     let data = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line).data(points);
     let times = ["0 s".to_owned(), format!("{seconds:.1} s")];
-    let axis = |labels: [String; 2], to: f64| {
-        Axis::default().bounds([0.0, to]).labels(labels.map(Line::from))
-    };
+    let axis =
+        |labels: [String; 2], to: f64| Axis::default().bounds([0.0, to]).labels(labels.map(Line::from));
     Chart::new(vec![data]).x_axis(axis(times, seconds)).y_axis(axis(ends, high)).render(area, &mut buffer);
     let line = |y: u16| {
         let cells = (0..width).map(|x| buffer[(x, y)].symbol());

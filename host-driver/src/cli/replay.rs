@@ -96,7 +96,8 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
     let player = Player::start(file, options, contents.events, events.teller()).map_err(refused)?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, player.monitor(), &events)).transpose()?;
-    let until = run.duration.map(|seconds| std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds));
+    let until =
+        run.duration.map(|seconds| std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds));
     let over = || stop.came() || until.is_some_and(|until| std::time::Instant::now() >= until);
     let shown = view::show(&session, false, run.plain, Watched::Recording(&player), &events, over);
     drop(player);

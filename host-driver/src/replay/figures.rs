@@ -36,17 +36,18 @@ impl Figures {
 
     /// Requests and losses are those that rows tell of; what a bus counts otherwise is 0.
     pub(super) fn statistics(&self, moments: &Moments) -> Statistics {
-        let boards = self.boards.iter().zip(moments.boards()).map(|(&(answered, without), row)| BoardStatistics {
-            board: row.board,
-            answered,
-            lost: without,
-            rejected: 0,
-            state: row.state,
-            age_us: None,
-            rows_without_reading: without,
-            frames: Frames::Unknown,
-            zero_kpa_confirmed: None,
-        });
+        let boards =
+            self.boards.iter().zip(moments.boards()).map(|(&(answered, without), row)| BoardStatistics {
+                board: row.board,
+                answered,
+                lost: without,
+                rejected: 0,
+                state: row.state,
+                age_us: None,
+                rows_without_reading: without,
+                frames: Frames::Unknown,
+                zero_kpa_confirmed: None,
+            });
         let boards: Vec<_> = boards.collect();
         Statistics {
             devices: boards.len(),

@@ -28,7 +28,8 @@ pub fn calibration(contents: &Contents) -> io::Result<Calibration> {
         let (zero, slope) = (value.get("zero_counts")?.as_f64()?, value.get("kpa_per_count")?.as_f64()?);
         Some(scale(zero, slope))
     };
-    let refused = |error: String| io::Error::new(io::ErrorKind::InvalidData, format!("its calibration: {error}"));
+    let refused =
+        |error: String| io::Error::new(io::ErrorKind::InvalidData, format!("its calibration: {error}"));
     let usual = contents.description.get("sensor").and_then(of).transpose().map_err(refused)?;
     let usual = usual.unwrap_or(SensorScale::ORIGINAL);
     let mut calibration = Calibration::from(usual);
@@ -48,7 +49,8 @@ pub fn calibration(contents: &Contents) -> io::Result<Calibration> {
 fn scale(zero_counts: f64, kpa_per_count: f64) -> Result<SensorScale, String> {
     const SPAN_COUNTS: f64 = 0.8 * 1024.0;
     let nominal = SensorScale::ORIGINAL;
-    if (zero_counts - nominal.zero_counts()).abs() < 1e-6 && (kpa_per_count - nominal.kpa_per_count()).abs() < 1e-6
+    if (zero_counts - nominal.zero_counts()).abs() < 1e-6
+        && (kpa_per_count - nominal.kpa_per_count()).abs() < 1e-6
     {
         return Ok(nominal);
     }

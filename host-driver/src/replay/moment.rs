@@ -44,7 +44,8 @@ impl Moments {
 
     pub(super) fn take(&mut self, recorded: &RecordedRow) {
         (self.t_s, self.cycles) = (recorded.t_s, self.cycles + 1);
-        for ((row, answered_s), board) in self.rows.iter_mut().zip(&mut self.answered_s).zip(&recorded.boards) {
+        for ((row, answered_s), board) in self.rows.iter_mut().zip(&mut self.answered_s).zip(&recorded.boards)
+        {
             row.command = board.command(&self.calibration);
             row.wanted = row.command;
             let answer = board.answer(&self.calibration);

@@ -178,8 +178,8 @@ impl Show {
     /// Shows rows from `from_s` on, each at its time.
     fn through(&mut self, rows: Rows, from_s: f64) -> Left {
         let mut start: Option<(Instant, f64)> = None;
-        let before = |event: &ContentsEvent| event.t_s < from_s;
-        self.next_event = self.events.iter().take_while(|event| before(event)).count();
+        let mut before = None;
+        self.next_event = self.events.iter().take_while(|event| event.t_s < from_s).count();
         for row in rows {
             let row = match row {
                 Ok(row) => self.only_shown(row),
@@ -189,13 +189,17 @@ impl Show {
                 }
             };
             if row.t_s < from_s {
+                before = Some(row);
                 continue;
             }
+            let is_first = start.is_none();
             let (begun, begun_s) = *start.get_or_insert((Instant::now(), row.t_s));
             let due = (row.t_s - begun_s).max(0.0) / self.options.speed;
             let due = begun + Duration::try_from_secs_f64(due).unwrap_or(Self::FAR).min(Self::FAR);
-            if self.paused || due > Instant::now() + Duration::from_millis(1) {
-                let until = (!self.paused).then_some(due);
+            // The first row is shown even where it stands still then.
+            let pausing = self.paused && !is_first;
+            if pausing || due > Instant::now() + Duration::from_millis(1) {
+                let until = (!pausing).then_some(due);
                 match self.stand(until) {
                     Left::Over => {}
                     left => return left,
@@ -205,14 +209,24 @@ impl Show {
                     start = Some((Instant::now(), row.t_s));
                 }
             }
-            self.t_s = row.t_s;
-            self.figures.add(&row);
-            self.moments.take(&row);
-            self.tell_events();
-            self.show();
+            self.take(&row);
         }
-        self.tell_events();
+        if start.is_none()
+            && let Some(last) = before
+        {
+            // Beyond the end.
+            self.take(&last);
+        }
         Left::Over
+    }
+
+    /// Shows a row, then tells what had happened by then.
+    fn take(&mut self, row: &RecordedRow) {
+        self.t_s = row.t_s;
+        self.figures.add(row);
+        self.moments.take(row);
+        self.show();
+        self.tell_events();
     }
 
     /// Shows the last row until somebody wants to see another.
@@ -229,7 +243,8 @@ impl Show {
     fn stand(&mut self, until: Option<Instant>) -> Left {
         loop {
             let now = Instant::now();
-            let rest = until.map_or(Self::RENEW, |until| until.saturating_duration_since(now).min(Self::RENEW));
+            let rest =
+                until.map_or(Self::RENEW, |until| until.saturating_duration_since(now).min(Self::RENEW));
             match self.orders.recv_timeout(rest) {
                 Err(RecvTimeoutError::Disconnected) => return Left::Dropped,
                 Ok(Control::Pause) => {

@@ -3,12 +3,15 @@
 #![cfg(feature = "cli")]
 #![allow(clippy::unwrap_used)]
 
+mod check;
 mod endings;
 #[cfg(feature = "web")]
 mod page;
 mod program;
 mod recordings;
 mod refusals;
+mod replay;
+mod schema;
 mod subcommands;
 #[path = "../support/mod.rs"]
 mod support;

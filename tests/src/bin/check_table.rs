@@ -56,7 +56,9 @@ fn healthy(rigs: u64, checks: u64) {
             }
         }
     }
-    println!("{rigs} first checks: {alone} false alarms; {all} checks beside the first: {beside} false alarms");
+    println!(
+        "{rigs} first checks: {alone} false alarms; {all} checks beside the first: {beside} false alarms"
+    );
     for (quantity, change) in largest {
         println!("  largest change of {}: {change:.3} (rates: logarithm)", quantity.name());
     }

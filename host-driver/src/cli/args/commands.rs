@@ -191,6 +191,7 @@ pub struct InfoArgs {
         arg.long(None)
             .required(true)
             .value_name("RECORDING")
+            .help_heading(None::<&str>)
             .help("FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap")
             .long_help("FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap. Its first row is commanded at once, whatever its time.")
     }),

@@ -9,8 +9,8 @@ mod values;
 pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg};
 pub use commands::{
-    BenchArgs, CalibrateArgs, CheckArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs,
-    PingArgs, ReplayArgs, ShapeArg, TimingArgs,
+    BenchArgs, CalibrateArgs, CheckArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs,
+    ListArgs, ManArgs, PingArgs, ReplayArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::number;

@@ -32,7 +32,8 @@ pub fn read(place: Option<&Path>, check: &CheckArgs) -> Result<Option<Report>, F
         ))
     };
     let text = std::fs::read_to_string(place).map_err(|error| refused(error.to_string()))?;
-    let Stored { schema, report } = serde_json::from_str(&text).map_err(|error| refused(error.to_string()))?;
+    let Stored { schema, report } =
+        serde_json::from_str(&text).map_err(|error| refused(error.to_string()))?;
     if schema != Report::SCHEMA {
         return Err(refused(format!("its schema is {schema}, expected {}", Report::SCHEMA)));
     }
@@ -48,7 +49,9 @@ pub fn read(place: Option<&Path>, check: &CheckArgs) -> Result<Option<Report>, F
 /// Stores `report` where there is no baseline yet, or a new one is wanted; says so. What fails is nothing to compare with.
 pub fn store(place: Option<&Path>, check: &CheckArgs, report: &Report) -> Result<Option<String>, Failure> {
     let Some(place) = place else {
-        return Ok(Some("no baseline: --baseline FILE.json or a rig file keeps it for the next check".to_owned()));
+        return Ok(Some(
+            "no baseline: --baseline FILE.json or a rig file keeps it for the next check".to_owned(),
+        ));
     };
     let name = place.display();
     if place.exists() && !check.new_baseline {

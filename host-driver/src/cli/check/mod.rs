@@ -86,9 +86,13 @@ fn name(setup: &Setup, board: u8, channel: Option<usize>) -> String {
 fn plans(check: &CheckArgs, devices: u16, setup: &Setup, limits: &Limits) -> Result<Vec<BoardPlan>, Failure> {
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     if let Some(board) = check.board.filter(|board| !boards.contains(board)) {
-        return Err(Failure::input(format!("--board {board}: --devices {devices} means boards 0 to {}", devices - 1)));
+        return Err(Failure::input(format!(
+            "--board {board}: --devices {devices} means boards 0 to {}",
+            devices - 1
+        )));
     }
-    let wanted = boards.iter().enumerate().filter(|(_, board)| check.board.is_none_or(|only| only == **board));
+    let wanted =
+        boards.iter().enumerate().filter(|(_, board)| check.board.is_none_or(|only| only == **board));
     let plan = |(index, &board): (usize, &u8)| {
         let levels: [f64; CHANNELS] = std::array::from_fn(|channel| {
             let full_scale_kpa = setup.calibration.channel(board, channel).full_scale_kpa();

@@ -88,7 +88,8 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], s
     let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
     let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);
     let seconds = now.since_start_ns.saturating_sub(before.since_start_ns) as f64 * 1e-9;
-    if seconds > 0.0 {
+    // Before the first line nothing is known, and a recording need not begin at 0.
+    if seconds > 0.0 && before.cycle.is_some() {
         let _ = write!(line, "  {:>7.1} Hz", cycles as f64 / seconds);
     }
     for board in &now.boards {

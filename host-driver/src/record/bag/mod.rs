@@ -75,7 +75,8 @@ impl Bag {
             .enumerate()
             .map(|(index, bus)| {
                 let boards = bus.boards.iter().map(|&board| {
-                    BoardTopics::add(&mut writer, prefix, bus.first_joint + u16::from(board), index)
+                    let names = topics::names(description, board);
+                    BoardTopics::add(&mut writer, prefix, bus.first_joint + u16::from(board), index, &names)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
                 let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);

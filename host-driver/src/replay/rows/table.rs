@@ -56,17 +56,15 @@ impl Table {
 
     /// What the record says; `None` if its time is no number.
     fn row(&self) -> Option<RecordedRow> {
-        let value = |place: Option<usize>| self.record.get(place?)?.parse::<f64>().ok().filter(|v| v.is_finite());
+        let value =
+            |place: Option<usize>| self.record.get(place?)?.parse::<f64>().ok().filter(|v| v.is_finite());
         let board = |columns: &Columns| {
             let pressures = columns.pressure.map(value);
             RecordedBoard {
                 board: columns.board,
                 command_kpa: columns.command.map(|place| value(place).unwrap_or(0.0)),
                 // A channel without a column is at 0 kPa where the others have something.
-                kpa: pressures
-                    .iter()
-                    .any(Option::is_some)
-                    .then(|| pressures.map(|kpa| kpa.unwrap_or(0.0))),
+                kpa: pressures.iter().any(Option::is_some).then(|| pressures.map(|kpa| kpa.unwrap_or(0.0))),
             }
         };
         Some(RecordedRow { t_s: value(Some(self.time))?, boards: self.boards.iter().map(board).collect() })

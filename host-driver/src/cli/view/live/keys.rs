@@ -142,7 +142,9 @@ pub fn action(key: KeyEvent, mode: Mode) -> Action {
             (KeyCode::Char(' ' | 'p' | 'P'), None) => return Action::Pause,
             (KeyCode::Right, None) => return Action::Skip(5),
             (KeyCode::Left, None) => return Action::Skip(-5),
-            (KeyCode::Char('v' | 'V' | ' ' | 'a' | 'A' | 'r' | 'R' | 'w' | 'W'), _) => return Action::Nothing,
+            (KeyCode::Char('v' | 'V' | ' ' | 'a' | 'A' | 'r' | 'R' | 'w' | 'W'), _) => {
+                return Action::Nothing;
+            }
             _ => {}
         }
     }

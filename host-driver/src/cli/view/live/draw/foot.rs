@@ -14,7 +14,8 @@ const KEYS: [&str; 4] = [
     "v vent  q end",
 ];
 
-const PLAYING: [&str; 2] = ["? keys  Space pause  Left/Right 5 s back, forward  Up/Down select  q end", "Space pause  q end"];
+const PLAYING: [&str; 2] =
+    ["? keys  Space pause  Left/Right 5 s back, forward  Up/Down select  q end", "Space pause  q end"];
 
 const ARMED: [&str; 3] = [
     "ARMED  Left/Right 1 kPa  -/+ 10 kPa  or a number and Enter  Esc disarm  v vent",
