@@ -43,7 +43,7 @@ pub fn problems(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> 
             found.push((value.verdict, text));
         }
     }
-    found.sort_by(|one, other| other.0.cmp(&one.0));
+    found.sort_by_key(|(verdict, _)| std::cmp::Reverse(*verdict));
     found.into_iter().map(|(verdict, text)| format!("{}: {text}", verdict.name())).collect()
 }
 
@@ -53,8 +53,8 @@ fn put(board: &BoardReport, text: &mut String) {
     }
     let _ = writeln!(
         text,
-        "  {:<16} {:>2}  {:>10} {:>9}  {:<23} {:>10}  {}",
-        "quantity", "ch", "value", "+- 95 %", "passes within", "before", "verdict"
+        "  {:<16} {:>2}  {:>10} {:>9}  {:<23} {:>10}  verdict",
+        "quantity", "ch", "value", "+- 95 %", "passes within", "before"
     );
     let mut values: Vec<&Value> = board.values.iter().collect();
     values.sort_by_key(|value| (value.quantity, value.channel));

@@ -1,4 +1,4 @@
-//! The self-test as users run it. What it finds is tested in virtual time (`tests/tests/self_check.rs`).
+//! The self-test as users run it. What it finds is tested in virtual time (`host-driver/check/tests/virtual_rigs.rs`).
 
 use crate::program::{refused, run};
 use crate::schema::{CHECK, conforms};
@@ -28,7 +28,7 @@ fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() 
     assert_eq!((&first["verdict"], &first["schema"]), (&"not_measured".into(), &1.into()), "{stdout}");
     assert_eq!(value(&first, "hold", 3)["verdict"], "pass");
     assert!(value(&first, "fill_rate", 3)["note"].as_str().unwrap().contains("too few readings"));
-    assert!(fs::read_to_string(page).unwrap().contains("<h1>Check of"));
+    assert!(fs::read_to_string(&page).unwrap().contains("<h1>Check of"));
     // As if channel 3 had been held elsewhere then.
     let mut stored: Value = serde_json::from_str(&fs::read_to_string(&baseline).unwrap()).unwrap();
     for one in stored["boards"][0]["values"].as_array_mut().unwrap() {

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use pneudrive_host::check::{Quantity, Report, Verdict, problems};
+use pneudrive_check::{Quantity, Report, Verdict, problems};
 use system_tests::self_check::{alarms, check, laboratory, with_fault};
 
 fn first(seed: u64) -> Report {
@@ -29,7 +29,8 @@ fn healthy_rigs_pass_for_themselves_and_beside_their_first_check() {
 /// A fault's size at which docs/check.md says that all are found, and what it shows in.
 const FAULTS: [(&str, &str, Quantity); 8] = [
     ("exhaust_leak", "=0.02", Quantity::Leak),
-    ("fill_leak", "=0.02", Quantity::Leak),
+    // It fills the dead band before the fall could be measured, and shows in a chamber that cannot be emptied.
+    ("fill_leak", "=0.02", Quantity::Zero),
     ("valve_gain", "=0.8", Quantity::FillRate),
     ("valve_centre", "=0.04", Quantity::Centre),
     ("transport_delay", "=0.008", Quantity::DeadTime),
