@@ -84,6 +84,7 @@ fn every_plot_of_the_layout_is_of_a_value_that_bags_have_and_every_panel_has_a_p
     // All pressures and all commands, each once.
     let states = topics.iter().filter(|(topic, _)| topic.ends_with("pressure_state"));
     let mut there: Vec<_> = states.flat_map(|(_, names)| names.clone()).collect();
-    (there.sort_unstable(), shown.sort_unstable());
+    there.sort_unstable();
+    shown.sort_unstable();
     assert_eq!(shown, there);
 }
