@@ -10,8 +10,10 @@
 //! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
+//! - `replay` (features `record` and `trajectory`): a recording in the views of a run, without a bus.
 //! - [`Calibration`]: what the counts of every channel mean.
 //! - `rig` (feature): limits and calibration from the rig file.
+//! - `check` (feature): a self-test of boards, what [`pneudrive-check`](../pneudrive_check/index.html) plans.
 //! - [`stream`]: rows as datagrams, for programs that draw them.
 //! - `web` (feature): a live page of a run.
 //!
@@ -32,6 +34,8 @@
 
 pub mod bus;
 mod calibration;
+#[cfg(feature = "check")]
+pub mod check;
 pub mod line;
 #[cfg(feature = "mcap")]
 pub mod messages;
@@ -40,6 +44,8 @@ pub mod poller;
 pub mod real_time;
 #[cfg(feature = "record")]
 pub mod record;
+#[cfg(all(feature = "record", feature = "trajectory"))]
+pub mod replay;
 #[cfg(feature = "rig")]
 pub mod rig;
 pub mod statistics;

@@ -13,6 +13,7 @@ use pneudrive_host::poller::{
     BoardCommand, CommandSource, MissedTick, Pace, PollerOptions, Polling, Supply, VENTED,
 };
 use pneudrive_host::record::{Contents, Description, Recorder, RecorderOptions};
+use pneudrive_host::replay::{RecordedRow, Rows};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
 use std::io::Read;
@@ -52,6 +53,8 @@ fn record(file: &Path) {
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
     let description =
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
+    let names = serde_json::json!({ "1": { "board": "elbow", "3": "front left" } });
+    let description = description.with("names", names);
     let how = RecorderOptions { overwrite: false, drives: false, description };
     let (recorder, tap) = Recorder::create_with(file, &polled.boards, SCALE, &how).unwrap();
     let bus = Bus::new(line, options).unwrap();
@@ -158,6 +161,54 @@ fn a_recording_says_what_it_is_and_what_happened() {
         assert!(events[0].2.contains("virtual"), "{name}: {events:?}");
         assert_eq!(events[3].2, "duration: the end of \"the test\"", "{name}");
     }
+}
+
+/// What the views show of a recording is what was recorded, in every format.
+#[test]
+fn rows_can_be_looked_at_again() {
+    let mut all = Vec::new();
+    for name in FORMATS {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(name);
+        record(&file);
+        let rows: Vec<_> = Rows::open(&file).unwrap().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 300, "{name}");
+        let first = &rows[0];
+        assert_eq!(first.boards.iter().map(|board| board.board).collect::<Vec<_>>(), [0, 1]);
+        assert!((first.boards[1].command_kpa[2] - SCALE.kpa(Counts::new(331).unwrap())).abs() < 1e-3);
+        assert!((first.boards[0].kpa.unwrap()[0] - SCALE.kpa(Counts::new(300).unwrap())).abs() < 1e-3);
+        // While the adapter is away nobody answers.
+        assert!(rows.iter().filter(|row| row.boards.iter().any(|board| board.kpa.is_none())).count() > 0);
+        // Tables round to 1 Pa, and times of a bag begin with its first message.
+        let rounded = |row: &RecordedRow| {
+            let kpa = |kpa: f64| (kpa * 100.0).round() as i64;
+            let boards = row
+                .boards
+                .iter()
+                .map(|board| (board.command_kpa.map(kpa), board.kpa.map(|all| all.map(kpa))));
+            ((row.t_s * 1e6).round() as i64, boards.collect::<Vec<_>>())
+        };
+        all.push(rows.iter().map(rounded).collect::<Vec<_>>());
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]));
+}
+
+/// Who opens a bag elsewhere sees the rig's names at its topics.
+#[test]
+fn topics_of_a_bag_have_the_names_of_the_rig_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    let stored = std::fs::read(&file).unwrap();
+    let channels = mcap::Summary::read(&stored).unwrap().unwrap().channels;
+    let metadata =
+        |topic: &str| channels.values().find(|channel| channel.topic == topic).unwrap().metadata.clone();
+    for topic in ["/pneudrive/joint_1/pressure_state", "/pneudrive/joint_1/pressure_command"] {
+        let found = metadata(topic);
+        assert_eq!((found["name"].as_str(), found["channel_3_name"].as_str()), ("elbow", "front left"));
+        assert!(!found.contains_key("channel_0_name"), "{found:?}");
+    }
+    assert!(!metadata("/pneudrive/joint_0/pressure_state").contains_key("name"));
 }
 
 /// Comments between rows, and where they stand: events before the row of their cycle.

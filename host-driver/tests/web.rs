@@ -68,7 +68,7 @@ impl Rig {
             labels: Labels::default(),
             calibration: SensorScale::ORIGINAL.into(),
             names: vec!["robot.example".into()],
-            overriding: overriding.clone(),
+            overriding: Some(overriding.clone()),
             control: control.then(|| Control {
                 token: Token::new(TOKEN).unwrap(),
                 limit_kpa: 150.0,

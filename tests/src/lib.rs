@@ -7,4 +7,5 @@ pub mod chip_bench;
 pub mod fault_table;
 pub mod firmware;
 pub mod regulator;
+pub mod self_check;
 pub mod virtual_bus;

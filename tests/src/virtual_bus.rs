@@ -38,6 +38,11 @@ impl VirtualBus {
         self.rig.counters()
     }
 
+    /// Nothing happens on the host's side until `at_s`.
+    pub fn sleep_until_s(&mut self, at_s: f64) {
+        self.sleep_until((at_s * 1e9) as u64);
+    }
+
     /// Virtual time, ns.
     pub fn rig_now_ns(&self) -> u64 {
         self.rig.now_ns()

@@ -16,7 +16,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-control", &["pneudrive-protocol"]),
     ("pneudrive-firmware", &["pneudrive-control", "pneudrive-protocol"]),
     ("pneudrive-rig", &[]),
-    ("pneudrive-host", &["pneudrive-protocol", "pneudrive-rig", "pneudrive-page", "pneudrive-sim"]),
+    (
+        "pneudrive-host",
+        &["pneudrive-protocol", "pneudrive-rig", "pneudrive-page", "pneudrive-check", "pneudrive-sim"],
+    ),
+    ("pneudrive-check", &[]),
     ("pneudrive-uf2", &[]),
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip"]),

@@ -11,6 +11,8 @@ function condition() {
   const silent = (performance.now() - page.heard) / 1000, picture = page.picture;
   const is = (kind, word, text = null) => ({ kind, word, text });
   if (page.venting) return is("bad", "venting", page.venting);
+  const recorded = picture?.commanding === "recording";
+  if (page.ended && recorded) return is("warn", "closed", "The recording is not shown any more.");
   if (page.ended?.reason) {
     return is("bad", "bus dead", "The bus is dead: " + page.ended.reason + ". The pressures below are the last ones known. " + DEAD);
   }
@@ -24,6 +26,7 @@ function condition() {
     return is("bad", "bus stands still", "The bus stands still: the last cycle was " + picture.late.toFixed(1) + " s ago.");
   }
   const away = picture.boards.flatMap((board, n) => STATES[board.state]?.[1] === "bad" ? [page.hello.boards[n]] : []);
+  if (recorded && away.length) return is("warn", "recording: no answer", "In the recording " + names(away) + " did not answer here.");
   if (away.length === picture.boards.length) return is("bad", "bus dead", "The bus is dead: no board answers. " + DEAD);
   if (picture.commanding === "vented") {
     const until = page.hello.control_limit_kpa === null
@@ -39,7 +42,7 @@ function condition() {
   if (page.recordingFailed) return is("bad", "not recording", "The recording has failed: " + page.recordingFailed);
   const doubtful = picture.boards.flatMap((board, n) => board.state === "doubtful" ? [page.hello.boards[n]] : []);
   if (doubtful.length) return is("warn", names(doubtful) + " did not answer");
-  return is("good", "live");
+  return is("good", recorded ? "a recording" : "live");
 }
 
 // Tabs show a few words of it.

@@ -119,6 +119,7 @@ function draw(now) {
   at("commanding").textContent = picture.commanding;
   at("commanding").className = picture.commanding === "vented" ? "bad" : "";
   at("time").textContent = duration(picture.t);
+  at("vent").hidden = picture.commanding === "recording";
   at("vent").classList.toggle("vented", picture.commanding === "vented" && !page.venting);
   at("vent").textContent = page.venting ? "VENTING" : picture.commanding === "vented" ? "VENTED" : "VENT ALL";
   showDeadman();

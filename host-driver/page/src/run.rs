@@ -48,6 +48,8 @@ pub enum Commanding {
     /// Set points given by hand.
     #[serde(rename = "set points")]
     SetPoints,
+    /// Nobody: it is a recording that is looked at, and there is nothing to vent.
+    Recording,
 }
 
 /// How a board has answered lately.

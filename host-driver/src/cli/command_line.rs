@@ -12,7 +12,7 @@ const WITH_EQUALS: [&str; 2] = ["--realtime", "--filter"];
 /// Bus options in the help of `ping`; the others act too, and are in the help of the program.
 const PING: [&str; 10] =
     ["port", "devices", "rig", "unit", "baud", "allowance_us", "wait", "echo", "frames", "json"];
-/// Bus options in the help of `list`, `init` and `calibrate`.
+/// Bus options in the help of `list`, `init`, `calibrate` and `check`.
 const SCAN: [&str; 7] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait"];
 /// Bus options in the help of `board`.
 const BOARD: [&str; 8] = ["port", "rig", "max_devices", "baud", "allowance_us", "wait", "echo", "json"];
@@ -63,6 +63,7 @@ pub fn command() -> Command {
         .mut_subcommand("list", |list| list.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("init", |init| init.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("calibrate", |calibrate| calibrate.mut_args(only(&SCAN)))
+        .mut_subcommand("check", |check| check.mut_args(only(&SCAN_JSON)))
         .mut_subcommand("generate", |generate| generate.mut_args(only(&["devices", "max_devices", "rig"])))
         .mut_subcommand("completions", |completions| completions.mut_args(only(&[])))
         .mut_subcommand("man", |man| man.mut_args(only(&[])))

@@ -5,6 +5,7 @@ mod bench;
 mod bench_table;
 mod board;
 mod calibrate;
+mod check;
 mod command_arg;
 mod command_line;
 mod connect;
@@ -21,6 +22,8 @@ mod manual;
 mod original_client;
 mod output;
 mod ping;
+mod preview;
+mod replay;
 mod run;
 mod scan;
 mod setup;
@@ -66,6 +69,7 @@ fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
         Some(Command::List(args)) => list::run(&cli.bus, args, &setup),
         Some(Command::Init(args)) => init::run(&cli.bus, args, &setup),
         Some(Command::Calibrate(args)) => calibrate::run(&cli.bus, args, &setup),
+        Some(Command::Check(args)) => check::run(&cli.bus, args, &setup),
         Some(Command::Completions(args)) => manual::completions(args),
         Some(Command::Man(args)) => manual::man(args),
         Some(Command::Ping(args)) => ping::run(&cli.bus, args, &setup),
@@ -73,6 +77,7 @@ fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
         Some(Command::Timing(args)) => timing::run(&cli.bus, args),
         Some(Command::Generate(args)) => generate::run(&cli.bus, args, &setup),
         Some(Command::Info(args)) => info::run(args, cli.bus.json),
+        Some(Command::Replay(args)) => replay::run(&cli.bus, args, &setup),
         Some(Command::Bench(args)) => bench::run(&cli.bus, args),
     }
 }

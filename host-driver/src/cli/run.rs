@@ -12,7 +12,7 @@ use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, KeyRecorder, Session};
-use crate::cli::{find_boards, start};
+use crate::cli::{find_boards, preview, start};
 use pneudrive_host::poller::{DriveShare, Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
@@ -59,8 +59,15 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     if let Some(record) = &run.record {
         start::not_read_from(record, args, run)?;
     }
-    let Source { commands, time_is_over, first_row_s } =
-        sources::source(run, set_points, &limits, calibration)?;
+    let source = sources::source(run, set_points, &limits, calibration)?;
+    if run.preview {
+        if args.json {
+            return Err(Failure::input("--preview draws: without --json"));
+        }
+        preview::print(source, usize::from(devices), setup, &limits);
+        return Ok(());
+    }
+    let Source { commands, time_is_over, first_row_s, .. } = source;
     let source = overriding.over(commands);
     let pace = pace(args, run, devices)?;
     if let Some(path) = &run.record {
@@ -72,7 +79,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
-    let mut page = super::web::prepare(run, setup, devices, &limits, &overriding, &description, &mut events)?;
+    let mut page =
+        super::web::prepare(run, setup, &boards, &limits, Some(&overriding), &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
     let Connection { mut bus, behind } = connect(args, devices, calibration)?;
     let mut options = PollerOptions {
@@ -140,7 +148,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, poller.monitor(), &events)).transpose()?;
     let has_failed = || recorder.as_ref().is_some_and(Recorder::has_failed);
-    let shown = view::show(&session, args.json, run.plain, &poller, &events, || stop.came() || has_failed());
+    let watched = view::Watched::Boards(&poller);
+    let shown = view::show(&session, args.json, run.plain, watched, &events, || stop.came() || has_failed());
     let seen = Seen {
         ended_by: shown.as_ref().ok().copied(),
         signal: stop.came(),

@@ -1,6 +1,6 @@
 //! `--rig`: what the rig file says, beneath what the command line says.
 
-use crate::cli::args::Cli;
+use crate::cli::args::{Cli, Command};
 use crate::cli::failure::Failure;
 use pneudrive_host::Calibration;
 use pneudrive_host::rig::{self, Rig, Unit};
@@ -35,8 +35,10 @@ impl Setup {
             args.max_devices = args.max_devices.max(bus.boards.unwrap_or(0));
         }
         // Only polling has a rate, and its options are refused by the rest.
-        if cli.command.is_none() {
-            cli.run.rate = cli.run.rate.or(bus.rate_hz);
+        match &mut cli.command {
+            None => cli.run.rate = cli.run.rate.or(bus.rate_hz),
+            Some(Command::Replay(replay)) => replay.run.rate = replay.run.rate.or(bus.rate_hz),
+            Some(_) => {}
         }
         let unit = args.unit.unwrap_or_else(|| rig.unit());
         Ok(Self { rig: Some(rig), calibration, unit })

@@ -22,6 +22,8 @@ pub struct Source {
     pub time_is_over: Arc<AtomicBool>,
     /// When the trajectory's first row is due, s after the start; `None` without a trajectory.
     pub first_row_s: Option<f64>,
+    /// When it ends, s after the start; `None` if it does not. A repeated trajectory: when it begins anew.
+    pub ends_s: Option<f64>,
 }
 
 impl CommandSource for Limited {
@@ -43,7 +45,7 @@ pub fn source(
     calibration: &Calibration,
 ) -> Result<Source, Failure> {
     let time_is_over = Arc::new(AtomicBool::new(false));
-    let mut first_row_s = None;
+    let (mut first_row_s, mut ends_s) = (None, run.duration);
     let inner: Box<dyn CommandSource> = match &run.trajectory {
         None => {
             let points = SetPoints::new(set_points.len());
@@ -70,6 +72,7 @@ pub fn source(
                 .check(limits)
                 .map_err(|refused| Failure::input(format!("{}: {refused}", path.display())))?;
             first_row_s = Some(trajectory.first_row_s());
+            ends_s = ends_s.or(Some(trajectory.seconds()));
             let at_end = match run.duration {
                 _ if run.repeat => AtEnd::Repeat,
                 Some(_) => AtEnd::Hold,
@@ -86,5 +89,5 @@ pub fn source(
         }
         None => inner,
     };
-    Ok(Source { commands, time_is_over, first_row_s })
+    Ok(Source { commands, time_is_over, first_row_s, ends_s })
 }

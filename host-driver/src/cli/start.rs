@@ -7,6 +7,9 @@ use crate::cli::view::Events;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Limits;
 use pneudrive_host::record::Description;
+use pneudrive_host::rig::Rig;
+use pneudrive_protocol::CHANNELS;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Refuses to replace a file that is read, under whatever name.
@@ -53,8 +56,23 @@ pub fn description(
     }
     if let Some(rig) = &setup.rig {
         description = description.with("rig_file", rig.file()).with("rig", rig.text());
+        let names = names(rig, devices);
+        if !names.is_empty() {
+            description = description.with("names", names);
+        }
     }
     description
+}
+
+/// What the rig file calls boards and channels: `board` or a channel's number, by the board's number.
+fn names(rig: &Rig, devices: u16) -> BTreeMap<u8, BTreeMap<String, String>> {
+    let of = |board: u8| {
+        let own = rig.board_name(board).map(|name| ("board".to_owned(), name.to_owned()));
+        let channels = (0..CHANNELS)
+            .filter_map(|channel| Some((channel.to_string(), rig.channel_name(board, channel)?.to_owned())));
+        (board, own.into_iter().chain(channels).collect::<BTreeMap<_, _>>())
+    };
+    (0..=u8::MAX).take(usize::from(devices)).map(of).filter(|(_, names)| !names.is_empty()).collect()
 }
 
 /// Says why the boards may not do at once what they are commanded.

@@ -104,7 +104,7 @@ pub(super) fn read(
 }
 
 /// The message, if it is one of ours: XCDR1, little endian.
-fn joint_state(message: &mcap::Message<'_>) -> Option<JointState> {
+pub(crate) fn joint_state(message: &mcap::Message<'_>) -> Option<JointState> {
     let name = message.channel.schema.as_ref()?.name.as_str();
     if name != JointState::ROS_TYPE || message.channel.message_encoding != "cdr" {
         return None;

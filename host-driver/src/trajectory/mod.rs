@@ -13,6 +13,8 @@ mod error;
 mod generate;
 mod read;
 
+#[cfg(feature = "mcap")]
+pub(crate) use bag::joint_state;
 pub use error::{AboveLimitAt, TrajectoryError};
 pub use generate::{Plan, Shape};
 

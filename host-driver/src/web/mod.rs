@@ -40,8 +40,8 @@ pub struct WebOptions {
     /// Host names under which the page may be asked for, besides addresses, `localhost` and this
     /// computer's own name.
     pub names: Vec<String>,
-    /// Vents and, with `control`, commands.
-    pub overriding: Override,
+    /// Vents and, with `control`, commands. `None`: it is a recording, and nothing can be commanded.
+    pub overriding: Option<Override>,
     /// Set points by hand and release of a vent, for clients that have the token. `None`: nobody.
     pub control: Option<Control>,
     /// Recordings by button. `None`: none.
@@ -70,7 +70,7 @@ struct PolledRun {
     clock: Clock,
     boards: Vec<u8>,
     calibration: Calibration,
-    overriding: Override,
+    overriding: Option<Override>,
     lines: Option<Mutex<Receiver<String>>>,
     notice: Box<dyn Fn(String) + Send + Sync>,
 }
@@ -136,7 +136,7 @@ impl Server {
 
 impl Run for PolledRun {
     fn moment(&self) -> Option<Moment> {
-        moment::of(&self.monitor.latest(), self.clock.now_ns(), &self.calibration, &self.overriding)
+        moment::of(&self.monitor.latest(), self.clock.now_ns(), &self.calibration, self.overriding.as_ref())
     }
 
     fn statistics(&self) -> serde_json::Value {
@@ -150,29 +150,33 @@ impl Run for PolledRun {
     }
 
     fn vent(&self) -> bool {
-        let is_new = self.overriding.commanding() != Commanding::Vented || self.overriding.returns();
-        self.overriding.vent();
+        let Some(overriding) = &self.overriding else { return false };
+        let is_new = overriding.commanding() != Commanding::Vented || overriding.returns();
+        overriding.vent();
         is_new
     }
 
     fn release(&self) -> bool {
-        let returns = self.overriding.returns();
-        self.overriding.release();
+        let Some(overriding) = &self.overriding else { return false };
+        let returns = overriding.returns();
+        overriding.release();
         returns
     }
 
     fn set(&self, set_point: SetPoint) -> Result<f64, Refusal> {
         let SetPoint { board, channel, kpa } = set_point;
+        let recorded = || Refusal::Conflict("this is a recording: nothing can be commanded".to_owned());
+        let overriding = self.overriding.as_ref().ok_or_else(recorded)?;
         let scale = self.calibration.channel(board, channel);
         let counts = scale.counts(kpa).map_err(|error| Refusal::Unusable(error.to_string()))?;
         let index = self.boards.iter().position(|polled| *polled == board);
         let unknown = || Refusal::Unusable(format!("board {board} is not polled in this run"));
-        self.overriding.set(index.ok_or_else(unknown)?, channel, counts).map_err(|e| moment::refusal(&e))?;
+        overriding.set(index.ok_or_else(unknown)?, channel, counts).map_err(|e| moment::refusal(&e))?;
         Ok(scale.kpa(counts))
     }
 
     fn commanding(&self) -> pneudrive_page::Commanding {
-        moment::commanding(&self.overriding)
+        moment::commanding(self.overriding.as_ref())
     }
 
     fn notice(&self, line: String) {

@@ -10,20 +10,21 @@ pub(super) fn of(
     snapshot: &Snapshot,
     now_ns: u64,
     calibration: &Calibration,
-    overriding: &Override,
+    overriding: Option<&Override>,
 ) -> Option<Moment> {
     Some(Moment {
         cycle: snapshot.cycle?,
         since_start_ns: snapshot.since_start_ns,
         age_ns: now_ns.saturating_sub(snapshot.at_ns),
         commanding: commanding(overriding),
-        release_returns: overriding.returns(),
+        release_returns: overriding.is_some_and(Override::returns),
         boards: snapshot.boards.iter().map(|row| board(row, now_ns, calibration)).collect(),
     })
 }
 
-/// Whose commands the boards get, in the page's words.
-pub(super) fn commanding(overriding: &Override) -> pneudrive_page::Commanding {
+/// Whose commands the boards get, in the page's words; nobody commands a recording.
+pub(super) fn commanding(overriding: Option<&Override>) -> pneudrive_page::Commanding {
+    let Some(overriding) = overriding else { return pneudrive_page::Commanding::Recording };
     match overriding.commanding() {
         Commanding::Following => pneudrive_page::Commanding::Trajectory,
         Commanding::Vented => pneudrive_page::Commanding::Vented,
@@ -101,7 +102,7 @@ mod tests {
         };
         let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };
         let overriding = Override::manual(&[VENTED]);
-        let moment = of(&snapshot, 1_500, &calibration, &overriding).unwrap();
+        let moment = of(&snapshot, 1_500, &calibration, Some(&overriding)).unwrap();
         assert_eq!((moment.cycle, moment.since_start_ns, moment.age_ns), (7, 800, 600));
         assert_eq!(moment.commanding, pneudrive_page::Commanding::SetPoints);
         let board = moment.boards[0];
@@ -113,7 +114,7 @@ mod tests {
         assert_eq!((reading.age_ns, reading.faulty), (500, [false, false, true, true]));
         assert_eq!(tenths(reading.kpa)[1], 998);
         overriding.vent();
-        assert_eq!(commanding(&overriding), pneudrive_page::Commanding::Vented);
-        assert!(of(&Snapshot::default(), 0, &calibration, &overriding).is_none(), "before the first cycle");
+        assert_eq!(commanding(Some(&overriding)), pneudrive_page::Commanding::Vented);
+        assert!(of(&Snapshot::default(), 0, &calibration, None).is_none(), "before the first cycle");
     }
 }

@@ -1,6 +1,7 @@
 //! How a run ends, and what it leaves and says.
 
 use crate::program::{program, rows, run, signal, until};
+use crate::schema::{RUN, conforms};
 use crate::support::counts;
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
@@ -26,6 +27,7 @@ fn the_json_object_keeps_its_contract() {
     ]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    conforms(&json, RUN);
     assert_eq!((&json["schema"], &json["program"]), (&1.into(), &"pneudrive-host".into()));
     assert_eq!((&json["version"], &json["port"]), (&env!("CARGO_PKG_VERSION").into(), &port.into()));
     assert_eq!(json["ended"], "duration");

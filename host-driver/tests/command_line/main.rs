@@ -4,12 +4,15 @@
 #![allow(clippy::unwrap_used)]
 
 mod board;
+mod check;
 mod endings;
 #[cfg(feature = "web")]
 mod page;
 mod program;
 mod recordings;
 mod refusals;
+mod replay;
+mod schema;
 mod subcommands;
 #[path = "../support/mod.rs"]
 mod support;

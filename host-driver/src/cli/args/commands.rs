@@ -1,5 +1,6 @@
 //! The subcommands.
 
+use super::RunArgs;
 use super::values::{kpa, number, seconds};
 use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -13,6 +14,8 @@ pub enum Command {
     Init(InitArgs),
     /// Two-point calibration of each channel, into the rig file
     Calibrate(CalibrateArgs),
+    /// Self-test of valves, chambers and sensors, compared with the last one
+    Check(CheckArgs),
     /// Ask each board whether it is there (commands 0 kPa)
     Ping(PingArgs),
     /// What a board says of itself: state, faults, firmware, resets
@@ -25,6 +28,8 @@ pub enum Command {
     Generate(GenerateArgs),
     /// What a recording says of itself, and what happened meanwhile
     Info(InfoArgs),
+    /// Play a recording's commands again; with --view show the recording, without boards
+    Replay(Box<ReplayArgs>),
     /// Completions for a shell
     Completions(CompletionsArgs),
     /// Man pages
@@ -37,12 +42,14 @@ impl Command {
             Self::List(_) => "list",
             Self::Init(_) => "init",
             Self::Calibrate(_) => "calibrate",
+            Self::Check(_) => "check",
             Self::Ping(_) => "ping",
             Self::Board(_) => "board",
             Self::Bench(_) => "bench",
             Self::Timing(_) => "timing",
             Self::Generate(_) => "generate",
             Self::Info(_) => "info",
+            Self::Replay(_) => "replay",
             Self::Completions(_) => "completions",
             Self::Man(_) => "man",
         }
@@ -84,6 +91,31 @@ pub struct CalibrateArgs {
     /// How long a pressure is waited for, s
     #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
     pub settle: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Args)]
+pub struct CheckArgs {
+    /// Only this board
+    #[arg(long, value_name = "N")]
+    pub board: Option<u8>,
+    /// Highest set point, kPa; a channel goes up to four fifths of its limit if that is lower
+    #[arg(long, value_name = "KPA", default_value_t = 150.0, value_parser = kpa)]
+    pub level: f64,
+    /// How many times as long as usual (25 s a board), 0.5 to 10: for chambers that need more than a second to fill
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = number)]
+    pub stretch: f64,
+    /// Cycles per second [default: the rig file's, or 500]
+    #[arg(long, value_name = "HZ", value_parser = number)]
+    pub rate: Option<f64>,
+    /// Write a page of what was found
+    #[arg(long, value_name = "FILE.html")]
+    pub page: Option<PathBuf>,
+    /// The check to compare with; made by the first check [default: rig.check.json beside the rig file rig.toml]
+    #[arg(long, value_name = "FILE.json")]
+    pub baseline: Option<PathBuf>,
+    /// Make this check the one that later ones are compared with
+    #[arg(long)]
+    pub new_baseline: bool,
 }
 
 #[derive(Debug, Clone, PartialEq, Args)]
@@ -171,6 +203,31 @@ pub struct InfoArgs {
     /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+}
+
+/// A run whose trajectory is the recording. Options that would command something else are gone.
+#[derive(Debug, Clone, PartialEq, Args)]
+#[command(
+    mut_arg("trajectory", |arg| {
+        // Without its name it is what stands behind the subcommand.
+        arg.long(None)
+            .required(true)
+            .value_name("RECORDING")
+            .help_heading(None::<&str>)
+            .help("FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap")
+            .long_help("FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap. Its first row is commanded at once, whatever its time.")
+    }),
+    mut_arg("command", |arg| arg.hide(true)),
+    mut_arg("from_first_row", |arg| arg.hide(true)),
+)]
+pub struct ReplayArgs {
+    /// Show the recording on terminal (and page, with --web) as it was; no port is opened
+    ///
+    /// Space pauses, Left and Right go 5 s back and forward. --speed, --repeat and --plain act.
+    #[arg(long)]
+    pub view: bool,
+    #[command(flatten)]
+    pub run: RunArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Args)]

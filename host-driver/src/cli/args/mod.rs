@@ -9,8 +9,8 @@ mod values;
 pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg};
 pub use commands::{
-    BenchArgs, BoardArgs, BoardCommand, BoardStatusArgs, CalibrateArgs, Command, CompletionsArgs,
-    GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs, ShapeArg, TimingArgs,
+    BenchArgs, BoardArgs, BoardCommand, BoardStatusArgs, CalibrateArgs, CheckArgs, Command, CompletionsArgs,
+    GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs, ReplayArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::number;
@@ -32,6 +32,7 @@ Examples:
   pneudrive-host list                                      serial ports and their adapters
   pneudrive-host init --port /dev/ttyUSB0                  asks for boards and writes rig.toml
   pneudrive-host calibrate --rig rig.toml                  two pressures of each channel, from a gauge
+  pneudrive-host check --rig rig.toml                      self-test, compared with the first one
   pneudrive-host --rig rig.toml --command 100              all chambers at 100 kPa
   pneudrive-host --port /dev/ttyUSB0 --rate 500 --duration 10 --command 0:50,50,120,120 --record run.csv.zst
   pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
@@ -41,6 +42,8 @@ Examples:
   pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
   pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
   pneudrive-host info run.csv.zst                          when, with what and how it was recorded, and what happened
+  pneudrive-host replay run.csv.zst --view                 looks at it as it was, without boards
+  pneudrive-host replay run.csv.zst --rig rig.toml         commands it again
   pneudrive-host --port /dev/ttyUSB0 --rate 1000 --realtime --lock-memory --pin-core 3
 
 In the live view ? shows the keys; v, V and the space bar vent all boards until r releases them. A run ends on Ctrl-C, SIGTERM, q or Esc

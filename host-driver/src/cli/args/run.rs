@@ -38,6 +38,11 @@ pub struct RunArgs {
     /// Play the trajectory so many times as fast, 0.01 to 100
     #[arg(long, requires = "trajectory", hide_short_help = true, value_name = "FACTOR", value_parser = speed)]
     pub speed: Option<f64>,
+    /// Draw what the trajectory will command, and end: no board is asked
+    ///
+    /// Everything is checked, limits too, as for a run; exit status 2 if something is refused.
+    #[arg(long, requires = "trajectory")]
+    pub preview: bool,
     /// Stop after so many seconds
     ///
     /// A shorter trajectory holds its last row until then.

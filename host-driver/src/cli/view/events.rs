@@ -33,8 +33,17 @@ impl Events {
     }
 
     pub fn observer(&self) -> impl Observer + use<> {
-        let senders = self.listeners.iter().chain([&self.sender.lines]).cloned().collect();
-        Tap { senders, narrator: Narrator::default() }
+        Tap { senders: self.senders(), narrator: Narrator::default() }
+    }
+
+    /// As an observer, for what happened when a recording was made.
+    pub fn teller(&self) -> impl FnMut(String) + Send + use<> {
+        let senders = self.senders();
+        move |text| tell(&senders, &text)
+    }
+
+    fn senders(&self) -> Vec<Sender<String>> {
+        self.listeners.iter().chain([&self.sender.lines]).cloned().collect()
     }
 
     /// What happens on the bus from now on, for somebody else too: from observers that are made after this, and nothing that is
@@ -98,9 +107,13 @@ impl Observer for Tap {
 
     fn event(&mut self, event: &Event<'_>) {
         let Some(Notice { text, .. }) = self.narrator.notice(event) else { return };
-        for sender in &self.senders {
-            // Nobody listening any more is the end of the run.
-            let _ = sender.send(text.clone());
-        }
+        tell(&self.senders, &text);
+    }
+}
+
+fn tell(senders: &[Sender<String>], text: &str) {
+    for sender in senders {
+        // Nobody listening any more is the end of the run.
+        let _ = sender.send(text.to_owned());
     }
 }

@@ -1,8 +1,8 @@
-use super::{EndedBy, Events, Session};
+use super::{EndedBy, Events, Session, Watched};
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
 use crate::cli::setup::Setup;
-use pneudrive_host::poller::{BoardRow, Poller, Snapshot};
+use pneudrive_host::poller::{BoardRow, Snapshot};
 use pneudrive_host::statistics::BoardStatistics;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -15,10 +15,11 @@ const LINE_EVERY: Duration = Duration::from_secs(1);
 pub fn show(
     session: &Session,
     json: bool,
-    poller: &Poller,
+    watched: Watched<'_>,
     events: &Events,
     stop: impl Fn() -> bool,
 ) -> Result<EndedBy, Failure> {
+    let monitor = watched.monitor();
     let mut next = Instant::now() + LINE_EVERY;
     let mut before = Snapshot::default();
     let mut without = Vec::new();
@@ -40,7 +41,7 @@ pub fn show(
         if stop() {
             return Ok(EndedBy::Stop);
         }
-        if poller.is_finished() {
+        if watched.is_finished() {
             return Ok(EndedBy::Poller);
         }
         std::thread::sleep(LOOK_EVERY);
@@ -49,9 +50,9 @@ pub fn show(
         }
         if Instant::now() >= next {
             next += LINE_EVERY;
-            let now = poller.latest();
+            let now = monitor.latest();
             // As of the line before or a little later: whoever asks gets new figures next time.
-            let counted = poller.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
+            let counted = monitor.statistics().map_or_else(Vec::new, |statistics| statistics.boards);
             let new = newly_without(&without, &counted);
             let line = line(&before, &now, session.clock.now_ns(), &new, &session.setup);
             (before, without) = (now, counted);
@@ -87,7 +88,8 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], s
     let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
     let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);
     let seconds = now.since_start_ns.saturating_sub(before.since_start_ns) as f64 * 1e-9;
-    if seconds > 0.0 {
+    // Before the first line nothing is known, and a recording need not begin at 0.
+    if seconds > 0.0 && before.cycle.is_some() {
         let _ = write!(line, "  {:>7.1} Hz", cycles as f64 / seconds);
     }
     for board in &now.boards {

@@ -11,10 +11,46 @@ pub use recorder::KeyRecorder;
 use crate::cli::failure::Failure;
 use crate::cli::setup::Setup;
 use pneudrive_host::line::Clock;
-use pneudrive_host::poller::{Limits, Override, Poller};
+use pneudrive_host::poller::{Limits, Monitor, Override, Poller};
+use pneudrive_host::replay::Player;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// What is looked at: boards that are polled, or a recording of them.
+#[derive(Clone, Copy)]
+pub enum Watched<'a> {
+    /// Boards.
+    Boards(&'a Poller),
+    /// A recording.
+    Recording(&'a Player),
+}
+
+impl<'a> Watched<'a> {
+    /// Its rows and figures.
+    pub fn monitor(self) -> Monitor {
+        match self {
+            Self::Boards(poller) => poller.monitor(),
+            Self::Recording(player) => player.monitor(),
+        }
+    }
+
+    /// Whether it has ended by itself.
+    pub fn is_finished(self) -> bool {
+        match self {
+            Self::Boards(poller) => poller.is_finished(),
+            Self::Recording(player) => player.is_finished(),
+        }
+    }
+
+    /// The recording, if it is one: there is nothing to command.
+    pub fn recording(self) -> Option<&'a Player> {
+        match self {
+            Self::Boards(_) => None,
+            Self::Recording(player) => Some(player),
+        }
+    }
+}
 
 /// What does not change while a run lasts.
 #[derive(Clone)]
@@ -56,17 +92,17 @@ pub fn show(
     session: &Session,
     json: bool,
     plain: bool,
-    poller: &Poller,
+    watched: Watched<'_>,
     events: &Events,
     stop: impl Fn() -> bool,
 ) -> Result<EndedBy, Failure> {
     let ended = if wants_live(json, plain) {
-        live::show(session, poller, events, &stop)?
+        live::show(session, watched, events, &stop)?
     } else {
-        lines::show(session, json, poller, events, &stop)?
+        lines::show(session, json, watched, events, &stop)?
     };
     if ended == EndedBy::Terminal && session.keep_running {
-        return Ok(wait(poller, events, stop));
+        return Ok(wait(watched, events, stop));
     }
     Ok(ended)
 }
@@ -78,13 +114,13 @@ pub fn wants_live(json: bool, plain: bool) -> bool {
 }
 
 /// Until the end, with nobody looking.
-fn wait(poller: &Poller, events: &Events, stop: impl Fn() -> bool) -> EndedBy {
+fn wait(watched: Watched<'_>, events: &Events, stop: impl Fn() -> bool) -> EndedBy {
     const LOOK_EVERY: Duration = Duration::from_millis(50);
     loop {
         if stop() {
             return EndedBy::Stop;
         }
-        if poller.is_finished() {
+        if watched.is_finished() {
             return EndedBy::Poller;
         }
         // They would pile up.

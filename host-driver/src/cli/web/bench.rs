@@ -148,7 +148,7 @@ fn start(
     let address = listener.address();
     let web = WebOptions {
         port: "bench".into(),
-        overriding: Override::following(boards.len()),
+        overriding: Some(Override::following(boards.len())),
         boards,
         labels: Labels::default(),
         calibration: Calibration::default(),

@@ -10,7 +10,7 @@ use super::failure::Failure;
 use super::setup::Setup;
 use super::view::{Events, Session};
 use pneudrive_host::notices::{Notice, NoticeKind};
-use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override, PollerOptions};
+use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override};
 use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary};
 use pneudrive_host::web::{
     BoardLabel, Control, Labels, Listener, Recording, Server, Token, UnitLabel, WebOptions,
@@ -29,13 +29,13 @@ pub struct Prepared {
 }
 
 /// Does everything that can fail before the first byte goes to a board. Observers of `events` that
-/// shall be heard on the page are made after this. `None` without `--web`.
+/// shall be heard on the page are made after this. Without `overriding` it is a recording. `None` without `--web`.
 pub fn prepare(
     run: &RunArgs,
     setup: &Setup,
-    devices: u16,
+    boards: &[u8],
     limits: &Limits,
-    overriding: &Override,
+    overriding: Option<&Override>,
     description: &Description,
     events: &mut Events,
 ) -> Result<Option<Prepared>, Failure> {
@@ -43,22 +43,21 @@ pub fn prepare(
     let Some(address) = args.web else {
         return Ok(None);
     };
-    let boards = PollerOptions::for_devices(devices).boards;
-    let control = control(args, setup, &boards, limits)?;
+    let control = control(args, setup, boards, limits)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
-    let (recording, tap) = recording(run, setup, &boards, description, events)?;
+    let (recording, tap) = recording(run, setup, boards, description, events, overriding.is_none())?;
     let listener = Listener::bind(address).map_err(|error| {
         Failure::input(format!("--web {address}: {error}; choose another address or port"))
     })?;
     let notices = events.sender();
-    let labels = labels(setup, &boards, limits);
+    let labels = labels(setup, boards, limits);
     let options = WebOptions {
         port: String::new(),
-        boards,
+        boards: boards.to_vec(),
         labels,
         calibration: setup.calibration.clone(),
         names: args.web_name.clone(),
-        overriding: overriding.clone(),
+        overriding: overriding.cloned(),
         control,
         recording,
         whole_run: None,
@@ -118,7 +117,12 @@ fn recording(
     boards: &[u8],
     description: &Description,
     events: &Events,
+    recorded: bool,
 ) -> Result<RecordingAndTap, Failure> {
+    // What is looked at has been recorded.
+    if recorded {
+        return Ok((None, None));
+    }
     let args = &run.web;
     let local = args.web.is_some_and(|address| address.ip().is_loopback());
     let folder = match &args.record_folder {

@@ -79,8 +79,9 @@ impl Bag {
             .enumerate()
             .map(|(index, bus)| {
                 let boards = bus.boards.iter().map(|&board| {
+                    let names = topics::names(description, board);
                     let joint = bus.first_joint + u16::from(board);
-                    BoardTopics::add(&mut writer, prefix, joint, index, drives)
+                    BoardTopics::add(&mut writer, prefix, joint, index, &names, drives)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
                 let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);

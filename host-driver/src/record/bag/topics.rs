@@ -1,5 +1,6 @@
 use crate::messages::{JointState, Log};
 use crate::poller::BoardCommand;
+use crate::record::Description;
 use mcap::{McapResult, Writer};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
@@ -20,6 +21,16 @@ pub(super) struct Topic {
     pub(super) count: u64,
 }
 
+/// What people call a board and its channels, from the entry `names` of a recording: metadata `name` and `channel_0_name` and so on
+/// of its topics.
+pub(super) fn names(description: &Description, board: u8) -> BTreeMap<String, String> {
+    let entry = description.entries().find(|(key, _)| *key == "names").map_or("{}", |(_, json)| json);
+    let mut all: BTreeMap<u8, BTreeMap<String, String>> = serde_json::from_str(entry).unwrap_or_default();
+    let own = all.remove(&board).unwrap_or_default().into_iter();
+    let key = |of: String| if of == "board" { "name".to_owned() } else { format!("channel_{of}_name") };
+    own.map(|(of, name)| (key(of), name)).collect()
+}
+
 /// The topics of one board.
 pub(super) struct BoardTopics {
     pub(super) state: Channel<JointState>,
@@ -38,10 +49,12 @@ impl<M> Channel<M> {
         (ros_type, definition): (&'static str, &str),
         name: String,
         message: M,
+        names: &BTreeMap<String, String>,
     ) -> McapResult<Self> {
         // A schema that is there already is not written again.
         let schema = writer.add_schema(ros_type, "ros2msg", definition.as_bytes())?;
-        let metadata = BTreeMap::from([("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned())]);
+        let mut metadata = names.clone();
+        metadata.insert("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned());
         let id = writer.add_channel(schema, &name, "cdr", &metadata)?;
         Ok(Self { topic: Topic { id, name, ros_type, count: 0 }, message })
     }
@@ -53,13 +66,14 @@ impl BoardTopics {
         prefix: &str,
         joint: u16,
         bus: usize,
+        names: &BTreeMap<String, String>,
         drives: bool,
     ) -> McapResult<Self> {
         let state =
             if drives { JointState::state_with_drives(joint, bus) } else { JointState::state(joint, bus) };
         let mut channel = |name: &str, message| {
             let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION);
-            Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message)
+            Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message, names)
         };
         Ok(Self {
             state: channel("pressure_state", state)?,
@@ -72,5 +86,11 @@ impl BoardTopics {
 /// The topic of what happens.
 pub(super) fn add_events<W: Write + Seek>(writer: &mut Writer<W>, prefix: &str) -> McapResult<Channel<Log>> {
     let message = Log { name: prefix.trim_start_matches('/').replace('/', "."), ..Log::default() };
-    Channel::add(writer, (Log::ROS_TYPE, Log::DEFINITION), format!("{prefix}/events"), message)
+    Channel::add(
+        writer,
+        (Log::ROS_TYPE, Log::DEFINITION),
+        format!("{prefix}/events"),
+        message,
+        &BTreeMap::new(),
+    )
 }

@@ -5,12 +5,13 @@ use super::model::Model;
 use crate::cli::view::EventSender;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{Commanding, VENTED};
+use pneudrive_host::replay::Player;
 
 /// Does what a key means; `true` if that is the end of the run.
 pub fn follow(action: Action, model: &mut Model, events: &EventSender) -> bool {
     let note = |text: &str| events.note(&Notice::new(NoticeKind::Key, text));
     match action {
-        Action::Nothing => {}
+        Action::Nothing | Action::Pause | Action::Skip(_) => {}
         Action::Vent => {
             model.session.overriding.vent();
             disarm(model);
@@ -40,6 +41,15 @@ pub fn follow(action: Action, model: &mut Model, events: &EventSender) -> bool {
         Action::Events(lines) => model.scroll_events(lines),
     }
     false
+}
+
+/// What a key does to a recording.
+pub fn play(action: Action, player: &Player) {
+    match action {
+        Action::Pause => player.pause(),
+        Action::Skip(seconds) => player.skip(f64::from(seconds)),
+        _ => {}
+    }
 }
 
 /// Moves set points on their way; called for every picture.

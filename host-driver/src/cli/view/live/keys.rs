@@ -113,6 +113,10 @@ pub enum Action {
     Help,
     /// Older events, so many lines.
     Events(isize),
+    /// A recording stands still, or goes on.
+    Pause,
+    /// A recording goes so many seconds forward, or back.
+    Skip(i32),
 }
 
 /// What the meaning of a key depends on.
@@ -126,11 +130,24 @@ pub struct Mode {
     pub armed: bool,
     /// A number is being typed, or the help is shown.
     pub busy: bool,
+    /// It is a recording: there is nothing to vent, to arm or to record.
+    pub recording: bool,
 }
 
 /// The meaning of `key`. Whatever may be meant to vent vents, whatever is open.
 pub fn action(key: KeyEvent, mode: Mode) -> Action {
-    let Mode { open, vented, armed, busy } = mode;
+    let Mode { open, vented, armed, busy, recording } = mode;
+    if recording {
+        match (key.code, open) {
+            (KeyCode::Char(' ' | 'p' | 'P'), None) => return Action::Pause,
+            (KeyCode::Right, None) => return Action::Skip(5),
+            (KeyCode::Left, None) => return Action::Skip(-5),
+            (KeyCode::Char('v' | 'V' | ' ' | 'a' | 'A' | 'r' | 'R' | 'w' | 'W'), _) => {
+                return Action::Nothing;
+            }
+            _ => {}
+        }
+    }
     match (key.code, open) {
         (KeyCode::Char('v' | 'V' | ' '), _) => Action::Vent,
         (KeyCode::Char('c'), _) if key.modifiers.contains(KeyModifiers::CONTROL) => Action::End,
@@ -173,7 +190,7 @@ mod tests {
         for key in ['v', 'V', ' '] {
             for open in [None, Some(Question::End), Some(Question::Release)] {
                 for (armed, busy) in [(false, false), (true, false), (true, true)] {
-                    let mode = Mode { open, vented: false, armed, busy };
+                    let mode = Mode { open, armed, busy, ..Mode::default() };
                     assert_eq!(
                         action(KeyEvent::from(KeyCode::Char(key)), mode),
                         Action::Vent,
@@ -215,6 +232,18 @@ mod tests {
             let armed = Mode { armed: true, ..Mode::default() };
             assert_ne!(action(KeyEvent::from(code), armed), Action::Nothing, "{code:?}");
         }
+    }
+
+    #[test]
+    fn a_recording_commands_nothing() {
+        let mode = Mode { recording: true, ..Mode::default() };
+        let meaning = |code| action(KeyEvent::from(code), mode);
+        assert_eq!(meaning(KeyCode::Char(' ')), Action::Pause);
+        assert_eq!((meaning(KeyCode::Left), meaning(KeyCode::Right)), (Action::Skip(-5), Action::Skip(5)));
+        for key in ['v', 'V', 'a', 'r', 'w', '5'] {
+            assert_eq!(meaning(KeyCode::Char(key)), Action::Nothing, "{key}");
+        }
+        assert_eq!(meaning(KeyCode::Char('q')), Action::End);
     }
 
     #[test]

@@ -6,12 +6,11 @@ mod jog;
 mod keys;
 mod model;
 
-use super::{EndedBy, Events, Session};
+use super::{EndedBy, Events, Session, Watched};
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
 use keys::{Input, Keys, Mode, Question};
 use model::Model;
-use pneudrive_host::poller::Poller;
 use std::time::{Duration, Instant};
 
 /// 20 pictures a second.
@@ -23,20 +22,22 @@ const FIGURES_EVERY: Duration = Duration::from_millis(500);
 /// every way out: `ratatui::init` also does so when something panics.
 pub fn show(
     session: &Session,
-    poller: &Poller,
+    watched: Watched<'_>,
     events: &Events,
     stop: impl Fn() -> bool,
 ) -> Result<EndedBy, Failure> {
     let terminal_error = |error| Failure::running(format!("terminal: {error}"));
     let mut terminal = ratatui::try_init().map_err(terminal_error)?;
     let keys = Keys::listen().map_err(terminal_error)?;
+    let monitor = watched.monitor();
     let mut model = Model::new(session.clone());
+    model.is_recording = watched.recording().is_some();
     let mut figures = Instant::now();
     let ended = loop {
         if stop() {
             break EndedBy::Stop;
         }
-        if poller.is_finished() {
+        if watched.is_finished() {
             break EndedBy::Poller;
         }
         while let Some(event) = events.next() {
@@ -44,11 +45,11 @@ pub fn show(
         }
         if figures.elapsed() >= FIGURES_EVERY {
             figures = Instant::now();
-            if let Some(statistics) = poller.statistics() {
+            if let Some(statistics) = monitor.statistics() {
                 model.figures(statistics);
             }
         }
-        model.sample(poller.latest(), session.clock.now_ns());
+        model.sample(monitor.latest(), session.clock.now_ns());
         act::step(&mut model);
         if terminal.draw(|frame| draw::draw(frame, &model)).is_err() {
             break EndedBy::Terminal;
@@ -62,8 +63,13 @@ pub fn show(
                     vented: model.is_vented(),
                     armed: model.jog.armed().is_some(),
                     busy: model.help || !model.typed.is_empty(),
+                    recording: watched.recording().is_some(),
                 };
-                if act::follow(keys::action(key, mode), &mut model, &events.sender()) {
+                let action = keys::action(key, mode);
+                if let Some(player) = watched.recording() {
+                    act::play(action, player);
+                }
+                if act::follow(action, &mut model, &events.sender()) {
                     break EndedBy::Key;
                 }
             }
@@ -80,10 +86,11 @@ pub fn show(
 }
 
 /// The question in words. What a release does depends on who vented.
-fn words(question: Question, session: &Session) -> &'static str {
+fn words(question: Question, model: &Model) -> &'static str {
     match question {
+        Question::End if model.is_recording => "Leave the recording? y leaves, any other key stays.",
         Question::End => "End the run? Boards go to 0 kPa. y ends it, any other key goes on.",
-        Question::Release if session.overriding.returns() => {
+        Question::Release if model.session.overriding.returns() => {
             "Release? Set points return by a ramp. y releases, any other key stays vented."
         }
         Question::Release => "Release? Set points stay at 0 kPa. y releases, any other key stays vented.",

@@ -15,6 +15,8 @@ pub struct Model {
     pub question: Option<Question>,
     /// Whether the keys are explained.
     pub help: bool,
+    /// Whether it is a recording: nothing is commanded.
+    pub is_recording: bool,
     /// The selected channel, counted over all boards.
     pub selected: usize,
     /// Set points by keys.
@@ -55,6 +57,7 @@ impl Model {
             now_ns: 0,
             question: None,
             help: false,
+            is_recording: false,
             selected: 0,
             jog: Jog::default(),
             typed: String::new(),

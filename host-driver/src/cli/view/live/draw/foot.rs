@@ -14,6 +14,9 @@ const KEYS: [&str; 4] = [
     "v vent  q end",
 ];
 
+const PLAYING: [&str; 2] =
+    ["? keys  Space pause  Left/Right 5 s back, forward  Up/Down select  q end", "Space pause  q end"];
+
 const ARMED: [&str; 3] = [
     "ARMED  Left/Right 1 kPa  -/+ 10 kPa  or a number and Enter  Esc disarm  v vent",
     "ARMED  number, Enter  Esc disarm  v vent",
@@ -32,7 +35,7 @@ pub fn line(model: &Model, width: u16) -> Paragraph<'static> {
             .unwrap_or_default()
     };
     if let Some(question) = model.question {
-        return Paragraph::new(words(question, &model.session)).style(loud);
+        return Paragraph::new(words(question, model)).style(loud);
     }
     if !model.typed.is_empty() {
         let unit = model.session.setup.unit.name();
@@ -42,15 +45,29 @@ pub fn line(model: &Model, width: u16) -> Paragraph<'static> {
     if let Some(message) = model.message() {
         return Paragraph::new(message.to_owned()).style(Style::new().fg(Color::Yellow));
     }
+    if model.is_recording {
+        return Paragraph::new(fits(&PLAYING)).style(Style::new().fg(Color::DarkGray));
+    }
     if model.jog.armed().is_some() {
         return Paragraph::new(fits(&ARMED)).style(Style::new().fg(Color::Yellow));
     }
     Paragraph::new(fits(&KEYS)).style(Style::new().add_modifier(Modifier::DIM))
 }
 
+/// All keys of a recording.
+const PLAYING_HELP: [(&str, &str); 7] = [
+    ("Space p", "pause, go on"),
+    ("Left Right", "5 s back, forward"),
+    ("Up Down Tab", "select a channel"),
+    ("PgUp PgDn", "older, newer events"),
+    ("Esc", "close this; else asks whether to leave"),
+    ("? h", "these keys"),
+    ("q Ctrl-C", "leave the recording; no board is commanded meanwhile"),
+];
+
 /// All keys.
-pub fn help() -> Vec<Line<'static>> {
-    let keys = [
+pub fn help(is_recording: bool) -> Vec<Line<'static>> {
+    let commanding = [
         ("v V Space", "vent all boards, at once, whatever is open"),
         ("r, then y", "release vented boards"),
         ("Up Down Tab", "select a channel"),
@@ -64,9 +81,10 @@ pub fn help() -> Vec<Line<'static>> {
         ("? h", "these keys"),
         ("q Ctrl-C", "end the run: boards go to 0 kPa"),
     ];
+    let keys: &[(&str, &str)] = if is_recording { &PLAYING_HELP } else { &commanding };
     let bold = Style::new().add_modifier(Modifier::BOLD);
-    keys.into_iter()
-        .map(|(key, text)| {
+    keys.iter()
+        .map(|&(key, text)| {
             let mut line = Line::styled(format!(" {key:<14}"), bold);
             line.push_span(ratatui::text::Span::styled(text, Style::new().remove_modifier(Modifier::BOLD)));
             line

@@ -31,10 +31,15 @@ pub fn lines(model: &Model, width: u16, count: u16) -> Vec<Line<'static>> {
     if let Some(statistics) = &model.statistics {
         let cycle = &statistics.cycle_us;
         second.push(Span::styled(format!("{lost} lost"), Style::new().fg(lost_color)));
-        second.push(Span::raw(format!(", {} rejected", statistics.rejected)));
+        // Recordings do not know.
+        if !model.is_recording {
+            second.push(Span::raw(format!(", {} rejected", statistics.rejected)));
+        }
         second.push(Span::raw(format!("  cycle {:.0} us, 99 % {:.0} us", cycle.p50, cycle.p99)));
         second.push(Span::raw(format!(", longest {:.0} us", cycle.max)));
-        second.push(Span::raw(format!("  bus thread {:.0} %", 100.0 * statistics.cpu_share)));
+        if !model.is_recording {
+            second.push(Span::raw(format!("  bus thread {:.0} %", 100.0 * statistics.cpu_share)));
+        }
     }
     vec![fitted(width, first), fitted(width, second)]
 }

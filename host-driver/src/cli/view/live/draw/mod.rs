@@ -41,7 +41,7 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     .areas(area);
     frame.render_widget(Paragraph::new(head::lines(model, area.width, head)), top);
     if model.help {
-        frame.render_widget(Paragraph::new(foot::help()), boards);
+        frame.render_widget(Paragraph::new(foot::help(model.is_recording)), boards);
     } else {
         draw_boards(frame, boards, model);
     }

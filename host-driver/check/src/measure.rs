@@ -1,0 +1,286 @@
+//! Values out of readings.
+
+use crate::line_fit::{Estimate, Line, deviation, mean};
+use crate::plan::Phases;
+use crate::{CHANNELS, Plan, Quantity, Samples};
+
+/// What was measured of a channel; `estimate` is the value and its standard error, or why there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// What.
+    pub quantity: Quantity,
+    /// Of which channel.
+    pub channel: usize,
+    /// Value and standard error, in the quantity's unit.
+    pub estimate: Result<(f64, f64), String>,
+}
+
+/// Error from which on the board's loop drives its valve fully, kPa: 40 counts.
+const FULL_DRIVE_KPA: f64 = 36.0;
+/// Nearer than this to a set point is there: beyond the valve's dead band, before the loop brakes, kPa.
+const ARRIVED_KPA: f64 = 8.0;
+/// A set point that takes longer than this to change is ramped, s: rates are then the ramp's.
+const AT_ONCE_S: f64 = 0.02;
+
+/// Measures everything that the plan is made for; what could not be measured says why.
+pub fn measure(plan: &Plan, samples: &Samples) -> Vec<Measured> {
+    (0..CHANNELS)
+        .flat_map(|channel| Channel { plan, samples, channel, phases: plan.phases(channel) }.all())
+        .collect()
+}
+
+struct Channel<'a> {
+    plan: &'a Plan,
+    samples: &'a Samples,
+    channel: usize,
+    phases: Phases,
+}
+
+type Found = Result<Estimate, String>;
+
+impl Channel<'_> {
+    fn all(&self) -> Vec<Measured> {
+        let (rest, phases) = (self.plan.rest(), self.phases);
+        let at_rest = self.between(rest.0, rest.1);
+        let (fill_rate, dead_time) = self.rise();
+        let fill_edge = self.stopped(phases.fill_s, phases.closed_s, self.plan.level_kpa(self.channel));
+        let vent_edge = self.stopped(phases.half_s, phases.vent_s, self.plan.half_kpa(self.channel));
+        let both = |combine: fn(f64, f64) -> f64, share: f64| -> Found {
+            let (fill, vent) = (fill_edge.clone()?, vent_edge.clone()?);
+            let error = share * fill.error.hypot(vent.error);
+            Ok(Estimate { value: combine(fill.value, vent.value), error })
+        };
+        let found = [
+            (Quantity::Zero, few(mean(&at_rest))),
+            (Quantity::Noise, few(deviation(&at_rest))),
+            (Quantity::Reached, self.at_end(phases.closed_s, self.plan.level_kpa(self.channel))),
+            (Quantity::FillRate, fill_rate),
+            (Quantity::VentRate, self.fall_rate()),
+            (Quantity::DeadTime, dead_time),
+            (Quantity::Threshold, both(|fill, vent| vent - fill, 1.0)),
+            (Quantity::Centre, both(|fill, vent| 0.5 * (fill + vent), 0.5)),
+            (Quantity::Leak, self.leak()),
+            (Quantity::Hold, self.at_end(phases.vent_s, self.plan.half_kpa(self.channel))),
+            (Quantity::Crosstalk, self.crosstalk()),
+        ];
+        let measured = found.into_iter().map(|(quantity, found)| Measured {
+            quantity,
+            channel: self.channel,
+            estimate: found.map(|estimate| (estimate.value, estimate.error)),
+        });
+        measured.collect()
+    }
+
+    fn between(&self, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
+        self.samples.between(self.channel, from_s, to_s)
+    }
+
+    fn s(&self, seconds: f64) -> f64 {
+        seconds * self.plan.stretch()
+    }
+
+    /// When the set point changed; an error where it was ramped, or never sent.
+    fn step(&self, at_s: f64, to_kpa: f64) -> Result<f64, String> {
+        match self.samples.commanded(self.channel, at_s, to_kpa) {
+            None => Err("the set point was not sent".to_owned()),
+            Some((_, took_s)) if took_s > AT_ONCE_S => {
+                Err("a limit ramps the set point: the rate is the ramp's".to_owned())
+            }
+            Some((at_s, _)) => Ok(at_s),
+        }
+    }
+
+    /// Fill rate, and dead time, of the rise to the level.
+    fn rise(&self) -> (Found, Found) {
+        let level = self.plan.level_kpa(self.channel);
+        let begun = match self.step(self.phases.fill_s, level) {
+            Ok(begun) => begun,
+            Err(why) => return (Err(why.clone()), Err(why)),
+        };
+        let before = mean(&self.between(begun - self.s(0.3), begun));
+        let rise = self.between(begun, self.phases.half_s);
+        let top = (level - FULL_DRIVE_KPA).min(0.65 * level);
+        let rate = line(crossing(&rise, 0.12 * level, top)).map(|line| line.slope);
+        let dead_time = before.ok_or_else(few_readings).and_then(|before| {
+            let line = line(crossing(&rise, 0.08 * level, 0.5 * level))?;
+            let crossed = line.crosses(before);
+            Ok(Estimate { value: 1e3 * (crossed.value - begun), error: 1e3 * crossed.error })
+        });
+        (rate, dead_time)
+    }
+
+    /// The fall from half the level to 0 kPa.
+    fn fall_rate(&self) -> Found {
+        let half = self.plan.half_kpa(self.channel);
+        let begun = self.step(self.phases.vent_s, 0.0)?;
+        let fall = self.between(begun, self.phases.end_s);
+        // Downwards as upwards.
+        let mirrored: Vec<_> = fall.iter().map(|&(t, kpa)| (t, -kpa)).collect();
+        let bottom = FULL_DRIVE_KPA.max(0.5 * half).min(0.7 * half);
+        Ok(line(crossing(&mirrored, -0.9 * half, -bottom))?.slope)
+    }
+
+    /// Where the pressure stands beside the set point when the valve has just stopped.
+    fn stopped(&self, from_s: f64, to_s: f64, set_point_kpa: f64) -> Found {
+        let phase = self.between(from_s, to_s);
+        let near = |(_, kpa): &&(f64, f64)| (kpa - set_point_kpa).abs() < ARRIVED_KPA;
+        let Some(&(arrived_s, _)) = phase.iter().find(near) else {
+            return Err(format!("{set_point_kpa:.0} kPa was not reached"));
+        };
+        let stopped_s = arrived_s + self.s(0.15);
+        let edge = few(mean(&self.between(stopped_s, (stopped_s + self.s(0.15)).min(to_s))))?;
+        Ok(Estimate { value: edge.value - set_point_kpa, ..edge })
+    }
+
+    /// Fall of the pressure while it is itself the set point.
+    fn leak(&self) -> Found {
+        let Phases { closed_s, half_s, .. } = self.phases;
+        let (level, held) = (self.plan.level_kpa(self.channel), self.at_end(closed_s, 0.0)?.value);
+        if (held - level).abs() > ARRIVED_KPA {
+            return Err(format!("{level:.0} kPa was not reached"));
+        }
+        let slope = line(self.between(closed_s + self.s(0.1), half_s))?.slope;
+        Ok(Estimate { value: -slope.value, ..slope })
+    }
+
+    /// Deviation from the set point at the end of its phase.
+    fn at_end(&self, end_s: f64, set_point_kpa: f64) -> Found {
+        let estimate = few(mean(&self.between(end_s - self.s(0.4), end_s)))?;
+        Ok(Estimate { value: estimate.value - set_point_kpa, ..estimate })
+    }
+
+    /// How far the channels that are commanded 0 kPa come away from where they were: at the most over 40 ms. The one that was
+    /// tested just before still falls, and is left out.
+    fn crosstalk(&self) -> Found {
+        const WINDOW_S: f64 = 0.04;
+        let Phases { fill_s, vent_s, .. } = self.phases;
+        let mut largest: Option<Estimate> = None;
+        let rests = |&other: &usize| other != self.channel && other + 1 != self.channel;
+        for other in (0..CHANNELS).filter(rests) {
+            let before = few(mean(&self.samples.between(other, fill_s - self.s(0.3), fill_s)))?;
+            let during = self.samples.between(other, fill_s, vent_s);
+            let mut rest = during.as_slice();
+            while let Some(&(first_s, _)) = rest.first() {
+                let (window, later) = rest.split_at(rest.partition_point(|(t, _)| *t < first_s + WINDOW_S));
+                rest = later;
+                let Some(level) = mean(window) else { continue };
+                let away = Estimate {
+                    value: (level.value - before.value).abs(),
+                    error: level.error.hypot(before.error),
+                };
+                if largest.is_none_or(|so_far| away.value > so_far.value) {
+                    largest = Some(away);
+                }
+            }
+        }
+        few(largest)
+    }
+}
+
+/// The readings of a rise from when it first is above `low` to before it first is above `high`.
+fn crossing(points: &[(f64, f64)], low: f64, high: f64) -> Vec<(f64, f64)> {
+    let first = |than: f64| points.iter().position(|(_, y)| *y > than);
+    match (first(low), first(high)) {
+        (Some(from), Some(to)) if to > from => points[from..to].to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+fn line(points: Vec<(f64, f64)>) -> Result<Line, String> {
+    Line::through(&points).ok_or_else(few_readings)
+}
+
+fn few(estimate: Option<Estimate>) -> Found {
+    estimate.ok_or_else(few_readings)
+}
+
+fn few_readings() -> String {
+    "too few readings: the pressure did not go there, or the rate is too low".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chamber that rises by 500 and falls by 250 kPa/s, 12 ms late, stops 1 kPa below a set point that it rises to and 3 kPa
+    /// above one that it falls to, loses 2 kPa/s there, and reads 0.5 kPa too much; channel 1 follows channel 0 by 2 kPa.
+    fn chamber(plan: &Plan) -> Samples {
+        const STEP_S: f64 = 0.001;
+        let mut samples = Samples::default();
+        let mut kpa = [0.0_f64; CHANNELS];
+        let mut arrived = [false; CHANNELS];
+        for row in 0..(plan.seconds() / STEP_S) as u32 {
+            // Between the times at which phases begin: rounding decides nothing.
+            let t_s = (f64::from(row) + 0.3) * STEP_S;
+            let command = plan.command_kpa(t_s, &samples);
+            let crosstalk = [0.0, if command[0] > 0.0 { 2.0 } else { 0.0 }, 0.0, 0.0];
+            samples.push(
+                t_s,
+                command,
+                std::array::from_fn(|channel| kpa[channel] + 0.5 + crosstalk[channel]),
+            );
+            let late = plan.command_kpa(t_s - 0.012, &samples);
+            for channel in 0..CHANNELS {
+                let (below, above) =
+                    (late[channel] - 1.0, late[channel] + if late[channel] > 0.0 { 3.0 } else { 0.0 });
+                let p = &mut kpa[channel];
+                if *p < below - 1e-9 && !arrived[channel] {
+                    *p = (*p + 500.0 * STEP_S).min(below);
+                } else if *p > above {
+                    *p = (*p - 250.0 * STEP_S).max(above);
+                } else if late[channel] > 0.0 {
+                    *p -= 2.0 * STEP_S;
+                }
+                arrived[channel] = *p >= below - 1e-9 || (arrived[channel] && *p >= below - 4.0);
+            }
+        }
+        samples
+    }
+
+    #[test]
+    fn every_quantity_is_what_the_chamber_has() {
+        let plan = Plan::new([150.0; 4], 1.0).unwrap();
+        let measured = measure(&plan, &chamber(&plan));
+        let value = |channel, quantity| {
+            let found =
+                measured.iter().find(|one| (one.channel, one.quantity) == (channel, quantity)).unwrap();
+            found.estimate.clone().unwrap().0
+        };
+        let expected = [
+            (Quantity::Zero, 0.5, 1e-9),
+            (Quantity::Noise, 0.0, 1e-9),
+            (Quantity::FillRate, 500.0, 1.0),
+            (Quantity::VentRate, 250.0, 1.0),
+            // The first row behind the dead time begins to rise, the next one shows it.
+            (Quantity::DeadTime, 12.0, 1.1),
+            // 2 kPa/s take 0.45 kPa before and while it is measured.
+            (Quantity::Threshold, 4.0, 0.3),
+            (Quantity::Centre, 1.0 + 0.5 - 0.45, 0.3),
+            (Quantity::Leak, 2.0, 0.01),
+        ];
+        for (quantity, expected, tolerance) in expected {
+            let value = value(2, quantity);
+            assert!((value - expected).abs() <= tolerance, "{quantity:?}: {value}, expected {expected}");
+        }
+        assert!((value(0, Quantity::Crosstalk) - 2.0).abs() < 0.01 && value(2, Quantity::Crosstalk) < 0.01);
+    }
+
+    #[test]
+    fn a_ramped_set_point_has_no_rate() {
+        let plan = Plan::new([150.0; 4], 1.0).unwrap();
+        let mut samples = Samples::default();
+        let mut command = [0.0_f64; CHANNELS];
+        for row in 0..(plan.seconds() / 0.002) as u32 {
+            let t_s = f64::from(row) * 0.002;
+            for (now, to) in command.iter_mut().zip(plan.command_kpa(t_s, &samples)) {
+                // 200 kPa/s upwards.
+                *now = to.min(*now + 0.4);
+            }
+            samples.push(t_s, command, command);
+        }
+        let measured = measure(&plan, &samples);
+        let of = |quantity| &measured.iter().find(|one| one.quantity == quantity).unwrap().estimate;
+        assert!(of(Quantity::FillRate).as_ref().unwrap_err().contains("ramp"));
+        assert!(of(Quantity::Reached).is_ok());
+    }
+}

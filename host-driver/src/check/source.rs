@@ -1,0 +1,37 @@
+use super::SelfTest;
+use crate::Calibration;
+use crate::poller::{BoardCommand, CommandSource, Supply, VENTED};
+use pneudrive_protocol::Counts;
+
+/// The plans' set points.
+pub(super) struct Source {
+    test: SelfTest,
+    calibration: Calibration,
+}
+
+impl Source {
+    pub(super) fn new(test: SelfTest, calibration: Calibration) -> Self {
+        Self { test, calibration }
+    }
+}
+
+impl CommandSource for Source {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+        commands.fill(VENTED);
+        if self.test.is_aborted() {
+            return Supply::Ended;
+        }
+        let Some((place, t_s)) = self.test.at(since_start_ns as f64 * 1e-9) else { return Supply::Ended };
+        let plan = &self.test.plans[place];
+        let Some(command) = commands.get_mut(plan.index) else { return Supply::Continues };
+        let kpa = plan.plan.command_kpa(t_s, &self.test.locked().samples[place]);
+        for (channel, counts) in command.iter_mut().enumerate() {
+            if kpa[channel] > 0.0 {
+                let scale = self.calibration.channel(plan.board, channel);
+                // Levels are below full scale; one that is not is not commanded.
+                *counts = scale.counts(kpa[channel]).unwrap_or(Counts::ATMOSPHERE);
+            }
+        }
+        Supply::Continues
+    }
+}

@@ -1,0 +1,82 @@
+use super::SelfTest;
+use crate::Calibration;
+use crate::poller::{BoardRow, Event, Observer, Row};
+use pneudrive_protocol::{CHANNELS, Counts};
+
+/// Collects readings, and breaks the test off where something is not as it should be.
+pub(super) struct Watch {
+    test: SelfTest,
+    calibration: Calibration,
+    /// When the board that is tested answered last, ns since the start.
+    answered_ns: u64,
+}
+
+impl Watch {
+    /// So long without an answer is no lost packet, ns; well before a board's own command timeout.
+    const SILENT_NS: u64 = 300_000_000;
+    /// Above the highest level by this much, kPa: more than any loop overshoots. A valve that stays open goes on beyond it.
+    const TOO_HIGH_KPA: f64 = 40.0;
+
+    pub(super) fn new(test: SelfTest, calibration: Calibration) -> Self {
+        Self { test, calibration, answered_ns: 0 }
+    }
+
+    /// What is wrong with a board that is tested; `highest_kpa` is what its channels may be commanded in the test.
+    fn wrong(row: &BoardRow, highest_kpa: [f64; CHANNELS]) -> Option<String> {
+        let reading = row.fresh()?;
+        (0..CHANNELS).find_map(|channel| {
+            let kpa = reading.kpa[channel];
+            if [Counts::MIN, Counts::MAX].contains(&reading.counts[channel]) {
+                Some(format!("channel {channel}: its sensor is broken or not connected"))
+            } else if kpa > highest_kpa[channel] + Self::TOO_HIGH_KPA {
+                Some(format!(
+                    "channel {channel} was at {kpa:.0} kPa, far above the {:.0} kPa of the check",
+                    highest_kpa[channel]
+                ))
+            } else {
+                None
+            }
+        })
+    }
+}
+
+impl Observer for Watch {
+    fn row(&mut self, row: &Row<'_>) {
+        let Some((place, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
+        let plan = &self.test.plans[place];
+        let Some(board) = row.boards.get(plan.index) else { return };
+        match board.fresh() {
+            Some(reading) => {
+                self.answered_ns = row.since_start_ns;
+                // The board was asked a little after the cycle began, later where others come before it.
+                let t_s = t_s + reading.asked_ns.saturating_sub(row.at_ns) as f64 * 1e-9;
+                let command = self.calibration.command_kpa(plan.board, board.command);
+                self.test.locked().samples[place].push(t_s, command, reading.kpa);
+            }
+            None if row.since_start_ns.saturating_sub(self.answered_ns) > Self::SILENT_NS => {
+                self.test.abort_in(place, "the board does not answer".to_owned());
+            }
+            None => {}
+        }
+        // A chamber may still be under pressure when its plan begins; by then it has had time to vent.
+        let seen = t_s > 0.1 * plan.plan.seconds();
+        if let Some(why) = Self::wrong(board, plan.plan.levels_kpa()).filter(|_| seen) {
+            self.test.abort_in(place, why);
+        }
+    }
+
+    fn event(&mut self, event: &Event<'_>) {
+        let why = match event {
+            Event::LineLost { error, .. } => format!("the port failed: {error}"),
+            Event::Vented => "somebody vented the boards".to_owned(),
+            Event::Stalled { by_ns } => {
+                format!(
+                    "this program stood still for {:.1} s; try again on a quieter machine",
+                    *by_ns as f64 * 1e-9
+                )
+            }
+            _ => return,
+        };
+        self.test.abort(why);
+    }
+}

@@ -1,0 +1,61 @@
+//! The self-test as users run it. What it finds is tested in virtual time (`host-driver/check/tests/virtual_rigs.rs`).
+
+use crate::program::{refused, run};
+use crate::schema::{CHECK, conforms};
+use crate::support::pty::PtyBoards;
+use serde_json::Value;
+use std::fs;
+
+/// Boards behind this pty answer with whatever they are commanded, at once: no rate and no dead time, and nothing wrong.
+#[test]
+fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (page, baseline) = (path("check.html"), path("base.json"));
+    let args =
+        ["check", "--port", &port, "--stretch", "0.5", "--json", "--page", &page, "--baseline", &baseline];
+    let value = |report: &Value, quantity: &str, channel: usize| {
+        let values = report["boards"][0]["values"].as_array().unwrap();
+        let found = values.iter().find(|one| one["quantity"] == quantity && one["channel"] == channel);
+        found.unwrap().clone()
+    };
+    let (code, stdout, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    let first: Value = serde_json::from_str(&stdout).unwrap();
+    conforms(&first, CHECK);
+    assert_eq!((&first["verdict"], &first["schema"]), (&"not_measured".into(), &1.into()), "{stdout}");
+    assert_eq!(value(&first, "hold", 3)["verdict"], "pass");
+    assert!(value(&first, "fill_rate", 3)["note"].as_str().unwrap().contains("too few readings"));
+    assert!(fs::read_to_string(&page).unwrap().contains("<h1>Check of"));
+    // As if channel 3 had been held elsewhere then.
+    let mut stored: Value = serde_json::from_str(&fs::read_to_string(&baseline).unwrap()).unwrap();
+    for one in stored["boards"][0]["values"].as_array_mut().unwrap() {
+        if one["quantity"] == "hold" && one["channel"] == 3 {
+            one["value"] = 5.0.into();
+        }
+    }
+    fs::write(&baseline, stored.to_string()).unwrap();
+    let (code, stdout, stderr) = run(&args);
+    assert_eq!(code, Some(1), "{stdout}{stderr}");
+    assert!(stderr.contains("the check failed"), "{stderr}");
+    let second: Value = serde_json::from_str(&stdout).unwrap();
+    let hold = value(&second, "hold", 3);
+    assert_eq!((&hold["verdict"], &hold["before"]), (&"fail".into(), &5.0.into()));
+    assert_eq!(value(&second, "hold", 2)["verdict"], "pass");
+    assert_eq!(second["baseline_utc"], first["started_utc"]);
+}
+
+#[test]
+fn what_cannot_be_checked_is_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    fs::write(path("low.toml"), "[boards.0.channels.3.limits]\nmax_kpa = 90.0\n").unwrap();
+    fs::write(path("bad.json"), "{}").unwrap();
+    refused(&["check", "--port", "x", "--rig", &path("low.toml")], 2, "channel 3: a check up to 72.0 kPa");
+    refused(&["check", "--port", "x", "--baseline", &path("bad.json")], 2, "--new-baseline replaces it");
+    refused(&["check", "--port", "x", "--stretch", "0.1"], 2, "expected 0.5 to 10");
+    refused(&["check", "--port", "x", "--board", "2"], 2, "means boards 0 to 0");
+    refused(&["check", "--port", "x", "--rate", "50000"], 2, "the wire's limit");
+}

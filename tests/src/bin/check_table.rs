@@ -1,0 +1,135 @@
+//! What the self-test finds on virtual rigs: false alarms of healthy ones, and how often a fault of which size is found.
+//!
+//! `check_table healthy RIGS CHECKS` makes so many rigs and checks each so often against its first check; `check_table faults
+//! RIGS` hides each fault at five sizes in so many rigs; `check_table show EFFECT SEED` prints one check. Both are in docs/check.md.
+
+use pneudrive_host::check::{Quantity, Report, problems, table};
+use std::collections::BTreeMap;
+use system_tests::self_check::{alarms, check, laboratory, with_fault};
+
+/// Faults on channel 2, by the sizes at which they are hidden.
+const FAULTS: [(&str, [f64; 5]); 12] = [
+    ("exhaust_leak", [0.001, 0.002, 0.005, 0.01, 0.02]),
+    ("fill_leak", [0.001, 0.002, 0.005, 0.01, 0.02]),
+    ("valve_gain", [0.97, 0.93, 0.9, 0.8, 0.7]),
+    ("valve_centre", [0.005, 0.01, 0.02, 0.03, 0.04]),
+    ("transport_delay", [0.001, 0.002, 0.004, 0.008, 0.012]),
+    ("valve_lag", [0.002, 0.005, 0.01, 0.015, 0.02]),
+    ("valve_stiction", [0.01, 0.02, 0.03, 0.045, 0.06]),
+    ("vent_restriction", [0.4, 0.5, 0.6, 0.7, 0.8]),
+    ("sensor_offset", [0.5, 1.0, 2.0, 3.0, 5.0]),
+    ("chamber_volume", [1.03, 1.06, 1.1, 1.15, 1.2]),
+    ("sensor_crosstalk", [0.005, 0.01, 0.015, 0.02, 0.04]),
+    ("drive_crosstalk", [0.02, 0.05, 0.1, 0.15, 0.2]),
+];
+/// Of the whole rig.
+const SUPPLY: (&str, [f64; 5]) = ("supply_level", [-10.0, -25.0, -50.0, -75.0, -100.0]);
+
+/// When a check begins, s after the rig was switched on: never at the same time, so that noise is other noise.
+fn begin_s(number: u64) -> f64 {
+    0.5 + 0.137 * number as f64
+}
+
+fn baseline(seed: u64) -> Report {
+    check(&laboratory(seed), begin_s(0), None)
+}
+
+fn healthy(rigs: u64, checks: u64) {
+    let mut what: BTreeMap<(Quantity, bool), u64> = BTreeMap::new();
+    let mut largest: BTreeMap<Quantity, f64> = BTreeMap::new();
+    let (mut alone, mut beside, mut all) = (0, 0, 0);
+    for seed in 0..rigs {
+        let first = baseline(seed);
+        alone += u64::from(alarms(&first));
+        count(&first, false, &mut what);
+        for number in 1..=checks {
+            let next = check(&laboratory(seed), begin_s(number), Some(&first));
+            all += 1;
+            beside += u64::from(alarms(&next));
+            count(&next, true, &mut what);
+            for value in next.boards.iter().flat_map(|board| &board.values) {
+                let (Some(now), Some(before)) = (value.value, value.before) else { continue };
+                let is_rate = matches!(value.quantity, Quantity::FillRate | Quantity::VentRate);
+                let change = if is_rate { (now / before).ln() } else { now - before };
+                let so_far = largest.entry(value.quantity).or_default();
+                *so_far = so_far.max(change.abs());
+            }
+        }
+    }
+    println!(
+        "{rigs} first checks: {alone} false alarms; {all} checks beside the first: {beside} false alarms"
+    );
+    for (quantity, change) in largest {
+        println!("  largest change of {}: {change:.3} (rates: logarithm)", quantity.name());
+    }
+    for ((quantity, compared), count) in what {
+        println!("  {} {}: {count}", if compared { "beside the first" } else { "alone" }, quantity.name());
+    }
+}
+
+fn count(report: &Report, compared: bool, what: &mut BTreeMap<(Quantity, bool), u64>) {
+    for board in &report.boards {
+        board.problems().for_each(|value| *what.entry((value.quantity, compared)).or_default() += 1);
+    }
+}
+
+fn faults(rigs: u64) {
+    let first: Vec<Report> = (0..rigs).map(baseline).collect();
+    let local = FAULTS.iter().map(|(id, sizes)| (*id, "@b0c2", sizes));
+    for (id, place, sizes) in local.chain([(SUPPLY.0, "", &SUPPLY.1)]) {
+        let mut line = format!("| `{id}` |");
+        let mut named: BTreeMap<&str, u64> = BTreeMap::new();
+        for size in sizes {
+            let (mut alone, mut beside) = (0, 0);
+            for (seed, first) in (0..rigs).zip(&first) {
+                let rig = with_fault(laboratory(seed), &format!("{id}={size}{place}"));
+                let found = check(&rig, begin_s(seed + 1), Some(first));
+                let unaided = check_alone(&found);
+                beside += u64::from(alarms(&found));
+                alone += u64::from(unaided);
+                for board in &found.boards {
+                    board.problems().for_each(|value| *named.entry(value.quantity.name()).or_default() += 1);
+                }
+            }
+            let percent = |hits: u64| 100 * hits / rigs;
+            line += &format!(" {size}: {} ({}) |", percent(beside), percent(alone));
+        }
+        let mut named: Vec<_> = named.into_iter().collect();
+        named.sort_by(|one, other| other.1.cmp(&one.1));
+        let named: Vec<_> = named.iter().take(3).map(|(name, _)| *name).collect();
+        println!("{line} {} |", named.join(", "));
+    }
+}
+
+/// Whether the limits for itself alone alarm: values as measured, judged without the earlier check.
+fn check_alone(found: &Report) -> bool {
+    found.boards.iter().any(|board| board.alarms_alone())
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let number = |place: usize| words.get(place).and_then(|word| word.parse().ok());
+    match (words.first().map(String::as_str), number(1), number(2)) {
+        (Some("healthy"), Some(rigs), Some(checks)) => healthy(rigs, checks),
+        (Some("faults"), Some(rigs), _) => faults(rigs),
+        (Some("show"), _, seed) => {
+            let seed = seed.unwrap_or(0);
+            let first = baseline(seed);
+            let rig = match words.get(1).map(String::as_str) {
+                None | Some("none") => laboratory(seed),
+                Some(effect) => with_fault(laboratory(seed), effect),
+            };
+            let report = check(&rig, begin_s(3), Some(&first));
+            let name = |board: u8, channel: Option<usize>| match channel {
+                Some(channel) => format!("board {board}, channel {channel}"),
+                None => format!("board {board}"),
+            };
+            print!("{}", table(&report, &name));
+            problems(&report, &name).iter().for_each(|problem| println!("{problem}"));
+        }
+        _ => {
+            eprintln!("expected: healthy RIGS CHECKS, faults RIGS, or show EFFECT SEED");
+            std::process::exit(2);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The self-test of boards on virtual rigs: healthy ones, and ones with a hidden fault.
+
+#![allow(
+    clippy::unwrap_used,
+    reason = "what tests are built on: a rig or bus that is not as the test says is a failure"
+)]
+
+use crate::virtual_bus::{self, VirtualBus};
+use pneudrive_host::Calibration;
+use pneudrive_host::bus::{Bus, BusOptions};
+use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict};
+use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply};
+use pneudrive_sim::plant::Effect;
+use pneudrive_sim::rig::RigOptions;
+
+/// Highest set point of the checks, kPa: the program's default.
+pub const LEVEL_KPA: f64 = 150.0;
+/// Cycles per second, Hz: the program's default.
+pub const RATE_HZ: f64 = 500.0;
+
+/// A rig as a laboratory has it: channels differ and the supply wanders (docs/plant.md, "laboratory").
+pub fn laboratory(seed: u64) -> RigOptions {
+    let mut rig = RigOptions { seed, ..RigOptions::default() };
+    rig.plant.nuisances.spread = 0.05;
+    rig.plant.nuisances.supply_wander = 0.01;
+    rig
+}
+
+/// The same rig with a fault, in the text form of docs/plant.md.
+///
+/// # Panics
+/// The effect does not exist.
+pub fn with_fault(mut rig: RigOptions, effect: &str) -> RigOptions {
+    rig.effects.push(effect.parse::<Effect>().unwrap());
+    rig
+}
+
+/// Board 0 of a rig, checked once `at_s` (0.5 or more) after it was switched on: other times have other noise.
+///
+/// # Panics
+/// The rig cannot be built.
+pub fn check(rig: &RigOptions, at_s: f64, earlier: Option<&Report>) -> Report {
+    let mut bus = virtual_bus::bus(rig, BusOptions::default());
+    bus.line_mut().sleep_until_s(at_s);
+    check_on(bus, earlier)
+}
+
+fn check_on(bus: Bus<VirtualBus>, earlier: Option<&Report>) -> Report {
+    let plan = Plan::new([LEVEL_KPA; 4], 1.0).unwrap();
+    let calibration = Calibration::default();
+    let (test, source, watch) = SelfTest::new(vec![BoardPlan { board: 0, index: 0, plan }], &calibration);
+    let pace = Pace::Every { period_ns: (1e9 / RATE_HZ) as u64, missed: MissedTick::Skip };
+    let options = PollerOptions { pace, reopen: None, ..PollerOptions::for_devices(1) };
+    let mut polling = Polling::new(bus, options, source, vec![watch]);
+    loop {
+        let due = polling.next_cycle_ns();
+        pneudrive_host::line::Line::sleep_until(polling.bus_mut().line_mut(), due);
+        if polling.cycle().unwrap() == Supply::Ended {
+            break;
+        }
+    }
+    let boards: Vec<BoardReport> = test.reports(earlier);
+    Report {
+        started_utc: "2026-11-03T00:00:00Z".to_owned(),
+        port: "virtual".to_owned(),
+        level_kpa: LEVEL_KPA,
+        stretch: 1.0,
+        baseline_utc: earlier.map(|earlier| earlier.started_utc.clone()),
+        verdict: Report::worst(&boards),
+        boards,
+    }
+}
+
+/// Whether a check says that something is to be looked after.
+pub fn alarms(report: &Report) -> bool {
+    report.verdict >= Verdict::Warn
+}
