@@ -12,6 +12,7 @@
 //! * [`effects`]: the catalogue of physical effects, and channels simulated with them;
 //! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
 //! * [`store`]: parameter files;
+//! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing here prints; the binary
@@ -47,6 +48,7 @@ pub mod data;
 pub mod diagnosis;
 pub mod effects;
 pub mod experiment;
+pub mod export;
 pub mod fit;
 pub mod model;
 pub mod numeric;

@@ -6,8 +6,8 @@ use crate::model::{
 };
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, Rows, Sensor, Series, Start,
-    Steps, System, rollout, simulate, simulate_batch_into,
+    BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, RowStepper, Rows, Sensor, Series,
+    Start, Steps, System, SystemStepper, rollout, simulate, simulate_batch_into,
 };
 
 use super::{ModelKind, Setup};
@@ -56,6 +56,15 @@ pub trait Subject: Send + Sync {
 
     /// Ticks of an interval of this length, s: see [`System::ticks`].
     fn ticks(&self, interval_s: f64) -> usize;
+
+    /// The model with its parameters, to be simulated row by row: see [`SystemStepper::new`].
+    fn stepper(
+        self: Box<Self>,
+        parameters: &[f64],
+        substeps: usize,
+        row: &[f64],
+        pressure_pa: f64,
+    ) -> Box<dyn RowStepper>;
 
     /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch_into`].
     ///
@@ -136,7 +145,7 @@ fn behind_board<Q: Model + Copy + 'static>(
     }))
 }
 
-impl<Q: Model> Subject for Chamber<Q> {
+impl<Q: Model + 'static> Subject for Chamber<Q> {
     fn parameters(&self) -> Vec<Parameter> {
         self.0.parameters()
     }
@@ -176,6 +185,16 @@ impl<Q: Model> Subject for Chamber<Q> {
         System::ticks(self, interval_s)
     }
 
+    fn stepper(
+        self: Box<Self>,
+        parameters: &[f64],
+        substeps: usize,
+        row: &[f64],
+        pressure_pa: f64,
+    ) -> Box<dyn RowStepper> {
+        Box::new(SystemStepper::new(*self, parameters, substeps, row, pressure_pa))
+    }
+
     fn batch(
         &self,
         jobs: &[Job<'_, 1>],
@@ -195,7 +214,7 @@ impl<Q: Model> Subject for Chamber<Q> {
     }
 }
 
-impl<Q: Model> Subject for Board<Q> {
+impl<Q: Model + 'static> Subject for Board<Q> {
     fn parameters(&self) -> Vec<Parameter> {
         self.chamber.parameters()
     }
@@ -226,6 +245,16 @@ impl<Q: Model> Subject for Board<Q> {
 
     fn ticks(&self, interval_s: f64) -> usize {
         System::ticks(self, interval_s)
+    }
+
+    fn stepper(
+        self: Box<Self>,
+        parameters: &[f64],
+        substeps: usize,
+        row: &[f64],
+        pressure_pa: f64,
+    ) -> Box<dyn RowStepper> {
+        Box::new(SystemStepper::new(*self, parameters, substeps, row, pressure_pa))
     }
 
     fn batch(

@@ -78,6 +78,15 @@ pub struct LoopMemory<S: Scalar> {
     filtered: S,
     /// The command of the row before.
     command: S::Real,
+    /// The drive of the last loop, -1 to 1.
+    drive: S,
+}
+
+impl LoopMemory<f64> {
+    /// Shows every number of it, in an order that stays; the last is the drive.
+    pub fn values(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        [&mut self.filtered, &mut self.command, &mut self.drive].into_iter().for_each(visit);
+    }
 }
 
 impl<Q> Board<Q> {
@@ -159,6 +168,10 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         (interval_s * self.controller.rate_hz).round().max(1.0) as usize
     }
 
+    fn values(memory: &mut LoopMemory<f64>, visit: &mut dyn FnMut(&mut f64)) {
+        memory.values(visit);
+    }
+
     #[inline(always)]
     fn start<S: Scalar>(
         &self,
@@ -167,7 +180,8 @@ impl<Q: Model> System<1, 1> for Board<Q> {
         pressures: [S; 1],
     ) -> ([S; 1], LoopMemory<S>) {
         // What was commanded before the segment is not known: the command that it begins with.
-        (pressures, LoopMemory { filtered: self.sample(pressures[0]), command: row[column::COMMAND_PA] })
+        let filtered = self.sample(pressures[0]);
+        (pressures, LoopMemory { filtered, command: row[column::COMMAND_PA], drive: S::zero() })
     }
 
     #[inline(always)]
@@ -203,6 +217,7 @@ impl<Q: Model> System<1, 1> for Board<Q> {
             drive.command
         };
         let spool = self.control(command, state[0], memory);
+        memory.drive = spool;
         self.chamber.hold(coefficients, row, drive.with_spool(spool))
     }
 
@@ -308,7 +323,7 @@ mod tests {
     fn the_originals_filter_settles_five_counts_low_and_ours_does_not() {
         for (arithmetic, settled) in [(Arithmetic::Whole, 495.0), (Arithmetic::Fine, 500.0)] {
             let board = original(210.0 / 256.0, arithmetic);
-            let mut memory = LoopMemory { filtered: 102.0, command: 0.0 };
+            let mut memory = LoopMemory { filtered: 102.0, command: 0.0, drive: 0.0 };
             for _ in 0..200 {
                 board.control(pressure_at(500.0), pressure_at(500.0), &mut memory);
             }
@@ -328,7 +343,7 @@ mod tests {
         ];
         let board = original(0.0, Arithmetic::Whole);
         for ((command, pressure, previous), drive) in table {
-            let mut memory = LoopMemory { filtered: previous, command: 0.0 };
+            let mut memory = LoopMemory { filtered: previous, command: 0.0, drive: 0.0 };
             let got = board.control(pressure_at(command), pressure_at(pressure), &mut memory) * 400.0;
             assert!((got - drive).abs() < 1e-9, "command {command}, pressure {pressure}: {got}, not {drive}");
         }

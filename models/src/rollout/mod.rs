@@ -8,6 +8,7 @@ mod columns;
 mod gather;
 mod run;
 mod series;
+mod stepper;
 mod system;
 
 pub use batch::{
@@ -20,4 +21,5 @@ pub use columns::{BatchColumn, BatchInputs};
 pub use gather::GatheredRows;
 pub use run::{RowSource, Rows, Start, Steps, rollout, simulate};
 pub use series::{Series, SeriesError};
+pub use stepper::{RowStepper, SystemStepper};
 pub use system::System;

@@ -27,7 +27,7 @@ impl<const M: usize> Start<'_, M> {
 
 /// One classical fourth-order Runge-Kutta step of length `h` (s).
 #[inline(always)]
-fn rk4_step<S: Scalar, Y: System<N, M>, const N: usize, const M: usize>(
+pub(super) fn rk4_step<S: Scalar, Y: System<N, M>, const N: usize, const M: usize>(
     system: &Y,
     coefficients: &Y::Coefficients<S>,
     held: &Y::Held<S>,

@@ -46,6 +46,11 @@ pub trait System<const N: usize, const M: usize>: Sync {
         pressures: [S; M],
     ) -> ([S; N], Self::Memory<S>);
 
+    /// Shows every number that is carried from tick to tick beside the continuous states, in an order that stays.
+    fn values(memory: &mut Self::Memory<f64>, visit: &mut dyn FnMut(&mut f64)) {
+        let _ = (memory, visit);
+    }
+
     /// What the sensors read at this row, absolute, Pa.
     fn measure<S: Scalar>(
         &self,
