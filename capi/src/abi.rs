@@ -62,7 +62,7 @@ pub extern "C" fn pneudrive_abi_version() -> u32 {
 }
 
 /// Sets up a channel, as in "b0c2", of a parameter file that `pneudrive-model fit` or `diagnose` wrote, for steps of `step_s` seconds,
-/// and puts a pointer to it into `channel`. Where that is not possible, `channel` becomes null and `message` (if not null) gets a
+/// and puts a pointer to it into `channel`; `control` is a `PneudriveControl`. Where that is not possible, `channel` becomes null and `message` (if not null) gets a
 /// sentence that says why, cut off at `message_size` bytes including its final zero. The texts are UTF-8.
 ///
 /// # Safety
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn pneudrive_create(
     file: *const c_char,
     name: *const c_char,
     step_s: f64,
-    control: Control,
+    control: u32,
     channel: *mut *mut Channel,
     message: *mut c_char,
     message_size: usize,
@@ -81,6 +81,8 @@ pub unsafe extern "C" fn pneudrive_create(
         if file.is_null() || name.is_null() || channel.is_null() {
             return Status::Argument;
         }
+        // A number: C may pass one that is none of the kinds.
+        let Some(control) = Control::of(control) else { return Status::Argument };
         // SAFETY: the caller promises texts with a final zero and room for a pointer.
         let (file, name) = unsafe {
             *channel = std::ptr::null_mut();

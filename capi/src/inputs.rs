@@ -2,11 +2,11 @@
 
 use crate::error::StepError;
 
-/// In [`Inputs::repeats`]: the sample at the start of the step repeats the one before it.
+/// In an input's `repeats`: the sample at the start of the step repeats the one before it.
 pub const REPEATS_START: u32 = 1;
-/// In [`Inputs::repeats`]: the sample at the end of the step repeats the one at its start.
+/// In an input's `repeats`: the sample at the end of the step repeats the one at its start.
 pub const REPEATS_END: u32 = 2;
-/// In [`Inputs::repeats`]: the sample one step after the end of the step repeats the one at its end.
+/// In an input's `repeats`: the sample one step after the end of the step repeats the one at its end.
 pub const REPEATS_AFTER: u32 = 4;
 
 /// What drives a channel.
@@ -18,8 +18,17 @@ pub enum Control {
     AsCalibrated = 0,
     /// The valve's drive.
     Drive = 1,
-    /// The set point, through the board's loop; the parameter file's rig must have \[controller\] and \[sensor\].
+    /// The set point, through the board's loop; the parameter file's rig must have the tables controller and sensor.
     SetPoint = 2,
+}
+
+impl Control {
+    /// Of its number in C.
+    pub(crate) fn of(number: u32) -> Option<Self> {
+        [Self::AsCalibrated, Self::Drive, Self::SetPoint]
+            .into_iter()
+            .find(|control| *control as u32 == number)
+    }
 }
 
 /// What holds over a step. `pneudrive_nominal` fills it in.

@@ -11,7 +11,7 @@ fn the_header_is_that_of_the_sources() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for source in ["abi.rs", "inputs.rs", "outputs.rs", "partials.rs"] {
+    for source in ["abi.rs", "channel.rs", "inputs.rs", "outputs.rs", "partials.rs"] {
         builder = builder.with_src(folder.join("src").join(source));
     }
     let mut made = Vec::new();

@@ -30,28 +30,28 @@ absent! { (*mut Instance, References, usize, *mut c_void, usize):
 }
 absent! { (*mut Instance, References, usize, Sizes, *mut c_void, usize): fmi3GetBinary fmi3SetBinary }
 absent! { (*mut Instance, References, usize, *mut c_void):
-    fmi3GetClock fmi3SetClock fmi3GetShiftDecimal fmi3SetIntervalDecimal fmi3SetShiftDecimal }
+fmi3GetClock fmi3SetClock fmi3GetShiftDecimal fmi3SetIntervalDecimal fmi3SetShiftDecimal }
 absent! { (*mut Instance, References, usize, *mut c_void, *mut c_void):
-    fmi3GetIntervalDecimal fmi3GetShiftFraction fmi3SetIntervalFraction fmi3SetShiftFraction }
+fmi3GetIntervalDecimal fmi3GetShiftFraction fmi3SetIntervalFraction fmi3SetShiftFraction }
 absent! { (*mut Instance, References, usize, *mut c_void, *mut c_void, *mut c_void): fmi3GetIntervalFraction }
 // Dependencies and derivatives.
 absent! { (*mut Instance, u32, *mut usize): fmi3GetNumberOfVariableDependencies }
 absent! { (*mut Instance, u32, *mut c_void, *mut c_void, *mut c_void, *mut c_void, usize):
-    fmi3GetVariableDependencies }
+fmi3GetVariableDependencies }
 absent! { (*mut Instance, References, usize, References, usize, *const f64, usize, *mut f64, usize):
-    fmi3GetDirectionalDerivative fmi3GetAdjointDerivative }
+fmi3GetDirectionalDerivative fmi3GetAdjointDerivative }
 absent! { (*mut Instance, References, usize, *const i32, *mut f64, usize): fmi3GetOutputDerivatives }
 // Modes that there are not.
 absent! { (*mut Instance):
-    fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3EnterEventMode fmi3EnterStepMode
-    fmi3EvaluateDiscreteStates fmi3EnterContinuousTimeMode }
+fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3EnterEventMode fmi3EnterStepMode
+fmi3EvaluateDiscreteStates fmi3EnterContinuousTimeMode }
 absent! { (*mut Instance, *mut bool, *mut bool, *mut bool, *mut bool, *mut bool, *mut f64): fmi3UpdateDiscreteStates }
 // Model exchange and scheduled execution.
 absent! { (*mut Instance, bool, *mut bool, *mut bool): fmi3CompletedIntegratorStep }
 absent! { (*mut Instance, f64): fmi3SetTime }
 absent! { (*mut Instance, *mut f64, usize):
-    fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators fmi3GetContinuousStates
-    fmi3GetNominalsOfContinuousStates }
+fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators fmi3GetContinuousStates
+fmi3GetNominalsOfContinuousStates }
 absent! { (*mut Instance, *mut usize): fmi3GetNumberOfEventIndicators fmi3GetNumberOfContinuousStates }
 absent! { (*mut Instance, u32, f64): fmi3ActivateModelPartition }
 

@@ -170,8 +170,15 @@ impl Unit {
             let (inputs, after) = rest.split_at(INPUTS);
             let (own, after) = after.split_at(chamber.channel.state_size());
             let i = &mut chamber.inputs;
-            [chamber.start_kpa, i.fill, i.vent, i.set_point_kpa, i.supply_kpa, i.volume_m3, i.volume_rate_m3_s] =
-                std::array::from_fn(|k| inputs[k]);
+            [
+                chamber.start_kpa,
+                i.fill,
+                i.vent,
+                i.set_point_kpa,
+                i.supply_kpa,
+                i.volume_m3,
+                i.volume_rate_m3_s,
+            ] = std::array::from_fn(|k| inputs[k]);
             if chamber.channel.restore(own).is_err() {
                 return false;
             }

@@ -153,9 +153,13 @@ pub fn model_description(settings: &Settings, rig: &Rig, created: &str) -> Strin
                 _ => 0.0,
             };
             let kind = match causality {
-                Causality::Input => format!("causality=\"input\" variability=\"continuous\" start=\"{start}\""),
+                Causality::Input => {
+                    format!("causality=\"input\" variability=\"continuous\" start=\"{start}\"")
+                }
                 Causality::Parameter => {
-                    format!("causality=\"parameter\" variability=\"fixed\" initial=\"exact\" start=\"{start}\"")
+                    format!(
+                        "causality=\"parameter\" variability=\"fixed\" initial=\"exact\" start=\"{start}\""
+                    )
                 }
                 Causality::Output => {
                     let _ = writeln!(outputs, "    <Output valueReference=\"{number}\"/>");

@@ -56,7 +56,9 @@ impl Args {
             step_s: self.step,
             set_point: !self.drive,
             channels: match &model {
-                CalibratedModel::Fitted { file, .. } => file.channels.keys().map(ToString::to_string).collect(),
+                CalibratedModel::Fitted { file, .. } => {
+                    file.channels.keys().map(ToString::to_string).collect()
+                }
                 CalibratedModel::Extended { file, .. } => file.channels.keys().cloned().collect(),
             },
         };
@@ -78,7 +80,12 @@ impl Args {
             entries.push((name, bytes));
         }
         write(&self.out, &entries)?;
-        println!("wrote {}: {} in steps of {} s", self.out.display(), settings.channels.join(", "), self.step);
+        println!(
+            "wrote {}: {} in steps of {} s",
+            self.out.display(),
+            settings.channels.join(", "),
+            self.step
+        );
         Ok(())
     }
 }

@@ -69,8 +69,9 @@ impl From {
 
     fn copy(&self, from: &std::path::Path, name: &str) -> Result<(), Failure> {
         let to = self.out.join(name);
-        std::fs::copy(from, &to)
-            .map_err(|e| Failure::running(format!("{}: cannot be copied to {}: {e}", from.display(), to.display())))?;
+        std::fs::copy(from, &to).map_err(|e| {
+            Failure::running(format!("{}: cannot be copied to {}: {e}", from.display(), to.display()))
+        })?;
         println!("wrote {}", to.display());
         Ok(())
     }

@@ -48,9 +48,10 @@ impl Args {
         let library = if self.native { None } else { Some(self.library.find()?) };
         let model = self.from.prepare()?;
         let rig = model.rig();
-        let highest_kpa = max_kpa
-            .or_else(|| rig.supply.as_ref().map(|supply| HIGHEST * supply.pressure_kpa))
-            .ok_or_else(|| Failure::input("the rig has no [supply]; say how far set points go with --max-kpa"))?;
+        let highest_kpa =
+            max_kpa.or_else(|| rig.supply.as_ref().map(|supply| HIGHEST * supply.pressure_kpa)).ok_or_else(
+                || Failure::input("the rig has no [supply]; say how far set points go with --max-kpa"),
+            )?;
         let Some(library) = library else {
             let fitted = first_order(&model, highest_kpa)?;
             println!("{}", table(&fitted));
