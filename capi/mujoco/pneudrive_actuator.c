@@ -93,11 +93,6 @@ static int nstate(const mjModel *m, int instance) {
     return size;
 }
 
-static int actdim(const mjModel *m, int instance, int actuator) {
-    (void)m, (void)instance, (void)actuator;
-    return 1;
-}
-
 /* The one actuator of an instance. */
 static int actuator_of(const mjModel *m, int instance) {
     int found = -1;
@@ -111,6 +106,9 @@ static int actuator_of(const mjModel *m, int instance) {
     }
     if (found < 0) {
         mju_error("pneudrive.chamber: no actuator uses instance %d", instance);
+    }
+    if (m->actuator_actnum[found] != 1) {
+        mju_error("pneudrive.chamber: the actuator needs actdim=\"1\": its activation is the pressure");
     }
     return found;
 }
@@ -246,7 +244,6 @@ mjPLUGIN_LIB_INIT {
     plugin.nattribute = ATTRIBUTES;
     plugin.attributes = ATTRIBUTE;
     plugin.nstate = nstate;
-    plugin.actuator_actdim = actdim;
     plugin.init = init;
     plugin.destroy = destroy;
     plugin.copy = copy;

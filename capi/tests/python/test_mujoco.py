@@ -1,5 +1,6 @@
 """The actuator plugin in MuJoCo gives the pressures of `pneudrive-model simulate`, and behaves as MuJoCo's users expect."""
 
+import copy
 import re
 import subprocess
 import sys
@@ -21,11 +22,11 @@ def plugin(exported):
     mujoco.mj_loadPluginLibrary(str(exported / "libpneudrive_actuator.so"))
 
 
-def chamber(name="b0c0", joint="hinge", parameters=PARAMETERS, gear=OFFSET_M, **keys):
+def chamber(name="b0c0", joint="hinge", parameters=PARAMETERS, gear=OFFSET_M, actdim='actdim="1"', **keys):
     area = np.pi * 0.024**2
     config = {"parameters": parameters, "channel": name, "area": area, **keys}
     lines = "".join(f'<config key="{k}" value="{v}"/>' for k, v in config.items())
-    return f'<plugin joint="{joint}" gear="{gear}" plugin="pneudrive.chamber">{lines}</plugin>'
+    return f'<plugin joint="{joint}" gear="{gear}" plugin="pneudrive.chamber" {actdim}>{lines}</plugin>'
 
 
 def world(actuators, joints=("hinge",), integrator="implicitfast", plugins=True):
@@ -98,8 +99,7 @@ def test_states_are_saved_restored_and_copied():
     spec = mujoco.mjtState.mjSTATE_FULLPHYSICS
     state = np.empty(mujoco.mj_stateSize(m, spec))
     mujoco.mj_getState(m, d, state, spec)
-    twin = mujoco.MjData(m)
-    mujoco.mj_copyData(twin, m, d)
+    twin = copy.copy(d)  # mj_copyData
     expected = run(d, commands[200:])
     assert run(twin, commands[200:]) == expected
     mujoco.mj_setState(m, d, state, spec)
@@ -143,6 +143,7 @@ def test_rollouts_in_parallel_are_those_one_by_one():
         (chamber(area="wide"), 'area="wide" is not a number'),
         (chamber(area="0"), "area"),
         (chamber(control="wish"), 'it is "set_point"'),
+        (chamber(actdim=""), 'needs actdim="1"'),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_a_sentence(actuator, words):

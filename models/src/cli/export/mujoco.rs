@@ -130,7 +130,7 @@ the chamber has its volume at rest. -->\n<mujoco>\n  <extension>\n    <plugin pl
     for name in names {
         let _ = writeln!(
             xml,
-            "    <plugin name=\"{name}\" joint=\"JOINT\" plugin=\"pneudrive.chamber\" ctrllimited=\"true\" \
+            "    <plugin name=\"{name}\" joint=\"JOINT\" plugin=\"pneudrive.chamber\" actdim=\"1\" ctrllimited=\"true\" \
 ctrlrange=\"0 {}\">\n      <config key=\"parameters\" value=\"{PARAMETERS}\"/>\n      \
 <config key=\"channel\" value=\"{name}\"/>\n      <config key=\"area\" value=\"{}\"/>\n      \
 <config key=\"length\" value=\"0\"/>\n    </plugin>",
