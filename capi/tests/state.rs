@@ -56,7 +56,7 @@ fn inputs(channel: &Channel, step: u32) -> Inputs {
     Inputs {
         fill: 0.4 * (0.7 * t).sin(),
         vent: 0.2 + 0.2 * (0.3 * t).cos(),
-        set_point_kpa: if step / 12 % 2 == 0 { 120.0 } else { 180.0 },
+        set_point_kpa: if (step / 12).is_multiple_of(2) { 120.0 } else { 180.0 },
         opposite_kpa: [80.0 + t, 81.0 + t],
         sampled_before_kpa: [60.0 + t, 61.0 + t],
         others_draw: 1e4,

@@ -64,10 +64,10 @@ unsafe fn with(instance: *mut Instance, act: impl FnOnce(&mut Unit) -> Result<()
 /// # Safety
 /// `text` is null or ends with a zero.
 unsafe fn text(text: *const c_char) -> String {
-    // SAFETY: the importer promises it.
     if text.is_null() {
         String::new()
     } else {
+        // SAFETY: the importer promises it.
         unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
     }
 }

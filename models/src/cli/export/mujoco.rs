@@ -35,7 +35,7 @@ pub struct Args {
     #[arg(long)]
     native: bool,
     /// Highest set point, kPa gauge [default: 0.6 times the supply]
-    #[arg(long, value_name = "KPA")]
+    #[arg(long, value_name = "KPA", allow_negative_numbers = true)]
     max_kpa: Option<f64>,
 }
 
