@@ -5,6 +5,7 @@ import warnings
 import gymnasium
 import numpy as np
 import pneudrive_py as pneu
+import pneudrive_py.envs
 import pytest
 from gymnasium.utils.env_checker import check_env
 from pneudrive_py.joints import Joints, Randomisation
@@ -13,6 +14,7 @@ ID = "pneudrive/ContinuumJoint-v0"
 
 
 def test_gymnasium_finds_it_by_name_and_its_checker_finds_nothing():
+    assert gymnasium.spec(ID).entry_point is pneudrive_py.envs.ContinuumJointEnv
     env = gymnasium.make(ID, seconds=0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -1,11 +1,16 @@
-"""Gymnasium environments of calibrated joints. Installing this package beside ``gymnasium`` registers them::
+"""Gymnasium environments of calibrated joints. Importing this module registers them::
 
     import gymnasium
+    import pneudrive_py.envs
 
+    gymnasium.register_envs(pneudrive_py.envs)  # or nothing: it only says that the import is meant
     env = gymnasium.make("pneudrive/ContinuumJoint-v0", parameters="fit.toml")
     many = gymnasium.make_vec(
         "pneudrive/ContinuumJoint-v0", num_envs=1000, vectorization_mode="vector_entry_point", parameters="fit.toml"
     )
+
+Without an import, ``gymnasium.make("pneudrive_py.envs:pneudrive/ContinuumJoint-v0")`` does it. Needs ``gymnasium`` 1.0 or later
+(``pip install 'pneudrive_py[gymnasium]'``).
 """
 
 import gymnasium
@@ -15,7 +20,7 @@ from gymnasium.vector.utils import batch_space
 
 from .joints import Joints, Randomisation
 
-__all__ = ["ContinuumJointEnv", "ContinuumJointVectorEnv", "register"]
+__all__ = ["ContinuumJointEnv", "ContinuumJointVectorEnv"]
 
 PERIOD_S = 0.02
 TARGET_RAD = 0.6
@@ -118,8 +123,6 @@ class ContinuumJointVectorEnv(VectorEnv):
         return _observations(self.joints, self.targets), rewards, ended, truncated, {"error_rad": errors}
 
 
-def register():
-    """Registers ``ContinuumJoint-v0``; Gymnasium calls it in the namespace ``pneudrive``."""
-    gymnasium.register(
-        "ContinuumJoint-v0", entry_point=ContinuumJointEnv, vector_entry_point=ContinuumJointVectorEnv
-    )
+gymnasium.register(
+    "pneudrive/ContinuumJoint-v0", entry_point=ContinuumJointEnv, vector_entry_point=ContinuumJointVectorEnv
+)
