@@ -34,7 +34,7 @@ typedef struct {
     int actuator;      /* its number in the model */
     double area_m2;    /* of the piston */
     double length_m;   /* of the actuator where the volume is the parameter file's */
-    double *next;      /* room for a state */
+    int stepped;       /* is the channel at the end of the step whose rate was last asked for? */
     int size;          /* numbers in a state */
 } Chamber;
 
@@ -131,12 +131,6 @@ static int init(const mjModel *m, mjData *d, int instance) {
     }
     chamber->channel = create(m, instance);
     chamber->size = (int)pneudrive_state_size(chamber->channel);
-    chamber->next = calloc((size_t)chamber->size, sizeof *chamber->next);
-    if (!chamber->next) {
-        pneudrive_destroy(chamber->channel);
-        free(chamber);
-        return -1;
-    }
     pneudrive_nominal(chamber->channel, &chamber->nominal);
     if (!isnan(supply_kpa)) {
         chamber->nominal.supply_kpa = supply_kpa;
@@ -153,7 +147,6 @@ static void destroy(mjData *d, int instance) {
     Chamber *chamber = (Chamber *)d->plugin_data[instance];
     if (chamber) {
         pneudrive_destroy(chamber->channel);
-        free(chamber->next);
         free(chamber);
         d->plugin_data[instance] = 0;
     }
@@ -217,6 +210,7 @@ static void act_dot(const mjModel *m, mjData *d, int instance) {
     int address = m->actuator_actadr[chamber->actuator];
     double kpa = d->act[address];
     d->act_dot[address] = (step(chamber, m, d, instance, kpa) - kpa) / m->opt.timestep;
+    chamber->stepped = 1;
 }
 
 static void compute(const mjModel *m, mjData *d, int instance, int capability) {
@@ -228,12 +222,11 @@ static void compute(const mjModel *m, mjData *d, int instance, int capability) {
 
 static void advance(const mjModel *m, mjData *d, int instance) {
     Chamber *chamber = (Chamber *)d->plugin_data[instance];
-    int address = m->actuator_actadr[chamber->actuator];
-    /* The activation has been advanced already: what it was before. */
-    double kpa = d->act[address] - m->opt.timestep * d->act_dot[address];
-    step(chamber, m, d, instance, kpa);
-    pneudrive_save(chamber->channel, chamber->next, (size_t)chamber->size);
-    memcpy(d->plugin_state + m->plugin_stateadr[instance], chamber->next, sizeof *chamber->next * (size_t)chamber->size);
+    /* The rate of the step that ends now was the last to be asked for. Where actuation is disabled it was not: the chamber stands still. */
+    if (chamber->stepped) {
+        pneudrive_save(chamber->channel, d->plugin_state + m->plugin_stateadr[instance], (size_t)chamber->size);
+        chamber->stepped = 0;
+    }
 }
 
 mjPLUGIN_LIB_INIT {

@@ -5,11 +5,12 @@ use std::path::Path;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::simulation::CalibratedModel;
 
-use crate::engine::{Engine, Prepared, prepare};
+use crate::engine::Engine;
 use crate::error::{CreateError, StepError};
 use crate::inputs::{Control, Inputs};
 use crate::outputs::Outputs;
 use crate::partials::Partials;
+use crate::prepare::{Prepared, prepare};
 
 /// A calibrated channel that is simulated step by step. Nothing but [`create`](Channel::create) and [`of`](Channel::of) allocates.
 pub struct Channel {

@@ -36,6 +36,7 @@ mod fmi3;
 mod inputs;
 mod outputs;
 mod partials;
+mod prepare;
 mod template;
 mod window;
 
