@@ -49,12 +49,12 @@ def draw(table, path):
         (line,) = above.plot(table[:, 0], table[:, 5 + k], label=f"b0c{k}")
         above.plot(table[:, 0], table[:, 1 + k], "--", color=line.get_color(), linewidth=0.8)
     above.set_ylabel("pressure (kPa gauge)")
-    above.legend(ncols=4, loc="upper right", title="dashed: set points")
+    above.legend(ncols=4, loc="lower center", bbox_to_anchor=(0.5, 1.0), title="solid: simulated, dashed: set points")
     for k, name in enumerate(["qu", "qv"]):
         below.plot(table[:, 0], np.degrees(table[:, 9 + k]), label=name)
     below.set_ylabel("angle (degrees)")
     below.set_xlabel("time (s)")
-    below.legend(ncols=2, loc="upper right")
+    below.legend(ncols=2, loc="lower left")
     figure.savefig(path)
 
 
