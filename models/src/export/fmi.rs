@@ -1,6 +1,6 @@
 //! The FMI 3.0 unit of a parameter file: its variables, its settings and its `modelDescription.xml`.
 //!
-//! Each channel of the file has the same [`Quantity`]s; [`reference`] numbers them.
+//! Each channel of the file has the same [`Quantity`]s; [`reference()`] numbers them.
 
 use std::fmt::Write as _;
 
