@@ -97,6 +97,12 @@ def test_wrong_numbers_of_parameters_are_refused():
         chambers.constants(pneu.Rig(chamber={"volume_m3": 1e-4}))
 
 
+def test_diffrax_finds_the_gain_that_made_the_data():
+    from fit_with_diffrax import TRUTH, main
+
+    assert abs(main() - TRUTH[2]) < 0.002
+
+
 def test_throughput_is_printed_beside_simulate_batch(capsys):
     """1000 chambers of 400 rows: no pass or fail on time."""
     drives = np.stack([course(seed)[0] for seed in range(1000)])
