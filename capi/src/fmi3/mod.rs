@@ -8,4 +8,5 @@
 
 mod absent;
 mod functions;
+mod states;
 mod unit;
