@@ -13,6 +13,7 @@
 //! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
 //! * [`overview`]: a recording at a glance, as a page;
 //! * [`store`]: parameter files;
+//! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
 //! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing here prints; the binary
@@ -48,6 +49,7 @@ pub mod data;
 pub mod diagnosis;
 pub mod effects;
 pub mod experiment;
+pub mod export;
 pub mod fit;
 pub mod model;
 pub mod numeric;

@@ -26,6 +26,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip"]),
     ("pneudrive-chip", &[]),
     ("pneudrive-model", &[]),
+    ("pneudrive-capi", &["pneudrive-model"]),
     ("pneudrive_py", &["pneudrive-host", "pneudrive-model", "pneudrive-protocol", "pneudrive-sim"]),
     ("pneudrive-ros", &["pneudrive-host", "pneudrive-protocol", "pneudrive-sim"]),
     (

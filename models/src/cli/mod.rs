@@ -4,6 +4,7 @@ mod compare;
 mod diagnose;
 mod effects;
 mod error;
+mod export;
 mod fit;
 mod import;
 mod input;
@@ -39,6 +40,8 @@ enum Command {
     Compare(compare::Args),
     Diagnose(diagnose::Args),
     Effects(effects::Args),
+    #[command(subcommand)]
+    Export(export::Command),
     Import(import::Args),
     Show(show::Args),
 }
@@ -52,6 +55,7 @@ impl Cli {
             Command::Compare(args) => args.run(),
             Command::Diagnose(args) => args.run(),
             Command::Effects(args) => args.run(),
+            Command::Export(command) => command.run(),
             Command::Import(args) => args.run(),
             Command::Show(args) => args.run(),
         }

@@ -137,6 +137,11 @@ impl<S: Scalar> Chamber<S> {
         if self.has_tube() { self.port } else { self.pressure }
     }
 
+    /// Temperature of the gas, K.
+    pub fn temperature(&self) -> S {
+        self.temperature
+    }
+
     /// Advances by `h` seconds. Returns the flow drawn from the supply at its start, mm^2 Pa.
     #[inline(always)]
     pub fn advance(&mut self, h: f64, c: &Conditions<S>) -> S::Real {

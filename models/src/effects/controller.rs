@@ -146,13 +146,27 @@ fn quantiles() -> &'static [f64; QUANTILES] {
     })
 }
 
+/// Numbers of the noise between one row and the next.
+const ROW: u64 = 1 << 20;
+/// Numbers between one draw and the next, modulo 2^64.
+const DRAW: u64 = 0x9e37_79b9_7f4a_7c15;
+/// `DRAW * DRAW_INVERSE` is 1 modulo 2^64.
+const DRAW_INVERSE: u64 = 0xf1de_83e1_9937_733d;
+
+/// The draw whose noise in row 0 and after is that of `draw` in row `row` and after: for a simulation whose rows are numbered from
+/// somewhere else, as one that keeps only the last few. A negative `row` counts from before row 0.
+#[must_use]
+pub fn course_from(draw: u64, row: i64) -> u64 {
+    draw.wrapping_add(row.cast_unsigned().wrapping_mul(ROW).wrapping_mul(DRAW_INVERSE))
+}
+
 /// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one of the quantiles, by the SplitMix64
 /// hash. Each `draw` is another course of it.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation)] // a few bits are wanted
 fn dither(quantiles: &[f64; QUANTILES], draw: u64, row: usize, tick: usize) -> f64 {
-    let mut z = (row as u64).wrapping_mul(1 << 20).wrapping_add(tick as u64);
-    z = z.wrapping_add(draw.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let mut z = (row as u64).wrapping_mul(ROW).wrapping_add(tick as u64);
+    z = z.wrapping_add(draw.wrapping_add(1).wrapping_mul(DRAW));
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^= z >> 31;
@@ -337,6 +351,15 @@ mod tests {
         assert!(neighbours.abs() < 0.02, "{neighbours}");
         let draws = drawn.iter().zip(course(1)).map(|(a, b)| a * b).sum::<f64>() / n;
         assert!(draws.abs() < 0.02, "{draws}");
+    }
+
+    #[test]
+    fn a_course_can_be_followed_from_any_row() {
+        for (draw, row, tick) in [(0, 0, 3), (0, 17, 0), (5, 1_000_000, 9), (u64::MAX, 3, 1)] {
+            let whole = dither(quantiles(), draw, row + 2, tick);
+            assert_eq!(dither(quantiles(), course_from(draw, row as i64), 2, tick), whole);
+            assert_eq!(dither(quantiles(), course_from(draw, row as i64 - 1), 3, tick), whole);
+        }
     }
 
     #[test]

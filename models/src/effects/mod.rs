@@ -16,12 +16,15 @@ mod phi;
 mod plant;
 mod ports;
 mod simulate;
+mod state;
 mod tube;
 
 pub use chamber::HEAT_REFERENCE_PA;
+pub use controller::course_from;
 pub use hook::{Areas, Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;
 pub use plant::{BoardLoop, Kind, Plant};
 pub use simulate::{Disturbance, Row, Stepper, Undisturbed, simulate};
+pub use state::StepperState;

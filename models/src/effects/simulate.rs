@@ -6,6 +6,7 @@ use super::controller::{Controller, Pace};
 use super::hook::{Areas, Hook, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::{Kind, Plant};
+use super::state::StepperState;
 use multiversion::multiversion;
 
 use crate::model::smooth_corner;
@@ -113,8 +114,22 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             controller: Controller::new(),
             law: ValveLaw::of(plant, base),
             supply: S::zero(),
+            spool: [S::zero(); 2],
         };
         Self { run, effects }
+    }
+
+    /// What it remembers beside its effects, for [`resume`](Self::resume).
+    pub fn state(&self) -> StepperState<S> {
+        let Run { chamber, reading, controller, spool, .. } = &self.run;
+        StepperState { chamber: *chamber, reading: *reading, controller: *controller, spool: *spool }
+    }
+
+    /// Goes on where another stepper of the same channel and the same effects stood: its inputs may be others.
+    pub fn resume(&mut self, state: StepperState<S>) {
+        let StepperState { chamber, reading, controller, spool } = state;
+        (self.run.chamber, self.run.reading, self.run.controller) = (chamber, reading, controller);
+        self.run.spool = spool;
     }
 
     /// Begins at rest at the pressure measured in a row.
@@ -186,6 +201,8 @@ struct Run<'a, S: Scalar> {
     law: ValveLaw<S>,
     /// Supply pressure over this interval before effects, Pa.
     supply: S,
+    /// Where the effects have left the fill and the vent port's drive in the last step.
+    spool: [S; 2],
 }
 
 impl<S: Scalar> Run<'_, S> {
@@ -328,6 +345,7 @@ impl<S: Scalar> Run<'_, S> {
     /// One step with these positions of the spools at the fill and the vent port. Returns the flow drawn.
     #[inline(always)]
     fn flow(&mut self, step: &Step<'_>, [fill, vent]: [S; 2], effects: &mut [AnyEffect<S>]) -> S::Real {
+        self.spool = [fill, vent];
         let draw = match self.plant.kind {
             Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
             Kind::Linear => {

@@ -4,8 +4,8 @@ use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, 
 use crate::model::{FlowForm, FlowFunction, Gas, Linear, Nonlinear, Parameter, Parametric, column};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    Arithmetic, BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, Rows, Sensor, Series,
-    Start, Steps, System, simulate, simulate_batch_into,
+    Arithmetic, BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, RowStepper, Rows,
+    Sensor, Series, Start, Steps, System, simulate, simulate_batch_into,
 };
 
 use super::{ModelKind, Setup};
@@ -77,6 +77,18 @@ impl Subject {
     #[must_use]
     pub fn ticks(&self, interval_s: f64) -> usize {
         self.0.ticks(interval_s)
+    }
+
+    /// The model with its parameters, to be simulated row by row: see [`System::stepper`].
+    #[must_use]
+    pub fn stepper(
+        &self,
+        parameters: &[f64],
+        substeps: usize,
+        row: &[f64],
+        pressure_pa: f64,
+    ) -> Box<dyn RowStepper> {
+        self.0.stepper(parameters, substeps, row, pressure_pa)
     }
 
     /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch_into`].

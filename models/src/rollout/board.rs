@@ -75,13 +75,22 @@ pub struct LoopMemory<S: Scalar> {
     filtered: S,
     /// The command of the row before.
     command: S::Real,
+    /// The drive of the last loop, -1 to 1.
+    drive: S,
+}
+
+impl LoopMemory<f64> {
+    /// Shows every number of it, in an order that stays; the last is the drive.
+    pub fn values(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        [&mut self.filtered, &mut self.command, &mut self.drive].into_iter().for_each(visit);
+    }
 }
 
 impl<S: Scalar> LoopMemory<S> {
     /// Where there is no board.
     #[inline(always)]
     pub(super) fn none() -> Self {
-        Self { filtered: S::zero(), command: S::Real::zero() }
+        Self { filtered: S::zero(), command: S::Real::zero(), drive: S::zero() }
     }
 }
 
@@ -157,7 +166,7 @@ impl Board {
     #[inline(always)]
     pub(super) fn start<S: Scalar>(&self, row: &[S::Real], pressure: S) -> LoopMemory<S> {
         // What was commanded before the segment is not known: the command that it begins with.
-        LoopMemory { filtered: self.sample(pressure), command: row[column::COMMAND_PA] }
+        LoopMemory { filtered: self.sample(pressure), command: row[column::COMMAND_PA], drive: S::zero() }
     }
 
     /// What it reports, absolute, Pa.
@@ -182,7 +191,8 @@ impl Board {
     ) -> S {
         let new = row[column::COMMAND_PA];
         let command = if tick == 0 { std::mem::replace(&mut memory.command, new) } else { new };
-        self.control(S::from_real(command), pressure, memory)
+        memory.drive = self.control(S::from_real(command), pressure, memory);
+        memory.drive
     }
 }
 
@@ -278,7 +288,7 @@ mod tests {
     fn the_originals_filter_settles_five_counts_low_and_ours_does_not() {
         for (arithmetic, settled) in [(Arithmetic::Whole, 495.0), (Arithmetic::Fine, 500.0)] {
             let board = original(210.0 / 256.0, arithmetic);
-            let mut memory = LoopMemory { filtered: 102.0, command: 0.0 };
+            let mut memory = LoopMemory { filtered: 102.0, command: 0.0, drive: 0.0 };
             for _ in 0..200 {
                 board.control(pressure_at(500.0), pressure_at(500.0), &mut memory);
             }
@@ -298,7 +308,7 @@ mod tests {
         ];
         let board = original(0.0, Arithmetic::Whole);
         for ((command, pressure, previous), drive) in table {
-            let mut memory = LoopMemory { filtered: previous, command: 0.0 };
+            let mut memory = LoopMemory { filtered: previous, command: 0.0, drive: 0.0 };
             let got = board.control(pressure_at(command), pressure_at(pressure), &mut memory) * 400.0;
             assert!((got - drive).abs() < 1e-9, "command {command}, pressure {pressure}: {got}, not {drive}");
         }

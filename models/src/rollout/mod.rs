@@ -14,6 +14,7 @@ mod run;
 mod series;
 mod simulate;
 mod source;
+mod stepper;
 mod system;
 
 pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into};
@@ -31,4 +32,5 @@ pub use run::rollout;
 pub use series::{Series, SeriesError};
 pub use simulate::{Start, simulate};
 pub use source::{RowSource, Rows, Steps};
+pub use stepper::RowStepper;
 pub use system::System;

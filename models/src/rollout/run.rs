@@ -13,7 +13,7 @@ const STAGES: usize = 4;
 /// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
 /// instructions.
 #[inline(always)]
-fn rk4_step<S: Scalar, Q: Model>(
+pub(super) fn rk4_step<S: Scalar, Q: Model>(
     model: &Q,
     coefficients: &Q::Coefficients<S>,
     held: &Q::Held<S>,

@@ -10,6 +10,7 @@ use super::kinds::{
 use super::lanes::{self, Lot};
 use super::run::rollout;
 use super::source::{RowSource, Rows, Steps};
+use super::stepper::{ChamberStepper, RowStepper};
 use crate::model::{Drive, Linear, Model, Nonlinear, Parameter, Parametric};
 use crate::numeric::Lanes;
 
@@ -50,6 +51,16 @@ pub trait System: Debug + Send + Sync {
         pressures: &[Lanes<SENSITIVITY_LANES>],
         rates: &mut [DualLanes],
     );
+
+    /// The system with its parameters, to be simulated row by row, at rest at `pressure_pa` in front of the interval of `row`; `substeps`
+    /// Runge-Kutta steps are made per tick.
+    fn stepper(
+        &self,
+        parameters: &[f64],
+        substeps: usize,
+        row: &[f64],
+        pressure_pa: f64,
+    ) -> Box<dyn RowStepper>;
 
     /// The sum of the rates at a pressure for each row, Pa/s: for timing an evaluation of the right-hand side.
     fn sum_of_rates(&self, parameters: &[f64], rows: Rows<'_>, pressures: &[f64]) -> f64;
@@ -101,6 +112,16 @@ macro_rules! systems {
                 rates: &mut [DualLanes],
             ) {
                 lanes::rates(&self.model, parameters, rows, pressures, rates);
+            }
+
+            fn stepper(
+                &self,
+                parameters: &[f64],
+                substeps: usize,
+                row: &[f64],
+                pressure_pa: f64,
+            ) -> Box<dyn RowStepper> {
+                Box::new(ChamberStepper::new(*self, parameters, substeps, row, pressure_pa))
             }
 
             fn sum_of_rates(&self, parameters: &[f64], rows: Rows<'_>, pressures: &[f64]) -> f64 {

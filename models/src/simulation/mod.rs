@@ -7,11 +7,13 @@
 mod calibrated;
 mod error;
 mod extended;
+mod first_order;
 mod fitted;
 mod result;
 mod run;
 
 pub use calibrated::CalibratedModel;
 pub use error::SimulationError;
+pub use first_order::{FirstOrder, first_order};
 pub use result::{SimulatedChannel, SimulatedModel, Simulation, SimulationSettings};
 pub use run::simulate;

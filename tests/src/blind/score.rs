@@ -186,6 +186,7 @@ mod tests {
 
     fn case(kind: Kind, effects: &[&str]) -> Case {
         Case {
+            hard: None,
             number: 0,
             kind,
             effects: effects.iter().map(|e| (*e).to_owned()).collect(),

@@ -221,6 +221,7 @@ mod tests {
 
     fn table(report: &Value) -> Table {
         let case = Case {
+            hard: None,
             number: 3,
             kind: Kind::Single,
             effects: vec!["valve_lag".to_owned()],

@@ -55,6 +55,10 @@ impl<S: Scalar> Hook<S> for TransportDelay<S> {
         let part = steps.shift(-whole);
         let longest = (0..S::Real::LANES).map(|lane| steps_of(whole, lane)).max().unwrap_or(0);
         let past = &mut self.past[valve];
+        if past.is_empty() {
+            // Before the first step it was what it is in it.
+            past.resize(longest + 1, drive);
+        }
         past.push_front(drive);
         past.truncate(longest + 2);
         let at = |k: usize| past.get(k).or(past.back()).copied().unwrap_or(drive);

@@ -1,0 +1,235 @@
+//! A channel with the extended model of a diagnosis.
+
+use pneudrive_model::data::ChannelId;
+use pneudrive_model::diagnosis::{ChannelData, ExtendedFile};
+use pneudrive_model::effects::catalogue::{AnyEffect, CATALOGUE};
+use pneudrive_model::effects::{DriveInput, Hook, Plant, Step, Stepper, StepperState, Stretch, course_from};
+
+use crate::engine::{Engine, check_loop};
+use crate::error::CreateError;
+use crate::inputs::{Control, Inputs};
+use crate::outputs::Outputs;
+use crate::template;
+use crate::window::{NEXT, NOW, Window};
+
+const PA_PER_KPA: f64 = 1e3;
+
+/// Calls that bring everything that an effect keeps to its final size.
+const CALLS_TO_SETTLE: usize = 3;
+
+/// The engine: the steps that a simulation with effects makes.
+pub struct ExtendedEngine {
+    plant: Plant,
+    base: Vec<f64>,
+    effects: Vec<AnyEffect<f64>>,
+    /// How many numbers each effect remembers once it has begun.
+    counts: Vec<usize>,
+    window: Window,
+    /// Inputs with neighbours: some effects remember nothing without them.
+    with_neighbours: Inputs,
+    state: StepperState<f64>,
+    state_size: usize,
+    noise_draw: u64,
+    step_s: f64,
+    /// Length of an integration step, s.
+    part_s: f64,
+}
+
+impl ExtendedEngine {
+    /// Sets up a channel; `name` is the file's, for messages.
+    pub fn new(
+        (name, file): (&str, &ExtendedFile),
+        id: ChannelId,
+        step_s: f64,
+        control: Control,
+        nominal: &Inputs,
+    ) -> Result<Self, CreateError> {
+        let stored = file.channels.get(&id.to_string()).ok_or_else(|| CreateError::NoChannel {
+            channel: id,
+            found: file.channels.keys().cloned().collect::<Vec<_>>().join(", "),
+        })?;
+        if stored.correction.is_some() {
+            return Err(CreateError::Correction { channel: id });
+        }
+        if control == Control::Drive && stored.drive == "command" {
+            return Err(CreateError::Regulator { channel: id });
+        }
+        let data = template::channel(file, stored, id, control)?;
+        let model = file.models(name, std::slice::from_ref(&data))?.remove(0);
+        let ChannelData { mut plant, mut inputs, .. } = data;
+        plant.command_range_pa = PA_PER_KPA * stored.command_range_kpa;
+        inputs.noise_pa = PA_PER_KPA * stored.noise_kpa;
+        let controlled = plant.board.filter(|_| inputs.drive == DriveInput::Controlled);
+        let loops = match &controlled {
+            Some(board) => {
+                check_loop(step_s, board.rate_hz)?;
+                board.steps(step_s)
+            }
+            None => 1,
+        };
+        let parts = loops * plant.steps(step_s / loops as f64);
+        let base_count = plant.parameters().len();
+        let mut at = base_count;
+        let mut effects: Vec<AnyEffect<f64>> = model
+            .effects
+            .iter()
+            .filter_map(|&effect| {
+                let next = at + CATALOGUE[effect].parameters.len();
+                let installed = AnyEffect::install(effect, &model.values[at..next]);
+                at = next;
+                installed
+            })
+            .collect();
+        let base = model.values[..base_count].to_vec();
+        let mut window = Window::new(&inputs, step_s);
+        window.set(0.0, nominal);
+        let mut state = Stepper::new(&plant, &base, &mut effects, &window.inputs).state();
+        let mut state_size = 0;
+        state.values(&mut |_| state_size += 1);
+        let mut engine = Self {
+            noise_draw: controlled.map_or(0, |board| board.noise_draw),
+            counts: Vec::new(),
+            part_s: step_s / parts as f64,
+            effects,
+            plant,
+            base,
+            window,
+            with_neighbours: Inputs { opposite_kpa: [0.0; 2], sampled_before_kpa: [0.0; 2], ..*nominal },
+            state,
+            state_size,
+            step_s,
+        };
+        engine.window.set(0.0, &engine.with_neighbours);
+        for k in 0..engine.effects.len() {
+            (0..CALLS_TO_SETTLE).for_each(|_| engine.begin(k));
+            let count = engine.count(k);
+            engine.counts.push(count);
+            engine.effects[k].reset();
+        }
+        engine.window.set(0.0, nominal);
+        Ok(engine)
+    }
+
+    /// Numbers that an effect remembers now.
+    fn count(&mut self, effect: usize) -> usize {
+        let mut count = 0;
+        self.effects[effect].memory(&mut |_, _| count += 1);
+        count
+    }
+
+    /// Makes an effect remember something of everything that it will.
+    fn begin(&mut self, effect: usize) {
+        let inputs = &self.window.inputs;
+        let step = Step { row: NOW, time_s: 0.5 * self.part_s, length_s: self.part_s, inputs };
+        let effect = &mut self.effects[effect];
+        effect.drive(&step, 0, 0.0);
+        if matches!(inputs.drive, DriveInput::Separate { .. }) {
+            effect.drive(&step, 1, 0.0);
+        }
+        let mut stretch = Stretch { factor: 1.0, rate: 0.0, by_pressure: 0.0 };
+        effect.stretch(&step, inputs.ambient_pa, &mut stretch);
+        effect.sense(&step, 0.0);
+        effect.sample(inputs, NOW, 0.0);
+    }
+
+    /// Runs the channel on from where it stands.
+    fn run<T>(&mut self, act: impl FnOnce(&mut Stepper<'_, f64>) -> T) -> T {
+        let mut stepper = Stepper::new(&self.plant, &self.base, &mut self.effects, &self.window.inputs);
+        stepper.resume(self.state);
+        let result = act(&mut stepper);
+        self.state = stepper.state();
+        result
+    }
+
+    fn kpa(&self, pa: f64) -> f64 {
+        (pa - self.window.inputs.ambient_pa) / PA_PER_KPA
+    }
+
+    fn outputs(&self, reading_pa: f64, drive: f64, draw: f64) -> Outputs {
+        let [fill, vent] = self.state.spool();
+        Outputs {
+            pressure_kpa: self.kpa(self.state.pressure()),
+            port_kpa: self.kpa(self.state.port()),
+            reading_kpa: reading_pa / PA_PER_KPA,
+            temperature_k: self.state.temperature(),
+            fill,
+            vent,
+            drive,
+            draw,
+            ..Outputs::default()
+        }
+    }
+}
+
+impl Engine for ExtendedEngine {
+    fn start(&mut self, kpa: f64, inputs: &Inputs) -> Outputs {
+        self.window.set(0.0, inputs);
+        self.window.set_start(kpa);
+        self.window.set_fresh(true);
+        let reading_pa = self.run(|stepper| {
+            stepper.start(NOW);
+            stepper.reading(NOW)
+        });
+        self.outputs(reading_pa, 0.0, 0.0)
+    }
+
+    fn step(&mut self, step: u64, inputs: &Inputs) -> Outputs {
+        #[allow(clippy::cast_precision_loss)] // exact for 285 years of microseconds
+        self.window.set(step as f64 * self.step_s, inputs);
+        self.window.set_fresh(step == 0);
+        if let Some(board) = &mut self.plant.board {
+            board.noise_draw = course_from(self.noise_draw, step.cast_signed() - NOW as i64);
+        }
+        let supply_pa = self.window.inputs.supply_pa[NOW];
+        let (reading_pa, drive, draw) = self.run(|stepper| {
+            stepper.set_supply(supply_pa);
+            let (drive, draw) = stepper.interval(NOW);
+            (stepper.reading(NEXT), drive, draw)
+        });
+        self.window.set_point_was(inputs.set_point_kpa);
+        self.outputs(reading_pa, drive, draw)
+    }
+
+    fn set_pressure(&mut self, kpa: f64) {
+        let pa = self.window.inputs.ambient_pa + PA_PER_KPA * kpa;
+        self.run(|stepper| stepper.set_pressure(pa));
+    }
+
+    fn size(&self) -> usize {
+        1 + self.state_size + self.counts.iter().sum::<usize>()
+    }
+
+    fn save(&mut self, into: &mut dyn FnMut(f64)) {
+        into(self.window.set_point_before());
+        self.state.values(&mut |value| into(*value));
+        for k in 0..self.effects.len() {
+            if self.count(k) == self.counts[k] {
+                self.effects[k].memory(&mut |_, value| into(*value));
+            } else {
+                (0..self.counts[k]).for_each(|_| into(f64::NAN));
+            }
+        }
+    }
+
+    fn restore(&mut self, from: &mut dyn FnMut() -> f64) {
+        self.window.set_point_was(from());
+        self.state.values(&mut |value| *value = from());
+        for k in 0..self.effects.len() {
+            if self.counts[k] == 0 {
+                continue;
+            }
+            if self.count(k) != self.counts[k] {
+                self.window.set(0.0, &self.with_neighbours);
+                self.begin(k);
+            }
+            let mut begun = true;
+            self.effects[k].memory(&mut |_, value| {
+                *value = from();
+                begun &= !value.is_nan();
+            });
+            if !begun {
+                self.effects[k].reset();
+            }
+        }
+    }
+}
