@@ -60,6 +60,7 @@ fn report_of(
     let diagnosis = diagnose(&loaded.recording, &rig, Request::default(), &|_, _| {}).unwrap();
     let report = serde_json::to_value(&diagnosis.report).unwrap();
     let case = Case {
+        hard: None,
         number: 0,
         kind,
         effects: arguments.iter().map(|a| a.split(['=', ':', '@']).next().unwrap().to_owned()).collect(),

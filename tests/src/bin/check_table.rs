@@ -95,7 +95,7 @@ fn faults(rigs: u64) {
             line += &format!(" {size}: {} ({}) |", percent(beside), percent(alone));
         }
         let mut named: Vec<_> = named.into_iter().collect();
-        named.sort_by(|one, other| other.1.cmp(&one.1));
+        named.sort_by_key(|one| std::cmp::Reverse(one.1));
         let named: Vec<_> = named.iter().take(3).map(|(name, _)| *name).collect();
         println!("{line} {} |", named.join(", "));
     }

@@ -52,7 +52,7 @@ fn simulate_fitted(file: &ParameterFile, recording: &Recording) -> Option<Vec<f6
     let drive = drive.unwrap_or_default();
     let setup = Setup::resolve(model, controller, drive, recording, channel, &file.rig).ok()?;
     let prepared = simulation(setup, recording, channel, &file.rig, file.flow_form(), 0.0).ok()?;
-    let values = file.values(FILE, channel.id, &*prepared.subject).ok()?;
+    let values = file.values(FILE, channel.id, &prepared.subject).ok()?;
     Some(prepared.subject.simulate(&values, &prepared.series[0], Start::Measured, stored.substeps))
 }
 
