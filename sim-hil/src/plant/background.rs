@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn curves_deviate_by_their_size() {
         let background = Background { valve_curve: 0.02, ..Background::none() };
-        let (mut sum, mut count) = (0.0, 0.0);
+        let (mut sum, mut count) = (0.0, 0.0_f64);
         for place in 0..2000 {
             let curve = drawn(&background, place).valve.fill_curve;
             let values: Vec<f64> = (0..=100).map(|k| factor(&curve, f64::from(k) / 100.0)).collect();
@@ -143,7 +143,7 @@ mod tests {
             sum += values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
             count += 101.0;
         }
-        let rms = (sum / count as f64).sqrt();
+        let rms = (sum / count).sqrt();
         assert!((rms / (0.02 * 3.0_f64.sqrt()) - 1.0).abs() < 0.05, "{rms}");
     }
 }

@@ -49,8 +49,13 @@ mod tests {
     use std::collections::BTreeMap;
 
     fn found(low: f64, p_value: f64, equivalent: &[&str]) -> String {
-        let gain =
-            Gain { test_rmse_before_kpa: 2.0, test_rmse_after_kpa: 1.0, reduction: 0.5, ci95: [low, 0.6] };
+        let gain = Gain {
+            test_rmse_before_kpa: 2.0,
+            test_rmse_after_kpa: 1.0,
+            reduction: 0.5,
+            ci95: [low, 0.6],
+            weighted_ci95: [low, 0.6],
+        };
         cause(&Cause {
             effect: "exhaust_leak".to_owned(),
             channels: Vec::new(),
