@@ -41,7 +41,7 @@ pub struct RunArgs {
     /// Draw what the trajectory will command, and end: no board is asked
     ///
     /// Everything is checked, limits too, as for a run; exit status 2 if something is refused.
-    #[arg(long, requires = "trajectory")]
+    #[arg(long, requires = "trajectory", hide_short_help = true)]
     pub preview: bool,
     /// Stop after so many seconds
     ///
@@ -63,10 +63,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
     pub udp: Option<String>,
     /// Replace the recording if it exists
-    #[arg(long, requires = "record")]
+    #[arg(long, requires = "record", hide_short_help = true)]
     pub overwrite: bool,
     /// Plain lines even on a terminal
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub plain: bool,
     /// Fail (status 1) where a board has never answered
     ///
