@@ -69,8 +69,8 @@ pub struct Imperfection {
 pub enum Unnamed {
     /// It is no larger than on sound rigs.
     Usual,
-    /// Its gain on the test blocks may be none.
-    Uncertain,
+    /// It gains nothing on the test blocks.
+    Gainless,
 }
 
 /// The recording.

@@ -45,7 +45,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
         String::new()
     } else {
         format!(
-            " The extended model also has {}, no larger than sound rigs do or without a certain gain.",
+            " The extended model also has {}, no larger than sound rigs do or without a gain on the test blocks.",
             small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
         )
     };
