@@ -1,6 +1,6 @@
 use crate::{BoardState, BusPort, ChannelStatus, ControlStatus, Micros, SensorFault};
 use pneudrive_protocol::pages::{
-    ChannelNow, Counter, Drives, Entry, NowState, PageEntry, PostMortem, StateNow, number_entry,
+    ChannelNow, Counter, Drives, Entry, NowState, PageEntry, StateNow, number_entry,
 };
 
 impl BusPort {
