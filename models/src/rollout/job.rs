@@ -8,10 +8,10 @@ use crate::model::column;
 /// bounds it then are the square roots (docs/performance.md).
 pub const BATCH_LANES: usize = 32;
 
-/// One rollout of a batch; its inputs are in [`BatchInputs`].
+/// One rollout of a batch; its inputs are in [`BatchInputs`](super::BatchInputs).
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// Parameters in the order and units of [`System::parameters`].
+    /// Parameters in the order and units of [`System::parameters`](super::System::parameters).
     pub parameters: &'a [f64],
     /// Absolute pressure at the first row, Pa.
     pub start: f64,
