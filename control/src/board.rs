@@ -1,5 +1,6 @@
 use crate::{
-    AdcSample, Answer, BoardConfig, BoardStatus, BusPort, ConfigError, ControlLoop, Micros, ValveDrive,
+    AdcSample, Answer, BoardConfig, BoardStatus, BusPort, ConfigError, ControlLoop, ControlStatus, Counters,
+    Micros, ValveDrive,
 };
 use pneudrive_protocol::{Address, CHANNELS};
 
@@ -67,5 +68,28 @@ impl Board {
     /// The board at a glance.
     pub fn status(&self) -> BoardStatus {
         BoardStatus::new(&self.port, self.control.status())
+    }
+}
+
+impl BoardStatus {
+    /// From a board's two halves.
+    pub fn new(port: &BusPort, control: ControlStatus) -> Self {
+        Self {
+            state: control.state,
+            channels: control.channels,
+            commands: port.orders().commands,
+            pressures: control.pressures,
+            counters: Counters {
+                requests: port.requests(),
+                answers: port.answers(),
+                page_requests: port.page_requests(),
+                line_errors: port.line_errors(),
+                frames: port.frames(),
+                steps: control.steps,
+                late_steps: control.late_steps,
+                command_timeouts: control.command_timeouts,
+                sensor_faults: control.sensor_faults,
+            },
+        }
     }
 }

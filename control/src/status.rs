@@ -1,4 +1,4 @@
-use crate::{BoardState, BusPort, Micros, SensorFault, ValveDrive};
+use crate::{BoardState, Micros, SensorFault, ValveDrive};
 use pneudrive_protocol::{CHANNELS, Counts, FrameStatistics};
 
 /// What a channel did in the last control step.
@@ -74,27 +74,4 @@ pub struct BoardStatus {
     pub pressures: [Counts; CHANNELS],
     /// What has happened since power-up.
     pub counters: Counters,
-}
-
-impl BoardStatus {
-    /// From a board's two halves.
-    pub fn new(port: &BusPort, control: ControlStatus) -> Self {
-        Self {
-            state: control.state,
-            channels: control.channels,
-            commands: port.orders().commands,
-            pressures: control.pressures,
-            counters: Counters {
-                requests: port.requests(),
-                answers: port.answers(),
-                page_requests: port.page_requests(),
-                line_errors: port.line_errors(),
-                frames: port.frames(),
-                steps: control.steps,
-                late_steps: control.late_steps,
-                command_timeouts: control.command_timeouts,
-                sensor_faults: control.sensor_faults,
-            },
-        }
-    }
 }

@@ -111,8 +111,8 @@ fn assert_drives_are_read(file: &Path) {
     let channel = recording.channel(ChannelId { board: 1, channel: 2 }).unwrap();
     let Some(Drive::Spool(drive)) = &channel.drive else { panic!("no drive: {:?}", channel.drive) };
     let at = |time_s: f64| drive[recording.row_at(time_s)];
-    // The board was on before the first row.
-    assert_eq!((at(0.5), at(1.5)), (-1.0, -1.0), "it vents for 2 s after power-up");
+    // The board was on for a while before the first row.
+    assert_eq!(at(0.5), -1.0, "it vents for 2 s after power-up");
     assert_eq!(at(2.01), 1.0, "it fills, 10 ms after the step");
     assert_eq!(at(3.51), -1.0, "it vents, 10 ms after the step down");
     for time_s in [3.4, 4.9] {
