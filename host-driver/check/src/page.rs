@@ -25,10 +25,10 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width, initial-scale=1\">\n<title>PneuDrive check: {}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
          <h1>Check of {}: <span class=\"{}\">{}</span></h1>\n<p>{}, up to {} kPa.{}</p>\n",
-        report.verdict.name(),
+        of_all(report.verdict),
         escaped(&report.port),
         class(report.verdict),
-        report.verdict.name(),
+        of_all(report.verdict),
         escaped(&report.started_utc),
         report.level_kpa,
         match report.baseline_utc.as_deref().and_then(day) {
@@ -38,7 +38,10 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
     );
     let found = problems(report, name);
     if found.is_empty() {
-        html.push_str("<p>Nothing to look after.</p>\n");
+        html.push_str(match report.verdict {
+            Verdict::NotMeasured => "<p>What could be measured is as it should be.</p>\n",
+            _ => "<p>Nothing to look after.</p>\n",
+        });
     } else {
         html.push_str("<ul>\n");
         found.iter().for_each(|problem| {
@@ -52,7 +55,7 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
             "<h2>{}: <span class=\"{}\">{}</span></h2>",
             escaped(&name(board.board, None)),
             class(board.verdict()),
-            board.verdict().name()
+            of_all(board.verdict())
         );
         if let Some(why) = &board.aborted {
             let _ = writeln!(html, "<p class=\"fail\">Broken off: {}</p>", escaped(why));
@@ -70,6 +73,10 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
             for channel in 0..crate::CHANNELS {
                 match board.value(quantity, channel) {
                     None => html.push_str("<td>-</td>"),
+                    Some(value) if value.value.is_none() => {
+                        let (class, why) = (class(value.verdict), escaped(&value.note));
+                        let _ = write!(html, "<td class=\"{class}\">not measured<small>{why}</small></td>");
+                    }
                     Some(value) => {
                         let before = value.before.map_or_else(String::new, |before| {
                             format!("<small>before {}</small>", plain(value, Some(before)))
@@ -94,6 +101,14 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
         "<p>Values with half their 95 % interval; below each where it passes.</p>\n</body>\n</html>\n",
     );
     html
+}
+
+/// A verdict over many values: one that is missing is not all.
+fn of_all(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NotMeasured => "not all measured",
+        other => other.name(),
+    }
 }
 
 fn class(verdict: Verdict) -> &'static str {

@@ -67,7 +67,7 @@ fn put(board: &BoardReport, text: &mut String) {
             value.channel,
             plain(value, value.value),
             plain(value, value.interval),
-            format!("{} {}", range(value), unit.name).trim(),
+            if value.value.is_some() { format!("{} {}", range(value), unit.name) } else { "-".to_owned() },
             plain(value, value.before),
             value.verdict.name(),
             if value.note.is_empty() { String::new() } else { format!(": {}", value.note) },

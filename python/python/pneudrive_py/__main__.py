@@ -17,8 +17,7 @@ PROGRAMS = {
     "model": ("pneudrive-model", "fits, simulates, compares and diagnoses recordings"),
 }
 
-_MISSING = """{program} is not installed: this wheel was built without the programs. Build it with python/package, or install the program
-from the repository with `cargo install --path {folder}`."""
+_MISSING = "{program} is not installed: it does not come with this package; install it from the repository with `cargo install --path {folder}`"
 
 _FOLDERS = {"host": "host-driver", "sim": "sim-hil", "model": "models"}
 
