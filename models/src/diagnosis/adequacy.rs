@@ -6,7 +6,7 @@ use super::dependence::rows_of;
 use super::gain::BlockErrors;
 use super::json::Symptom;
 use super::search::Outcome;
-use super::whiten::{Whitening, wander};
+use super::whiten::{WANDERS, Whitening, wander};
 use crate::effects::catalogue::CATALOGUE;
 
 /// A base model whose error is more than this part of the pressure's movement describes nothing.
@@ -24,9 +24,10 @@ pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
         let derivatives = data.disturbances(model);
         let mut columns: Vec<f64> = derivatives.iter().flat_map(wander).collect();
         // As in the error itself, the start pressure of a block is right.
-        Whitening::start_only(data, &derivatives).apply_columns(&mut columns, 2);
+        Whitening::start_only(data, &derivatives).apply_columns(&mut columns, WANDERS);
         for row in rows_of(data, &[Role::Test]) {
-            sum += data.noise_kpa.powi(2) + columns[2 * row].powi(2) + columns[2 * row + 1].powi(2);
+            let wandered = columns[WANDERS * row..][..WANDERS].iter().map(|c| c * c).sum::<f64>();
+            sum += data.noise_kpa.powi(2) + wandered;
             count += 1.0;
         }
     }

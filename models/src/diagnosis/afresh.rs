@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::base::{GAINS, free_base, plain_cost, plain_costs, start};
+use super::base::{GAINS, free_of, plain_cost, plain_costs, start, with_usual};
 use super::blocks::Role;
 use super::candidate::{Candidate, refit_effect};
 use super::channel::{ChannelData, Extended};
@@ -82,7 +82,7 @@ fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
         .into_par_iter()
         .filter_map(|effect| {
             let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
-                GAINS.iter().map(|gain| start(data, *gain, EDGE).with(&data.plant, effect, probe))
+                GAINS.iter().map(|gain| with_usual(data, &start(data, *gain, EDGE)).with(&data.plant, effect, probe))
             });
             let starts: Vec<Extended> = starts.collect();
             let costs = plain_costs(data, &starts).into_iter().zip(starts);
@@ -96,8 +96,7 @@ fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
 
 /// Base parameters and effects, all free.
 fn fit(data: &ChannelData, model: &Extended) -> Extended {
-    let base = data.plant.parameters().len();
-    let free: Vec<usize> = free_base(data).into_iter().chain(base..model.values.len()).collect();
+    let free = free_of(data, model, false);
     let whitening = Whitening::new(data, &data.disturbances(model));
     refit(data, &whitening, model, &free, EVALUATIONS).0
 }
@@ -135,7 +134,7 @@ mod tests {
         data.measured_kpa = data.readings(&truth).into();
         let mut astray = base;
         astray.values[2] *= 10.0;
-        let free = free_base(&data);
+        let free = free_of(&data, &astray, false);
         let stage = ChannelStage::new(&data, astray, free);
         (data, stage, truth)
     }

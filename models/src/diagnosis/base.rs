@@ -6,6 +6,7 @@ use super::channel::{ChannelData, Extended};
 use super::fit::refit;
 use super::whiten::Whitening;
 use crate::effects::Kind;
+use crate::effects::catalogue::CATALOGUE;
 
 /// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
@@ -33,6 +34,21 @@ pub fn free_base(data: &ChannelData) -> Vec<usize> {
     (0..count)
         .filter(|&k| !(data.plant.kind != Kind::Linear && still && k == data.plant.volume_weight()))
         .collect()
+}
+
+/// Positions of a model's free parameters; of a `calibrated` one only those of its effects.
+#[must_use]
+pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<usize> {
+    let base = data.plant.parameters().len();
+    let own = if calibrated { Vec::new() } else { free_base(data) };
+    own.into_iter().chain(base..model.values.len()).collect()
+}
+
+/// The base model with what sound rigs have in small and no parameter of its own describes.
+#[must_use]
+pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
+    let usual = (0..CATALOGUE.len()).filter(|&e| CATALOGUE[e].in_base(&data.plant));
+    usual.fold(model.clone(), |model, effect| model.with_usual(&data.plant, effect))
 }
 
 /// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at this drive.
@@ -83,11 +99,10 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     let costs = plain_costs(data, &starts).into_iter();
     let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let free = free_base(data);
     // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
     let step = |model: Extended, evaluations: usize| {
         let whitening = Whitening::new(data, &data.disturbances(&model));
-        refit(data, &whitening, &model, &free, evaluations).0
+        refit(data, &whitening, &model, &free_of(data, &model, false), evaluations).0
     };
     let looked = ranked.into_iter().take(2).map(|(_, start)| {
         let model = step(start, LOOK);
@@ -96,11 +111,14 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
         Some((cost, look)) => {
-            let model = step(step(look.clone(), EARNEST), EARNEST);
+            let model = step(with_usual(data, &step(look.clone(), EARNEST)), EARNEST);
             // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
-            if plain_cost(data, &model) > ASTRAY * cost { look } else { model }
+            if plain_cost(data, &model) > ASTRAY * cost { with_usual(data, &look) } else { model }
         }
-        None => Extended::base(data.plant.parameters().iter().map(|p| p.nominal).collect()),
+        None => {
+            let nominal = data.plant.parameters().iter().map(|p| p.nominal).collect();
+            with_usual(data, &Extended::base(nominal))
+        }
     }
 }
 

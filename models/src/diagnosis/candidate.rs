@@ -55,7 +55,7 @@ pub fn refit_effect(
         .map(|(k, ((data, stage), trials))| {
             let kept = stage.losses.clone();
             if let Some(look) = before {
-                if !look.models[k].effects.contains(&effect) {
+                if !look.models[k].has(effect) {
                     return (stage.model.clone(), kept, false);
                 }
                 let model = fit_from(data, stage, &look.models[k], effect, evaluations);
@@ -113,7 +113,7 @@ pub fn assemble(
         };
         let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
         let acts = (acts || faint) && !traces || shared && any;
-        let acts = acts && model.effects.contains(&effect);
+        let acts = acts && model.has(effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
         candidate.losses.push(if acts { losses } else { stages[k].losses.clone() });
         candidate.acts.push(acts);
@@ -125,7 +125,8 @@ pub fn assemble(
 #[must_use]
 pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
     let null = CATALOGUE[effect].parameters[0].null;
-    model.range(&data.plant, effect).map_or(0.0, |range| (model.values[range.start] - null).abs())
+    let range = model.range(&data.plant, effect).filter(|_| model.has(effect));
+    range.map_or(0.0, |range| (model.values[range.start] - null).abs())
 }
 
 pub fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {

@@ -53,6 +53,9 @@ pub struct Extended {
     pub effects: Vec<usize>,
     /// Values: the base model's parameters, then those of each effect.
     pub values: Vec<f64>,
+    /// Those of the effects that are held to [what is usual on sound rigs](crate::effects::EffectParameter::usual), ascending: a part of
+    /// the base model, no causes.
+    pub usual: Vec<usize>,
     /// A smooth correction of what no effect explains.
     pub correction: Option<Correction>,
 }
@@ -61,7 +64,7 @@ impl Extended {
     /// A base model without effects.
     #[must_use]
     pub fn base(values: Vec<f64>) -> Self {
-        Self { effects: Vec::new(), values, correction: None }
+        Self { effects: Vec::new(), values, usual: Vec::new(), correction: None }
     }
 
     /// The model without its correction.
@@ -70,9 +73,21 @@ impl Extended {
         Self { correction: None, ..self.clone() }
     }
 
-    /// The model with one more effect.
+    /// Is an effect at work in any size?
+    #[must_use]
+    pub fn has(&self, effect: usize) -> bool {
+        self.effects.contains(&effect) && !self.usual.contains(&effect)
+    }
+
+    /// The model with one more effect in any size, which takes the place of the usual one where that is there.
     #[must_use]
     pub fn with(&self, plant: &Plant, effect: usize, parameters: &[f64]) -> Self {
+        if let Some(range) = self.range(plant, effect) {
+            let mut next = self.clone();
+            next.values[range].copy_from_slice(parameters);
+            next.usual.retain(|&e| e != effect);
+            return next;
+        }
         let position = self.effects.partition_point(|&e| e < effect);
         let base = plant.parameters().len();
         let before: usize = self.effects[..position].iter().map(|&e| CATALOGUE[e].parameters.len()).sum();
@@ -82,9 +97,22 @@ impl Extended {
         next
     }
 
-    /// The model without one of its effects.
+    /// The model with an effect that is held to what is usual; it begins with nothing.
+    #[must_use]
+    pub fn with_usual(&self, plant: &Plant, effect: usize) -> Self {
+        let nulls: Vec<f64> = CATALOGUE[effect].parameters.iter().map(|p| p.null).collect();
+        let mut next = self.with(plant, effect, &nulls);
+        next.usual.push(effect);
+        next.usual.sort_unstable();
+        next
+    }
+
+    /// The model without one of its effects; what belongs to the base model becomes usual again.
     #[must_use]
     pub fn without(&self, plant: &Plant, effect: usize) -> Self {
+        if CATALOGUE[effect].in_base(plant) {
+            return self.with_usual(plant, effect);
+        }
         let mut next = self.clone();
         if let Some(range) = self.range(plant, effect) {
             next.values.drain(range);
@@ -115,11 +143,12 @@ impl Extended {
             (p.lower, p.upper) = (p.lower.max(-WIDEST_EDGE), p.upper.min(WIDEST_EDGE));
         }
         for &e in &self.effects {
-            list.extend(CATALOGUE[e].parameters.iter().map(|p| Parameter {
+            let usual = self.usual.contains(&e);
+            list.extend(CATALOGUE[e].parameters.iter().map(|p| (p, p.bounds(usual))).map(|(p, bounds)| Parameter {
                 name: format!("{}.{}", CATALOGUE[e].id, p.name),
                 unit: p.unit,
-                lower: p.lower,
-                upper: p.upper,
+                lower: bounds.0,
+                upper: bounds.1,
                 nominal: p.null,
                 scale: p.scale,
                 meaning: p.meaning,

@@ -29,8 +29,8 @@ pub fn free_with(data: &ChannelData, stage: &ChannelStage, model: &Extended, eff
     let Some(inserted) = model.range(&data.plant, effect) else {
         return stage.free.clone();
     };
-    let shifted = stage.free.iter().map(|&k| if k < inserted.start { k } else { k + inserted.len() });
-    let mut free: Vec<usize> = shifted.chain(inserted.clone()).collect();
+    let mut free: Vec<usize> =
+        stage.free.iter().filter_map(|&k| stage.moved(data, k, effect)).chain(inserted).collect();
     free.sort_unstable();
     free
 }

@@ -205,7 +205,7 @@ impl ExtendedFile {
                 if correction.as_ref().is_some_and(|c| !c.is_usable()) {
                     return Err(problem(format!("{id}: the correction's knots and heights are not usable")));
                 }
-                Ok(Extended { effects: numbered, values, correction })
+                Ok(Extended { effects: numbered, values, usual: Vec::new(), correction })
             })
             .collect()
     }

@@ -65,13 +65,16 @@ pub fn trials(
     tick: &(dyn Fn() + Sync),
 ) -> Vec<Vec<Trial>> {
     // An effect that acts anywhere already is not asked about again elsewhere.
-    let named = |effect: usize| stages.iter().any(|s| s.model.effects.contains(&effect));
+    let named = |effect: usize| stages.iter().any(|s| s.model.has(effect));
     channels
         .par_iter()
         .zip(stages)
         .map(|(data, stage)| {
-            let wanted: Vec<usize> =
-                (0..CATALOGUE.len()).filter(|&e| applicable(data, e, question) && !named(e)).collect();
+            // What is a part of the base model is a cause only where it would be more than is usual.
+            let at_rest = |effect: usize| stage.model.usual.contains(&effect) && !stage.is_held(data, effect);
+            let wanted: Vec<usize> = (0..CATALOGUE.len())
+                .filter(|&e| applicable(data, e, question) && !named(e) && !at_rest(e))
+                .collect();
             let probing = Probing::new(data, stage);
             let searched = OnceLock::new();
             let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));

@@ -144,11 +144,11 @@ impl<'a> Probing<'a> {
     /// Moves the parameters that the stage's model has of its own.
     fn give_way(&self, model: &mut Extended, effect: usize, coefficients: &[f64]) {
         let (data, stage) = (self.data, self.stage);
-        let Some(inserted) = model.range(&data.plant, effect) else { return };
         let parameters = stage.model.parameters(&data.plant);
         for (&k, c) in stage.free.iter().zip(coefficients) {
             let p = &parameters[k];
-            let value = &mut model.values[if k < inserted.start { k } else { k + inserted.len() }];
+            let Some(position) = stage.moved(data, k, effect) else { continue };
+            let value = &mut model.values[position];
             *value = match p.scale {
                 Scale::Linear => *value + c,
                 Scale::Logarithmic => *value * c.clamp(-2.0, 2.0).exp(),

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::base::free_base;
+use super::base::free_of;
 use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::correction::fit_correction;
@@ -45,7 +45,7 @@ impl Rest {
             .par_iter()
             .zip(&outcome.base)
             .map(|(data, model)| {
-                let free = if change { Vec::new() } else { free_base(data) };
+                let free = if change { Vec::new() } else { free_of(data, model, false) };
                 ChannelStage::new(data, model.clone(), free)
             })
             .collect();

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::afresh::explained_afresh;
-use super::base::{fit_base, free_base};
+use super::base::{fit_base, free_of};
 use super::candidate::bootstrap;
 use super::channel::{ChannelData, Extended};
 use super::chord::refit_near;
@@ -71,7 +71,8 @@ pub fn search(
         .par_iter()
         .zip(&base)
         .map(|(data, model)| {
-            ChannelStage::new(data, model.clone(), if fixed { Vec::new() } else { free_base(data) })
+            let free = if fixed { Vec::new() } else { free_of(data, model, false) };
+            ChannelStage::new(data, model.clone(), free)
         })
         .collect();
     let first = stages.clone();
@@ -185,13 +186,6 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
         open.flat_map(|(_, span)| &difference[span.clone()]).map(|d| d * d).sum()
     };
     channels.par_iter().zip(stages).map(change).sum::<f64>() / open_rows(channels).max(1.0)
-}
-
-/// Positions of a model's free parameters.
-fn free_of(data: &ChannelData, model: &Extended, fixed: bool) -> Vec<usize> {
-    let base = data.plant.parameters().len();
-    let own = if fixed { Vec::new() } else { free_base(data) };
-    own.into_iter().chain(base..model.values.len()).collect()
 }
 
 /// Refits models with the weights that go with them.

@@ -50,12 +50,34 @@ impl ChannelStage {
         sensitivities.iter_mut().for_each(|v| *v *= scale);
         let residuals = whitened_residuals(data, &whitening, &readings);
         let mut normal = normal_equations(data, &OPEN, &residuals, &sensitivities, free.len());
-        for k in 0..free.len() {
-            normal.matrix[(k, k)] = normal.matrix[(k, k)] * (1.0 + 1e-9) + 1e-12;
+        for (k, held) in held(data, &model, &free).into_iter().enumerate() {
+            let stiffness = if held { HELD } else { 1.0 };
+            normal.matrix[(k, k)] = normal.matrix[(k, k)] * (1.0 + 1e-9) * stiffness + 1e-12;
         }
         let factor = Cholesky::new(normal.matrix);
         let losses = Losses::of_one(data, &whitening, &model, &residuals);
         Self { model, free, whitening, readings, residuals, sensitivities, losses, factor }
+    }
+
+    /// Would a usual effect be more than is usual, if it were let?
+    #[must_use]
+    pub fn is_held(&self, data: &ChannelData, effect: usize) -> bool {
+        let held = held(data, &self.model, &self.free);
+        let range = self.model.range(&data.plant, effect).unwrap_or(0..0);
+        self.free.iter().zip(held).any(|(k, held)| held && range.contains(k))
+    }
+
+    /// Where a parameter of this model is in one with an effect more; nowhere if it is a parameter of that effect.
+    #[must_use]
+    pub fn moved(&self, data: &ChannelData, position: usize, effect: usize) -> Option<usize> {
+        match self.model.range(&data.plant, effect) {
+            Some(own) => Some(position).filter(|position| !own.contains(position)),
+            None => {
+                let with = self.model.with_usual(&data.plant, effect);
+                let inserted = with.range(&data.plant, effect)?;
+                Some(if position < inserted.start { position } else { position + inserted.len() })
+            }
+        }
     }
 
     /// Coefficients of the sensitivities that take most out of a whitened series on the open blocks.
@@ -87,6 +109,24 @@ impl ChannelStage {
             *value -= along;
         }
     }
+}
+
+/// By so much more stiffly than its own curvature a parameter is held: whatever else it could make up for, it stays.
+const HELD: f64 = 1e12;
+/// A parameter so near to the end of what is usual, as a part of that, is at its end.
+const AT_END: f64 = 1e-3;
+
+/// Which of the free parameters are held at the end of what is usual.
+fn held(data: &ChannelData, model: &Extended, free: &[usize]) -> Vec<bool> {
+    let usual: Vec<std::ops::Range<usize>> =
+        model.usual.iter().filter_map(|&effect| model.range(&data.plant, effect)).collect();
+    let parameters = model.parameters(&data.plant);
+    let at_end = |&k: &usize| {
+        let (p, value) = (&parameters[k], model.values[k]);
+        let margin = AT_END * (p.upper - p.lower);
+        usual.iter().any(|range| range.contains(&k)) && (value - p.lower).min(p.upper - value) < margin
+    };
+    free.iter().map(at_end).collect()
 }
 
 /// Whitened residuals of some readings, in standard deviations of the noise.

@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::channel::ChannelData;
+use super::disturbance::DISTURBANCES;
 
 /// Standard deviation of a block's start pressure, kPa, at most: what earlier wander leaves behind ...
 const START_KPA: f64 = 10.0;
@@ -17,47 +18,62 @@ const LEVEL: f64 = 0.012;
 /// Standard deviation of the supply's change over half a block.
 const SLOPE: f64 = 0.008;
 
-/// What one standard deviation of the supply's level and of its change in a block does to a reading, kPa, from its derivatives.
+/// Standard deviation of a deviation of the flow in a block, as a part of it: no valve's curve and no orifice's is known better.
+const FLOW: f64 = 0.01;
+
+/// Number of disturbances beside a block's start pressure.
+pub const WANDERS: usize = DISTURBANCES - 1;
+
+/// What one standard deviation of each disturbance beside the start pressure does to a reading, kPa, from its derivatives.
 #[must_use]
-pub fn wander(derivatives: &[f64; 3]) -> [f64; 2] {
-    [derivatives[1] * LEVEL, derivatives[2] * SLOPE]
+pub fn wander(derivatives: &[f64; DISTURBANCES]) -> [f64; WANDERS] {
+    let deviations = deviations(0.0);
+    std::array::from_fn(|k| derivatives[k + 1] * deviations[k + 1])
+}
+
+fn deviations(start_kpa: f64) -> [f64; DISTURBANCES] {
+    let mut all = [FLOW; DISTURBANCES];
+    (all[0], all[1], all[2]) = (start_kpa, LEVEL, SLOPE);
+    all
 }
 
 /// Weights of one channel.
 #[derive(Debug, Clone)]
 pub struct Whitening {
     /// Orthonormal directions at each compared row.
-    directions: Vec<[f64; 3]>,
+    directions: Vec<[f64; DISTURBANCES]>,
     /// How much of each direction is taken out, block by block.
-    shrink: Vec<[f64; 3]>,
+    shrink: Vec<[f64; DISTURBANCES]>,
     spans: Vec<std::ops::Range<usize>>,
 }
 
 impl Whitening {
     /// From the derivatives by a block's disturbances.
     #[must_use]
-    pub fn new(data: &ChannelData, derivatives: &[[f64; 3]]) -> Self {
-        Self::scaled(data, derivatives, [start_kpa(data), LEVEL, SLOPE])
+    pub fn new(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]]) -> Self {
+        Self::scaled(data, derivatives, deviations(start_kpa(data)))
     }
 
     /// Takes out the start pressure only, entirely: what is left is the error of a rollout that starts right.
     #[must_use]
-    pub fn start_only(data: &ChannelData, derivatives: &[[f64; 3]]) -> Self {
-        Self::scaled(data, derivatives, [1e3, 0.0, 0.0])
+    pub fn start_only(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]]) -> Self {
+        let mut deviations = [0.0; DISTURBANCES];
+        deviations[0] = 1e3;
+        Self::scaled(data, derivatives, deviations)
     }
 
-    fn scaled(data: &ChannelData, derivatives: &[[f64; 3]], deviations: [f64; 3]) -> Self {
+    fn scaled(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]], deviations: [f64; DISTURBANCES]) -> Self {
         let variance = data.noise_kpa * data.noise_kpa;
-        let mut directions = vec![[0.0; 3]; derivatives.len()];
+        let mut directions = vec![[0.0; DISTURBANCES]; derivatives.len()];
         let mut shrink = Vec::with_capacity(data.spans.len());
         for span in &data.spans {
             let rows = &derivatives[span.clone()];
-            let gram = DMatrix::from_fn(3, 3, |i, j| {
+            let gram = DMatrix::from_fn(DISTURBANCES, DISTURBANCES, |i, j| {
                 rows.iter().map(|d| d[i] * d[j]).sum::<f64>() * deviations[i] * deviations[j]
             });
             let eigen = SymmetricEigen::new(gram);
-            let mut factors = [0.0; 3];
-            for k in 0..3 {
+            let mut factors = [0.0; DISTURBANCES];
+            for k in 0..DISTURBANCES {
                 let strength = eigen.eigenvalues[k];
                 if !(strength > 1e-9 * variance) {
                     continue;
@@ -65,7 +81,7 @@ impl Whitening {
                 factors[k] = 1.0 - (variance / (variance + strength)).sqrt();
                 let column = eigen.eigenvectors.column(k);
                 for (direction, d) in directions[span.clone()].iter_mut().zip(rows) {
-                    let value: f64 = (0..3).map(|i| d[i] * deviations[i] * column[i]).sum();
+                    let value: f64 = (0..DISTURBANCES).map(|i| d[i] * deviations[i] * column[i]).sum();
                     direction[k] = value / strength.sqrt();
                 }
             }
@@ -81,22 +97,22 @@ impl Whitening {
 
     /// Whitens every column of a matrix stored row by row.
     pub fn apply_columns(&self, matrix: &mut [f64], columns: usize) {
-        let mut sums = vec![[0.0; 3]; columns];
+        let mut sums = vec![[0.0; DISTURBANCES]; columns];
         for (span, shrink) in self.spans.iter().zip(&self.shrink) {
-            sums.fill([0.0; 3]);
+            sums.fill([0.0; DISTURBANCES]);
             for row in span.clone() {
                 let u = &self.directions[row];
                 for (sum, value) in sums.iter_mut().zip(&matrix[row * columns..(row + 1) * columns]) {
-                    for k in 0..3 {
+                    for k in 0..DISTURBANCES {
                         sum[k] += u[k] * value;
                     }
                 }
             }
             for row in span.clone() {
                 let u = &self.directions[row];
-                let scaled = [u[0] * shrink[0], u[1] * shrink[1], u[2] * shrink[2]];
+                let scaled: [f64; DISTURBANCES] = std::array::from_fn(|k| u[k] * shrink[k]);
                 for (sum, value) in sums.iter().zip(&mut matrix[row * columns..(row + 1) * columns]) {
-                    *value -= scaled[0] * sum[0] + scaled[1] * sum[1] + scaled[2] * sum[2];
+                    *value -= scaled.iter().zip(sum).map(|(u, s)| u * s).sum::<f64>();
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! What the catalogue says about an effect.
 
+use super::{Kind, Plant};
 use crate::model::Scale;
 
 /// How far one set of an effect's parameters reaches.
@@ -52,6 +53,8 @@ pub struct EffectParameter {
     /// Largest distance from `null` that is usual on sound rigs, of the logarithm where that is fitted; infinite where the parameter says
     /// nothing about how large the effect is.
     pub usual: f64,
+    /// Is it free, as far as is usual, in every base model of a valve?
+    pub in_base: bool,
     /// What it means, in a few words.
     pub meaning: &'static str,
 }
@@ -65,7 +68,7 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Linear, usual: f64::INFINITY, meaning }
+        Self { name, unit, lower, upper, null, scale: Scale::Linear, usual: f64::INFINITY, in_base: false, meaning }
     }
 
     /// A positive parameter fitted by its logarithm; the range is (lower, null, upper).
@@ -76,7 +79,7 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, usual: f64::INFINITY, meaning }
+        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, usual: f64::INFINITY, in_base: false, meaning }
     }
 }
 
@@ -86,6 +89,23 @@ impl EffectParameter {
     pub const fn usual_to(mut self, distance: f64) -> Self {
         self.usual = distance;
         self
+    }
+
+    /// As [`usual_to`](Self::usual_to), and free that far in every base model of a valve: without it, a fit bends what is there instead.
+    #[must_use]
+    pub const fn in_base_to(mut self, distance: f64) -> Self {
+        self.in_base = true;
+        self.usual_to(distance)
+    }
+
+    /// Where it is fitted: anywhere, or as far as is usual.
+    #[must_use]
+    pub fn bounds(&self, usual: bool) -> (f64, f64) {
+        let (low, high) = match self.scale {
+            Scale::Linear => (self.null - self.usual, self.null + self.usual),
+            Scale::Logarithmic => (self.null * (-self.usual).exp(), self.null * self.usual.exp()),
+        };
+        if usual { (low.max(self.lower), high.min(self.upper)) } else { (self.lower, self.upper) }
     }
 
     /// Distance of a value from `null`, on the scale of fitting.
@@ -134,6 +154,12 @@ pub struct EffectInfo {
 }
 
 impl EffectInfo {
+    /// Is it a part of the base model of such a plant, as far as it is usual? Two valves have a gain each anyway.
+    #[must_use]
+    pub fn in_base(&self, plant: &Plant) -> bool {
+        plant.kind != Kind::Linear && !plant.separate() && self.parameters.iter().any(|p| p.in_base)
+    }
+
     /// Position of a parameter by name.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<usize> {

@@ -153,7 +153,7 @@ fn question(channels: &[ChannelData], outcome: &Outcome, cause: &Cause, found: &
             .zip(&without)
             .zip(&rival.models)
             .map(|((data, without), fitted)| match fitted.range(&data.plant, rival.effect) {
-                Some(range) if !without.effects.contains(&rival.effect) => {
+                Some(range) if !without.has(rival.effect) => {
                     without.with(&data.plant, rival.effect, &fitted.values[range])
                 }
                 _ => without.clone(),

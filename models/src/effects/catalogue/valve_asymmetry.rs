@@ -15,7 +15,7 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: data sheets state flows to 10 %.
-        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "vent gain over fill gain").usual_to(0.1),
+        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "vent gain over fill gain").in_base_to(0.1),
     ],
     probes: &[&[0.6], &[0.85], &[1.2], &[1.7]],
     rivals: &["vent_restriction", "flow_function", "drive_saturation"],
