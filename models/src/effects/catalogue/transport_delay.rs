@@ -30,7 +30,8 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct TransportDelay<S> {
     delay: S,
-    past: [VecDeque<S>; 2],
+    /// Drives of each valve and how long each of them lasted, s, the latest first.
+    past: [VecDeque<(S, f64)>; 2],
 }
 
 impl<S: Scalar> TransportDelay<S> {
@@ -46,39 +47,34 @@ impl<S: Scalar> Hook<S> for TransportDelay<S> {
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.past.iter_mut().flatten().for_each(|drive| visit(Memory::Known, drive));
+        self.past.iter_mut().flatten().for_each(|(drive, _)| visit(Memory::Known, drive));
     }
 
+    /// The mean over the step of a drive that is constant over each step. Steps are not of one length: neither are rows.
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
-        let steps = self.delay.times(1.0 / step.length_s);
-        let whole = steps.real().floor().max(S::Real::zero());
-        let part = steps.shift(-whole);
-        let longest = (0..S::Real::LANES).map(|lane| steps_of(whole, lane)).max().unwrap_or(0);
         let past = &mut self.past[valve];
-        if past.is_empty() {
-            // Before the first step it was what it is in it.
-            past.resize(longest + 1, drive);
-        }
-        past.push_front(drive);
-        past.truncate(longest + 2);
-        let at = |k: usize| past.get(k).or(past.back()).copied().unwrap_or(drive);
-        // Mean over the step of a drive that is constant over each step.
-        let mean = |back: usize| at(back) + (at(back + 1) - at(back)) * part;
-        let mut delayed = mean(steps_of(whole, 0));
-        for lane in 1..S::Real::LANES {
-            let own = S::Real::constant(whole.lane(lane));
-            let differs = whole.lane(lane).total_cmp(&whole.lane(0)).is_ne();
-            if differs {
-                let equal = S::Real::both(S::Real::not(own.below(whole)), S::Real::not(whole.below(own)));
-                delayed = S::select(equal, mean(steps_of(whole, lane)), delayed);
+        past.push_front((drive, step.length_s));
+        // Ages, from the end of the step back: the delayed step lasts from `until` to `since`.
+        let (until, since) = (self.delay, self.delay.plus(step.length_s));
+        let lanes = |age: S| (0..S::Real::LANES).map(move |lane| age.real().lane(lane));
+        let youngest = lanes(until).fold(f64::INFINITY, f64::min);
+        let oldest = lanes(since).fold(0.0, f64::max);
+        let (mut sum, mut age, mut needed) = (S::zero(), 0.0, 0);
+        for &(drive, lasted) in past.iter() {
+            let (from, to) = (age, age + lasted);
+            (age, needed) = (to, needed + 1);
+            if to > youngest {
+                let overlap = since.min(S::constant(to)) - until.max(S::constant(from));
+                sum = sum + drive * overlap.max(S::zero());
+            }
+            if age >= oldest {
+                break;
             }
         }
-        delayed
+        past.truncate(needed);
+        // Before the first step it was what it is in it.
+        let first = past.back().map_or(drive, |(drive, _)| *drive);
+        let before = (since - until.max(S::constant(age))).max(S::zero());
+        (sum + first * before).times(1.0 / step.length_s)
     }
-}
-
-/// Whole steps in one lane.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // floored, not negative, bounded
-fn steps_of<R: Real>(whole: R, lane: usize) -> usize {
-    whole.lane(lane) as usize
 }

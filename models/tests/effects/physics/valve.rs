@@ -30,6 +30,21 @@ pub fn a_dead_time_of_some_rows_shifts_the_response_by_these_rows() {
         let shifted = Bench::valve(2.0, 250e3, &held(rows)).run(&[]);
         assert_all_close(&readings(&late), &readings(&shifted), 1e-12);
     }
+    a_dead_time_is_a_time_whatever_the_rows_are();
+}
+
+/// Rows of a real recording are not of one length, and longer ones are simulated in more steps.
+fn a_dead_time_is_a_time_whatever_the_rows_are() {
+    let delay = 0.017;
+    let mut bench = choked(&step(40));
+    let lengths: Vec<f64> = (0..40).map(|k| [0.008, 0.013, 0.0101][k % 3]).collect();
+    let times: Vec<f64> = (0..40).map(|k| lengths[..k].iter().sum()).collect();
+    let opens = times[5] + delay;
+    let open = |k: usize| ((times[k] + lengths[k] - opens) / lengths[k]).clamp(0.0, 1.0);
+    let expected: Vec<f64> = (0..40).map(open).collect();
+    (bench.inputs.time_s, bench.inputs.interval_s) = (times.clone().into(), lengths.clone().into());
+    let found = openings(&bench, &bench.run(&[("transport_delay", &[delay])]));
+    assert_all_close(&found.iter().map(|area| area / GAIN_MM2).collect::<Vec<_>>(), &expected, 1e-6);
 }
 
 pub fn a_step_of_the_drive_opens_the_port_exponentially() {
