@@ -26,6 +26,11 @@ const LOOK: usize = 6;
 /// Evaluations spent, twice, on the better one.
 const EARNEST: usize = 12;
 
+/// Times that a fit goes on at most with the weights of where it stands, unless so few evaluations end it.
+const AGAIN: usize = 4;
+/// See [`AGAIN`].
+const FEW: usize = 3;
+
 /// Positions of the base model's free parameters.
 #[must_use]
 pub fn free_base(data: &ChannelData) -> Vec<usize> {
@@ -102,16 +107,23 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
     let step = |model: Extended, evaluations: usize| {
         let whitening = Whitening::new(data, &data.disturbances(&model));
-        refit(data, &whitening, &model, &free_of(data, &model, false), evaluations).0
+        refit(data, &whitening, &model, &free_of(data, &model, false), evaluations)
     };
     let looked = ranked.into_iter().take(2).map(|(_, start)| {
-        let model = step(start, LOOK);
+        let model = step(start, LOOK).0;
         (plain_cost(data, &model), model)
     });
     let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
     match best {
         Some((cost, look)) => {
-            let model = step(with_usual(data, &step(look.clone(), EARNEST)), EARNEST);
+            let mut model = with_usual(data, &step(look.clone(), EARNEST).0);
+            for _ in 0..=AGAIN {
+                let (next, spent) = step(model, EARNEST);
+                model = next;
+                if spent <= FEW {
+                    break;
+                }
+            }
             // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
             if plain_cost(data, &model) > ASTRAY * cost { with_usual(data, &look) } else { model }
         }

@@ -144,14 +144,16 @@ impl Extended {
         }
         for &e in &self.effects {
             let usual = self.usual.contains(&e);
-            list.extend(CATALOGUE[e].parameters.iter().map(|p| (p, p.bounds(usual))).map(|(p, bounds)| Parameter {
-                name: format!("{}.{}", CATALOGUE[e].id, p.name),
-                unit: p.unit,
-                lower: bounds.0,
-                upper: bounds.1,
-                nominal: p.null,
-                scale: p.scale,
-                meaning: p.meaning,
+            list.extend(CATALOGUE[e].parameters.iter().map(|p| (p, p.bounds(usual))).map(|(p, bounds)| {
+                Parameter {
+                    name: format!("{}.{}", CATALOGUE[e].id, p.name),
+                    unit: p.unit,
+                    lower: bounds.0,
+                    upper: bounds.1,
+                    nominal: p.null,
+                    scale: p.scale,
+                    meaning: p.meaning,
+                }
             }));
         }
         list

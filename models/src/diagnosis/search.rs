@@ -23,6 +23,10 @@ use crate::effects::Question;
 const MOST_CAUSES: usize = 4;
 /// Evaluations that may be spent when everything is fitted together.
 pub const SETTLE: usize = 20;
+/// Times that is done again at most, while what is left falls to less than this part of it.
+const AGAIN: usize = 6;
+/// See [`AGAIN`].
+const SETTLED: f64 = 0.99;
 /// Mean squared whitened change by half the integration step, in variances of the noise, that calls for finer steps.
 const STEP_ERROR: f64 = 0.01;
 /// Names give way to one that was found afresh when that leaves less than this part of their squared error.
@@ -188,12 +192,26 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     channels.par_iter().zip(stages).map(change).sum::<f64>() / open_rows(channels).max(1.0)
 }
 
-/// Refits models with the weights that go with them.
+/// Refits models with the weights that go with them, again with those of where that ends, until it brings no more.
 fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
-    let fitted = fitted_by(channels, models, fixed, |data, whitening, model, free| {
-        refit(data, whitening, model, free, SETTLE).0
-    });
-    staged(channels, fitted, fixed)
+    let settled = |channels: &mut [ChannelData], models: &[Extended]| {
+        let fitted = fitted_by(channels, models, fixed, |data, whitening, model, free| {
+            refit(data, whitening, model, free, SETTLE).0
+        });
+        staged(channels, fitted, fixed)
+    };
+    let mut stages = settled(channels, models);
+    for _ in 0..AGAIN {
+        let further = settled(channels, &models_of(&stages));
+        let (before, after) = (kept_total(channels, &stages), kept_total(channels, &further));
+        if after < before {
+            stages = further;
+        }
+        if after >= SETTLED * before {
+            break;
+        }
+    }
+    stages
 }
 
 /// Where models stand, each with the weights that go with it.

@@ -68,7 +68,17 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Linear, usual: f64::INFINITY, in_base: false, meaning }
+        Self {
+            name,
+            unit,
+            lower,
+            upper,
+            null,
+            scale: Scale::Linear,
+            usual: f64::INFINITY,
+            in_base: false,
+            meaning,
+        }
     }
 
     /// A positive parameter fitted by its logarithm; the range is (lower, null, upper).
@@ -79,7 +89,17 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower, upper, null, scale: Scale::Logarithmic, usual: f64::INFINITY, in_base: false, meaning }
+        Self {
+            name,
+            unit,
+            lower,
+            upper,
+            null,
+            scale: Scale::Logarithmic,
+            usual: f64::INFINITY,
+            in_base: false,
+            meaning,
+        }
     }
 }
 
