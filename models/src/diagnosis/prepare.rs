@@ -1,8 +1,8 @@
 //! From a recording and a rig to channels that can be simulated.
 
 use crate::data::{Channel, Drive, Flags, Recording};
-use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
-use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
+use crate::model::{BaseModel, FlowForm, FlowFunction, Gas, Linear, Nonlinear, ValveDrive};
 use crate::rig::Rig;
 
 use super::blocks::split;
@@ -96,14 +96,10 @@ fn prepare_channel(
         }
     };
     let drive = drive_of(rig, channel, controller)?;
-    let kind = match drive {
-        DriveInput::Spool(_) | DriveInput::Controlled => Kind::Nonlinear(ValveDrive::Spool),
-        DriveInput::Separate { .. } => Kind::Nonlinear(ValveDrive::Separate),
-        DriveInput::Command => Kind::Linear,
-    };
+    let model = base_model(rig, &drive);
     let supply_pa = match &common.supply_pa {
         Some(supply) => supply.clone(),
-        None if kind == Kind::Linear => common.ambient_pa.clone(),
+        None if model.is_regulator() => common.ambient_pa.clone(),
         None => {
             return Err("the rig file has no [supply] and the recording no column supply_kpa".to_owned());
         }
@@ -152,15 +148,9 @@ fn prepare_channel(
         ambient_pa,
         command_pa,
     };
-    let valve = rig.valve.as_ref();
-    let critical_ratio = valve.map_or(CRITICAL_RATIO, |v| v.critical_ratio);
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
     let plant = Plant {
-        kind,
-        gas: Gas { temperature_k: ambient.temperature_k, ambient_pa, ..Gas::default() },
-        flow: FlowFunction::new(critical_ratio, FlowForm::Iso6358),
-        critical_ratio,
-        discharge_coefficient: valve.map_or(1.0, |v| v.discharge_coefficient),
+        model,
         board: board_loop(rig),
         longest_step_s: LONGEST_STEP_S,
         command_range_pa: range,
@@ -179,6 +169,26 @@ fn prepare_channel(
         measured_kpa,
         noise_kpa,
         neighbour_drive,
+    })
+}
+
+/// The model of what is driven so.
+fn base_model(rig: &Rig, drive: &DriveInput) -> BaseModel {
+    let ambient = rig.ambient_or_standard();
+    let ambient_pa = ambient.pressure_kpa_abs * 1e3;
+    let gas = Gas { temperature_k: ambient.temperature_k, ambient_pa, ..Gas::default() };
+    let drive = match drive {
+        DriveInput::Spool(_) | DriveInput::Controlled => ValveDrive::Spool,
+        DriveInput::Separate { .. } => ValveDrive::Separate,
+        DriveInput::Command => return BaseModel::Linear(Linear { gas }),
+    };
+    let valve = rig.valve.as_ref();
+    let critical_ratio = valve.map_or(CRITICAL_RATIO, |v| v.critical_ratio);
+    BaseModel::Nonlinear(Nonlinear {
+        gas,
+        flow: FlowFunction::new(critical_ratio, FlowForm::Iso6358),
+        discharge_coefficient: valve.map_or(1.0, |v| v.discharge_coefficient),
+        drive,
     })
 }
 

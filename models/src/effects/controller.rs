@@ -178,8 +178,8 @@ mod tests {
     use super::*;
     use crate::effects::catalogue::{AnyEffect, index_of};
     use crate::effects::simulate::{Row, Undisturbed, simulate};
-    use crate::effects::{DriveInput, Kind, Plant, Series};
-    use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+    use crate::effects::{DriveInput, Plant, Series};
+    use crate::model::{ATMOSPHERE_PA, BaseModel, Nonlinear};
 
     /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
     /// the simulation; the command jumps at row 5. Readings (Pa gauge) and mean drives.
@@ -195,13 +195,9 @@ mod tests {
         change: impl Fn(&mut ChannelInputs),
     ) -> Vec<(f64, f64)> {
         const ROWS: usize = 60;
-        let ambient_pa = 101_325.0;
+        let ambient_pa = ATMOSPHERE_PA;
         let plant = Plant {
-            kind: Kind::Nonlinear(ValveDrive::Spool),
-            gas: Gas { ambient_pa, ..Gas::default() },
-            flow: FlowFunction::new(0.3, FlowForm::Iso6358),
-            critical_ratio: 0.3,
-            discharge_coefficient: 1.0,
+            model: BaseModel::Nonlinear(Nonlinear::default()),
             board: Some(BoardLoop {
                 rate_hz: 1000.0,
                 gain_per_pa: 1e-3,

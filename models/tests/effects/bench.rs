@@ -5,8 +5,8 @@
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{Block, ChannelData, Extended, Role};
 use pneudrive_model::effects::catalogue::{CATALOGUE, index_of};
-use pneudrive_model::effects::{BoardLoop, ChannelInputs, DriveInput, EffectInfo, Kind, Plant, Series};
-use pneudrive_model::model::{ATMOSPHERE_PA, FlowForm, FlowFunction, Gas, Scale, ValveDrive, psi_max};
+use pneudrive_model::effects::{BoardLoop, ChannelInputs, DriveInput, EffectInfo, Plant, Series};
+use pneudrive_model::model::{ATMOSPHERE_PA, BaseModel, Linear, Nonlinear, Scale, psi_max};
 
 /// Effects at work, each with the values of its parameters.
 pub type Installed<'a> = &'a [(&'a str, &'a [f64])];
@@ -52,14 +52,14 @@ impl Bench {
     pub fn valve(gain: f64, start_pa: f64, drive: &[f64]) -> Self {
         let inputs = inputs(drive.len(), start_pa, DriveInput::Spool(drive.into()));
         let base = vec![0.0, 0.0, gain, 0.0, 0.0, 1e-9, 1.0];
-        Self { plant: plant(Kind::Nonlinear(ValveDrive::Spool)), base, inputs }
+        Self { plant: plant(BaseModel::Nonlinear(Nonlinear::default())), base, inputs }
     }
 
     /// A regulator with dp/dt = alpha (command - p), gauge, that starts at a pressure in Pa absolute.
     pub fn regulator(alpha: f64, start_pa: f64, command_pa: &[f64]) -> Self {
         let mut inputs = inputs(command_pa.len(), start_pa, DriveInput::Command);
         inputs.command_pa = command_pa.into();
-        Self { plant: plant(Kind::Linear), base: vec![alpha, alpha], inputs }
+        Self { plant: plant(BaseModel::Linear(Linear::default())), base: vec![alpha, alpha], inputs }
     }
 
     /// With the valve behind the controller of a board, which follows commands in Pa absolute.
@@ -89,9 +89,14 @@ impl Bench {
         vec![value; self.rows()].into()
     }
 
+    /// Rate of the pressure per mm^2, Pa of flow pressure and inverse volume, m^3/(mm^2 s).
+    pub fn conductance(&self) -> f64 {
+        self.plant.model.valve().expect("a valve").conductance()
+    }
+
     /// Rate of the pressure per mm^2 of a choked port and Pa in front of it, 1/(mm^2 s): `gamma sqrt(2 R T) psi_max / V`.
     pub fn choked_rate(&self) -> f64 {
-        self.plant.conductance() / self.inputs.volume_m3[0] * psi_max()
+        self.conductance() / self.inputs.volume_m3[0] * psi_max()
     }
 
     /// Simulates all rows.
@@ -171,13 +176,9 @@ fn number(id: &str) -> usize {
     index_of(id).unwrap_or_else(|| panic!("the catalogue has no {id}"))
 }
 
-fn plant(kind: Kind) -> Plant {
+fn plant(model: BaseModel) -> Plant {
     Plant {
-        kind,
-        gas: Gas::default(),
-        flow: FlowFunction::new(CRITICAL_RATIO, FlowForm::Iso6358),
-        critical_ratio: CRITICAL_RATIO,
-        discharge_coefficient: 1.0,
+        model,
         board: None,
         longest_step_s: 0.01,
         command_range_pa: 300e3,
