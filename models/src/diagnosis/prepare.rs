@@ -2,7 +2,7 @@
 
 use crate::data::{Channel, Drive, Flags, Recording};
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
-use crate::model::{BaseModel, FlowForm, FlowFunction, Gas, Linear, Nonlinear, ValveDrive};
+use crate::model::{BaseModel, FlowForm, Linear, ValveDrive};
 use crate::rig::Rig;
 
 use super::blocks::split;
@@ -12,9 +12,6 @@ use super::common::Common;
 use super::error::DiagnosisError;
 use super::noise::noise;
 use super::steps::LONGEST_STEP_S;
-
-/// Critical ratio of a rig that gives none.
-const CRITICAL_RATIO: f64 = 0.3;
 
 /// What the channels are prepared for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +74,7 @@ fn prepare_channel(
     common: &Common,
     purpose: Purpose,
 ) -> Result<ChannelData, String> {
-    let ambient = rig.ambient_or_standard();
-    let ambient_pa = ambient.pressure_kpa_abs * 1e3;
+    let ambient_pa = rig.gas().ambient_pa;
     let rows = recording.rows();
     let (start_kpa, controller) = match purpose {
         Purpose::Compare => (0.0, false),
@@ -151,7 +147,7 @@ fn prepare_channel(
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
     let plant = Plant {
         model,
-        board: board_loop(rig),
+        board: rig.board().ok().map(|board| BoardLoop::new(&board)),
         longest_step_s: LONGEST_STEP_S,
         command_range_pa: range,
     };
@@ -174,22 +170,12 @@ fn prepare_channel(
 
 /// The model of what is driven so.
 fn base_model(rig: &Rig, drive: &DriveInput) -> BaseModel {
-    let ambient = rig.ambient_or_standard();
-    let ambient_pa = ambient.pressure_kpa_abs * 1e3;
-    let gas = Gas { temperature_k: ambient.temperature_k, ambient_pa, ..Gas::default() };
     let drive = match drive {
         DriveInput::Spool(_) | DriveInput::Controlled => ValveDrive::Spool,
         DriveInput::Separate { .. } => ValveDrive::Separate,
-        DriveInput::Command => return BaseModel::Linear(Linear { gas }),
+        DriveInput::Command => return BaseModel::Linear(Linear { gas: rig.gas() }),
     };
-    let valve = rig.valve.as_ref();
-    let critical_ratio = valve.map_or(CRITICAL_RATIO, |v| v.critical_ratio);
-    BaseModel::Nonlinear(Nonlinear {
-        gas,
-        flow: FlowFunction::new(critical_ratio, FlowForm::Iso6358),
-        discharge_coefficient: valve.map_or(1.0, |v| v.discharge_coefficient),
-        drive,
-    })
+    BaseModel::Nonlinear(rig.nonlinear(drive, FlowForm::Iso6358))
 }
 
 /// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.
@@ -206,7 +192,7 @@ fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&Boar
         }
         (None, Some(command), Some(pressure), Some(board)) => {
             let drive = command.iter().zip(pressure).map(|(c, p)| {
-                let u = f64::from(c - p) * 1e3 * board.gain_per_pa;
+                let u = f64::from(c - p) * 1e3 * board.law.gain;
                 if u.is_finite() { u.clamp(-1.0, 1.0) } else { 0.0 }
             });
             drive.collect()
@@ -259,22 +245,6 @@ pub fn to_f64(values: &[f32]) -> Series {
         last
     };
     values.iter().map(hold).collect()
-}
-
-fn board_loop(rig: &Rig) -> Option<BoardLoop> {
-    let (controller, sensor) = (rig.controller.as_ref()?, rig.sensor.as_ref()?);
-    let pa_per_count = sensor.kpa_per_count * 1e3;
-    Some(BoardLoop {
-        rate_hz: controller.rate_hz,
-        gain_per_pa: controller.kp / controller.saturation / pa_per_count,
-        damping_per_pa: controller.kd / controller.saturation / pa_per_count,
-        filter: controller.filter,
-        lowest_pa: sensor.kpa(0.0) * 1e3,
-        highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
-        rounding_pa: pa_per_count / 12.0_f64.sqrt(),
-        loops_per_step: 1,
-        noise_draw: 0,
-    })
 }
 
 /// Mean volume over every interval, and its rate.

@@ -8,6 +8,7 @@ use super::fit::refit;
 use super::random::generator;
 use super::stage::ChannelStage;
 use super::whiten::Whitening;
+use crate::board::Law;
 use crate::data::ChannelId;
 use crate::effects::catalogue::index_of;
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
@@ -50,9 +51,7 @@ pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
         model: BaseModel::Nonlinear(Nonlinear::default()),
         board: Some(BoardLoop {
             rate_hz: 1000.0,
-            gain_per_pa: 3e-5,
-            damping_per_pa: 6e-5,
-            filter: 0.8,
+            law: Law { gain: 3e-5, damping: 6e-5, weight: 0.8 },
             lowest_pa: -86e3,
             highest_pa: 775e3,
             rounding_pa: 240.0,

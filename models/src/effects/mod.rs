@@ -8,6 +8,7 @@
 pub mod catalogue;
 mod chamber;
 mod controller;
+mod dither;
 mod hook;
 mod info;
 mod inputs;
@@ -19,7 +20,7 @@ mod state;
 mod tube;
 
 pub use chamber::HEAT_REFERENCE_PA;
-pub use controller::course_from;
+pub use dither::course_from;
 pub use hook::{Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput, Series};

@@ -1,5 +1,6 @@
 //! The base model a channel is simulated with, and the board's loop in front of it.
 
+use crate::board::{Board, Law, ticks};
 use crate::model::{BaseModel, Parameter, ValveDrive};
 
 /// The board's pressure loop, in pressures.
@@ -7,12 +8,8 @@ use crate::model::{BaseModel, Parameter, ValveDrive};
 pub struct BoardLoop {
     /// Loops per second, Hz.
     pub rate_hz: f64,
-    /// Drive per pascal of error.
-    pub gain_per_pa: f64,
-    /// Drive per pascal of change between two loops.
-    pub damping_per_pa: f64,
-    /// Weight of the previous sample, 0 to 1.
-    pub filter: f64,
+    /// Its law, drive (-1 to 1) from pressures in Pa.
+    pub law: Law,
     /// Gauge pressure of the converter's lowest and highest code, Pa.
     pub lowest_pa: f64,
     /// See `lowest_pa`.
@@ -26,11 +23,30 @@ pub struct BoardLoop {
 }
 
 impl BoardLoop {
-    /// Loops in an interval, at least one.
+    /// The loop of a board, simulated loop by loop.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded and at least one
+    pub fn new(Board { controller, sensor, .. }: &Board) -> Self {
+        let pa_per_count = sensor.pa_per_count();
+        let per_pa = |gain: f64| gain / controller.saturation / pa_per_count;
+        Self {
+            rate_hz: controller.rate_hz,
+            law: Law {
+                gain: per_pa(controller.kp),
+                damping: per_pa(controller.kd),
+                weight: controller.filter,
+            },
+            lowest_pa: sensor.kpa(0.0) * 1e3,
+            highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
+            rounding_pa: pa_per_count / 12.0_f64.sqrt(),
+            loops_per_step: 1,
+            noise_draw: 0,
+        }
+    }
+
+    /// Loops in an interval of this length (s), at least one.
+    #[must_use]
     pub fn ticks(&self, interval_s: f64) -> usize {
-        (interval_s * self.rate_hz).round().max(1.0) as usize
+        ticks(self.rate_hz, interval_s)
     }
 
     /// Steps in an interval, each of up to [`loops_per_step`](Self::loops_per_step) loops.

@@ -1,6 +1,8 @@
 //! The first-principles model: two valve openings, mass balance, changing volume.
 
-use super::{Areas, Drive, FlowForm, FlowFunction, GAMMA, Gas, Model, Parameter, ValveDrive, ValveLaw, column};
+use super::{
+    Areas, Drive, FlowForm, FlowFunction, GAMMA, Gas, Model, Parameter, ValveDrive, ValveLaw, column,
+};
 use crate::numeric::Scalar;
 
 /// `dp/dt = gamma R T / V (m_in - m_out) - gamma w V' p / V`, with the mass flows of [`FlowFunction`] and

@@ -2,6 +2,7 @@
 //!
 //! The only file of these tests that knows how a channel with effects is simulated.
 
+use pneudrive_model::board::Law;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{Block, ChannelData, Extended, Role};
 use pneudrive_model::effects::catalogue::{CATALOGUE, index_of};
@@ -68,9 +69,7 @@ impl Bench {
         self.inputs.command_pa = command_pa.into();
         self.plant.board = Some(BoardLoop {
             rate_hz: 400.0,
-            gain_per_pa: 3e-5,
-            damping_per_pa: 0.0,
-            filter: 0.5,
+            law: Law { gain: 3e-5, damping: 0.0, weight: 0.5 },
             lowest_pa: -86e3,
             highest_pa: 775e3,
             rounding_pa: 100.0,
@@ -177,12 +176,7 @@ fn number(id: &str) -> usize {
 }
 
 fn plant(model: BaseModel) -> Plant {
-    Plant {
-        model,
-        board: None,
-        longest_step_s: 0.01,
-        command_range_pa: 300e3,
-    }
+    Plant { model, board: None, longest_step_s: 0.01, command_range_pa: 300e3 }
 }
 
 fn inputs(rows: usize, start_pa: f64, drive: DriveInput) -> ChannelInputs {
