@@ -5,6 +5,7 @@ mod board;
 mod chamber;
 mod check;
 mod columns;
+mod derivatives;
 mod fetch;
 mod gather;
 mod job;
