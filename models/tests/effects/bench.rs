@@ -7,7 +7,8 @@ use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{Block, ChannelData, Extended, Role};
 use pneudrive_model::effects::catalogue::{CATALOGUE, index_of};
 use pneudrive_model::effects::{BoardLoop, ChannelInputs, DriveInput, EffectInfo, Plant, Series};
-use pneudrive_model::model::{ATMOSPHERE_PA, BaseModel, Linear, Nonlinear, Scale, psi_max};
+use pneudrive_model::model::{ATMOSPHERE_PA, BaseModel, Linear, Nonlinear, Scale, column, psi_max};
+use pneudrive_model::rollout::{Chamber, Rows, Steps, System};
 
 /// Effects at work, each with the values of its parameters.
 pub type Installed<'a> = &'a [(&'a str, &'a [f64])];
@@ -101,6 +102,32 @@ impl Bench {
     /// Simulates all rows.
     pub fn run(&self, effects: Installed<'_>) -> Vec<Sample> {
         self.trace(&self.model(effects))
+    }
+
+    /// Absolute pressures in Pa as a fit simulates the base model from recorded drives, with this many Runge-Kutta steps a row.
+    pub fn rollout(&self, substeps: usize) -> Vec<f64> {
+        let system: Box<dyn System> = match self.plant.model {
+            BaseModel::Nonlinear(model) => Box::new(Chamber::new(model)),
+            BaseModel::Linear(model) => Box::new(Chamber::new(model)),
+        };
+        let mut table = vec![0.0; self.rows() * column::COUNT];
+        for (k, row) in table.chunks_exact_mut(column::COUNT).enumerate() {
+            row[column::INTERVAL_S] = self.inputs.interval_s[k];
+            (row[column::FILL], row[column::VENT]) = match &self.inputs.drive {
+                DriveInput::Spool(u) => (u[k], -u[k]),
+                DriveInput::Separate { fill, vent } => (fill[k], vent[k]),
+                DriveInput::Controlled | DriveInput::Command => (0.0, 0.0),
+            };
+            row[column::COMMAND_PA] = self.inputs.command_pa[k];
+            row[column::SUPPLY_PA] = self.inputs.supply_pa[k];
+            row[column::INVERSE_VOLUME_PER_M3] = 1.0 / self.inputs.volume_m3[k];
+            row[column::VOLUME_RATE_M3_S] = self.inputs.volume_rate_m3_s[k];
+        }
+        let rows = Rows { inputs: &table, width: column::COUNT };
+        let mut pressures = vec![0.0; self.rows()];
+        let (start_pa, steps) = (self.inputs.measured_pa[0], Steps { ticks: 1, substeps });
+        system.simulate(&self.base, rows, start_pa, steps, &mut pressures);
+        pressures
     }
 
     /// Derivatives by all parameters, base and effects.
