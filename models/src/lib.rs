@@ -5,6 +5,7 @@
 //! * [`data`]: recordings: reading, checking, masking, importing foreign columns;
 //! * [`rig`]: the TOML description of the machine that made a recording;
 //! * [`model`]: the pressure models, written once over the numbers of [`numeric`];
+//! * [`board`]: the board that drives a valve: its sensor and its controller;
 //! * [`rollout`]: simulating them, alone, behind the board's controller, or thousands at once;
 //! * [`fit`]: finding their parameters, and how well the data determine them;
 //! * [`experiment`]: the three models on one recording: fitted, judged, compared;
@@ -45,6 +46,7 @@
 #![doc = include_str!("../examples/diagnose.rs")]
 //! ```
 
+pub mod board;
 pub mod data;
 pub mod diagnosis;
 pub mod effects;

@@ -68,8 +68,8 @@ impl Args {
             columns: self.maps.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?,
             context: UnitContext {
                 ambient_kpa_abs: rig.ambient_or_standard().pressure_kpa_abs,
-                sensor: rig.sensor.clone(),
-                controller: rig.controller.clone(),
+                sensor: rig.sensor,
+                controller: rig.controller,
             },
         };
         let imported = convert(&self.input, &self.out, &foreign)?;

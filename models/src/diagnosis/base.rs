@@ -5,8 +5,8 @@ use super::blocks::Role;
 use super::channel::{ChannelData, Extended};
 use super::fit::refit;
 use super::whiten::Whitening;
-use crate::effects::Kind;
 use crate::effects::catalogue::CATALOGUE;
+use crate::model::Parameter;
 
 /// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
@@ -34,11 +34,9 @@ const FEW: usize = 3;
 /// Positions of the base model's free parameters.
 #[must_use]
 pub fn free_base(data: &ChannelData) -> Vec<usize> {
-    let count = data.plant.parameters().len();
     let still = data.inputs.volume_rate_m3_s.iter().all(|v| v.abs() <= 0.0);
-    (0..count)
-        .filter(|&k| !(data.plant.kind != Kind::Linear && still && k == data.plant.volume_weight()))
-        .collect()
+    let parameters = data.plant.parameters();
+    (0..parameters.len()).filter(|&k| !(still && parameters[k].name == "volume_weight")).collect()
 }
 
 /// Positions of a model's free parameters; of a `calibrated` one only those of its effects.
@@ -61,27 +59,26 @@ pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
 pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
     let parameters = data.plant.parameters();
     let volume = data.inputs.volume_m3.first().copied().unwrap_or(1e-4);
-    let gain = gain * volume / 1e-4 / data.plant.discharge_coefficient;
-    let mut values: Vec<f64> = parameters.iter().map(|p| p.nominal).collect();
-    (values[0], values[1]) = (LEAK * gain, LEAK * gain);
-    if data.plant.separate() {
-        (values[2], values[3]) = (gain, gain);
-        (values[4], values[5], values[6]) = (edge, edge, CORNER * gain);
-    } else {
-        values[2] = gain;
-        (values[3], values[4], values[5]) = (edge, -edge, CORNER * gain);
-    }
-    for (value, p) in values.iter_mut().zip(&parameters) {
-        *value = value.clamp(p.lower, p.upper);
-    }
-    Extended::base(values)
+    let discharge = data.plant.model.valve().map_or(1.0, |valve| valve.discharge_coefficient);
+    let gain = gain * volume / 1e-4 / discharge;
+    // Of one spool, whose vent port opens at negative drives.
+    let out = if data.plant.separate() { edge } else { -edge };
+    let value = |p: &Parameter| match p.name.as_str() {
+        "leak_in" | "leak_out" => LEAK * gain,
+        "gain" | "gain_in" | "gain_out" => gain,
+        "threshold_in" => edge,
+        "threshold_out" => out,
+        "corner" => CORNER * gain,
+        _ => p.nominal,
+    };
+    Extended::base(parameters.iter().map(|p| value(p).clamp(p.lower, p.upper)).collect())
 }
 
 /// The model with leaks and corner of a [`start`], where its corner has become so sharp that nothing depends on its width any more: where a
 /// base model was fitted alone it has imitated what it lacks, and would stay there.
 #[must_use]
 pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
-    let corner = data.plant.corner()?;
+    let corner = data.plant.position("corner")?;
     if model.values[corner] > SHARP_MM2 {
         return None;
     }
@@ -95,11 +92,10 @@ pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
 /// Fits the base model to a channel from a grid of starts.
 #[must_use]
 pub fn fit_base(data: &ChannelData) -> Extended {
-    let starts: Vec<Extended> = match data.plant.kind {
-        Kind::Linear => [0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| Extended::base(vec![rate, rate])).to_vec(),
-        Kind::Nonlinear(_) => {
-            GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
-        }
+    let starts: Vec<Extended> = if data.plant.model.is_regulator() {
+        [0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| Extended::base(vec![rate, rate])).to_vec()
+    } else {
+        GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
     };
     let costs = plain_costs(data, &starts).into_iter();
     let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();

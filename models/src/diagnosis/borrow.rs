@@ -108,7 +108,7 @@ mod tests {
         let mut models: Vec<Extended> = stages.iter().map(|stage| stage.model.clone()).collect();
         let mut losses: Vec<Losses> = stages.iter().map(|stage| stage.losses.clone()).collect();
         let mut start = base.with(&channels[0].plant, effect, &[0.24]);
-        let corner = channels[0].plant.corner().expect("a valve has one");
+        let corner = channels[0].plant.position("corner").expect("a valve has one");
         (start.values[0], start.values[1], start.values[corner]) = (0.0, 0.0, 1e-4);
         losses[0] = losses_of(&channels[0], &stages[0], &start);
         models[0] = start;
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn a_valve_with_a_corner_that_is_described_as_well_as_the_others_is_left_alone() {
         let (channels, stages, mut candidate) = stuck(1);
-        let corner = channels[0].plant.corner().expect("a valve has one");
+        let corner = channels[0].plant.position("corner").expect("a valve has one");
         candidate.models[0].values[corner] = 0.02;
         assert_eq!(borrow(&channels, &stages, &candidate, 10).models, candidate.models);
     }

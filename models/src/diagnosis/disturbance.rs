@@ -4,7 +4,7 @@ use super::blocks::Block;
 use super::channel::{ChannelData, Extended, NARROW};
 use super::dependence::HATS;
 use super::hunting::at_rest;
-use crate::effects::{ChannelInputs, Disturbance, Kind};
+use crate::effects::{ChannelInputs, Disturbance};
 use crate::numeric::{Dual, Scalar};
 
 /// Disturbances of every block: the start pressure, the supply's level and slope, and [`FLOWS`].
@@ -55,7 +55,7 @@ const WORK_EXPONENT: f64 = 1.3;
 ///
 /// A regulator has no flow that the model knows.
 fn flow_deviations(data: &ChannelData, model: &Extended) -> Vec<[f64; FLOWS]> {
-    if data.plant.kind == Kind::Linear {
+    if data.plant.model.is_regulator() {
         return Vec::new();
     }
     let (inputs, trace) = (&data.inputs, data.rough().trace(model));

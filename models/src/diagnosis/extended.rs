@@ -75,7 +75,7 @@ pub fn extended_file(channels: &[ChannelData], models: &[Extended], rig: &Rig) -
     };
     ExtendedFile {
         schema: SCHEMA.to_owned(),
-        model: channels.first().map_or("nonlinear", |d| d.plant.name()).to_owned(),
+        model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),
         provenance: None,
         rig: rig.clone(),
         channels: channels.iter().zip(models).map(|(d, m)| (d.id.to_string(), one(d, m))).collect(),
@@ -179,7 +179,7 @@ impl ExtendedFile {
                     Some(value) => Err(problem(format!("{id}: parameter {name} is {value}, not a finite number"))),
                     None => Err(problem(format!(
                         "{id} has no parameter {name}, which the {} model of this recording needs; it has {}: was it fitted with another kind of drive or model?",
-                        data.plant.name(),
+                        data.plant.model.name(),
                         map.keys().map(String::as_str).collect::<Vec<_>>().join(", ")
                     ))),
                 };

@@ -16,7 +16,7 @@ use super::random::{generator, quantile, signs};
 use super::ripple::strongest_cycle;
 use super::stage::ChannelStage;
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{Domain, DriveInput, Kind, Question};
+use crate::effects::{Domain, DriveInput, Question};
 
 /// Draws of random signs.
 const DRAWS: usize = 999;
@@ -38,10 +38,8 @@ pub struct Gate {
 #[must_use]
 pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool {
     let info = CATALOGUE[effect];
-    let domain = match data.plant.kind {
-        Kind::Linear => info.domain != Domain::Valve,
-        Kind::Nonlinear(_) => info.domain != Domain::Regulator,
-    };
+    let regulator = data.plant.model.is_regulator();
+    let domain = info.domain != if regulator { Domain::Valve } else { Domain::Regulator };
     let known = match info.id {
         "chamber_coupling" => !data.inputs.opposite_pa.is_empty(),
         "sensor_crosstalk" => !data.inputs.sampled_before_pa.is_empty(),
@@ -52,7 +50,7 @@ pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool
     // A regulator's base model has no parameters of its parts: what has changed in it is an effect that was not there.
     let asked = info.question == question
         || (info.question == Question::Foil && question == Question::Structure)
-        || data.plant.kind == Kind::Linear;
+        || regulator;
     domain && known && asked
 }
 

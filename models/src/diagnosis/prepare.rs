@@ -1,8 +1,8 @@
 //! From a recording and a rig to channels that can be simulated.
 
 use crate::data::{Channel, Drive, Flags, Recording};
-use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
-use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
+use crate::model::{BaseModel, FlowForm, Linear, ValveDrive};
 use crate::rig::Rig;
 
 use super::blocks::split;
@@ -12,9 +12,6 @@ use super::common::Common;
 use super::error::DiagnosisError;
 use super::noise::noise;
 use super::steps::LONGEST_STEP_S;
-
-/// Critical ratio of a rig that gives none.
-const CRITICAL_RATIO: f64 = 0.3;
 
 /// What the channels are prepared for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,8 +74,7 @@ fn prepare_channel(
     common: &Common,
     purpose: Purpose,
 ) -> Result<ChannelData, String> {
-    let ambient = rig.ambient_or_standard();
-    let ambient_pa = ambient.pressure_kpa_abs * 1e3;
+    let ambient_pa = rig.gas().ambient_pa;
     let rows = recording.rows();
     let (start_kpa, controller) = match purpose {
         Purpose::Compare => (0.0, false),
@@ -96,14 +92,10 @@ fn prepare_channel(
         }
     };
     let drive = drive_of(rig, channel, controller)?;
-    let kind = match drive {
-        DriveInput::Spool(_) | DriveInput::Controlled => Kind::Nonlinear(ValveDrive::Spool),
-        DriveInput::Separate { .. } => Kind::Nonlinear(ValveDrive::Separate),
-        DriveInput::Command => Kind::Linear,
-    };
+    let model = base_model(rig, &drive);
     let supply_pa = match &common.supply_pa {
         Some(supply) => supply.clone(),
-        None if kind == Kind::Linear => common.ambient_pa.clone(),
+        None if model.is_regulator() => common.ambient_pa.clone(),
         None => {
             return Err("the rig file has no [supply] and the recording no column supply_kpa".to_owned());
         }
@@ -152,16 +144,10 @@ fn prepare_channel(
         ambient_pa,
         command_pa,
     };
-    let valve = rig.valve.as_ref();
-    let critical_ratio = valve.map_or(CRITICAL_RATIO, |v| v.critical_ratio);
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
     let plant = Plant {
-        kind,
-        gas: Gas { temperature_k: ambient.temperature_k, ambient_pa, ..Gas::default() },
-        flow: FlowFunction::new(critical_ratio, FlowForm::Iso6358),
-        critical_ratio,
-        discharge_coefficient: valve.map_or(1.0, |v| v.discharge_coefficient),
-        board: board_loop(rig),
+        model,
+        board: rig.board().ok().map(|board| BoardLoop::new(&board)),
         longest_step_s: LONGEST_STEP_S,
         command_range_pa: range,
     };
@@ -182,6 +168,16 @@ fn prepare_channel(
     })
 }
 
+/// The model of what is driven so.
+fn base_model(rig: &Rig, drive: &DriveInput) -> BaseModel {
+    let drive = match drive {
+        DriveInput::Spool(_) | DriveInput::Controlled => ValveDrive::Spool,
+        DriveInput::Separate { .. } => ValveDrive::Separate,
+        DriveInput::Command => return BaseModel::Linear(Linear { gas: rig.gas() }),
+    };
+    BaseModel::Nonlinear(rig.nonlinear(drive, FlowForm::Iso6358))
+}
+
 /// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.
 fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&BoardLoop>) -> Series {
     let number = before(recording, channel);
@@ -196,7 +192,7 @@ fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&Boar
         }
         (None, Some(command), Some(pressure), Some(board)) => {
             let drive = command.iter().zip(pressure).map(|(c, p)| {
-                let u = f64::from(c - p) * 1e3 * board.gain_per_pa;
+                let u = f64::from(c - p) * 1e3 * board.law.gain;
                 if u.is_finite() { u.clamp(-1.0, 1.0) } else { 0.0 }
             });
             drive.collect()
@@ -249,22 +245,6 @@ pub fn to_f64(values: &[f32]) -> Series {
         last
     };
     values.iter().map(hold).collect()
-}
-
-fn board_loop(rig: &Rig) -> Option<BoardLoop> {
-    let (controller, sensor) = (rig.controller.as_ref()?, rig.sensor.as_ref()?);
-    let pa_per_count = sensor.kpa_per_count * 1e3;
-    Some(BoardLoop {
-        rate_hz: controller.rate_hz,
-        gain_per_pa: controller.kp / controller.saturation / pa_per_count,
-        damping_per_pa: controller.kd / controller.saturation / pa_per_count,
-        filter: controller.filter,
-        lowest_pa: sensor.kpa(0.0) * 1e3,
-        highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
-        rounding_pa: pa_per_count / 12.0_f64.sqrt(),
-        loops_per_step: 1,
-        noise_draw: 0,
-    })
 }
 
 /// Mean volume over every interval, and its rate.

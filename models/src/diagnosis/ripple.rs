@@ -9,7 +9,6 @@ use super::channel::ChannelData;
 use super::dependence::rows_of;
 use super::disturbance::SINES;
 use super::stage::ChannelStage;
-use crate::effects::Kind;
 
 /// Shortest period looked for, s.
 const SHORTEST_S: f64 = 1.5;
@@ -34,7 +33,7 @@ pub struct Cycle {
 /// The strongest cycle on the fit blocks.
 #[must_use]
 pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Cycle> {
-    if data.plant.kind == Kind::Linear {
+    if data.plant.model.is_regulator() {
         return None;
     }
     let duration = data.inputs.duration_s.max(1.0);

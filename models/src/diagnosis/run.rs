@@ -91,7 +91,7 @@ pub fn diagnose(
         if !data.residuals(model).iter().all(|r| r.is_finite()) {
             return Err(DiagnosisError::NoFit {
                 file,
-                model: data.plant.name(),
+                model: data.plant.model.name(),
                 channel: data.id.to_string(),
                 hint:
                     "the simulation runs away; check the supply pressure, the units and the sign of the drive"
@@ -196,7 +196,7 @@ fn assemble(
     };
     let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
     let baseline = Baseline {
-        model: channels.first().map_or("nonlinear", |d| d.plant.name()).to_owned(),
+        model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),
         test_rmse_kpa: base_errors.all(),
         noise_floor_kpa: noise,
         channels: channels

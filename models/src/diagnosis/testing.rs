@@ -8,10 +8,11 @@ use super::fit::refit;
 use super::random::generator;
 use super::stage::ChannelStage;
 use super::whiten::Whitening;
+use crate::board::Law;
 use crate::data::ChannelId;
 use crate::effects::catalogue::index_of;
-use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Kind, Plant, Series};
-use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
+use crate::model::{BaseModel, Nonlinear};
 
 const AMBIENT_PA: f64 = 101_325.0;
 const ROWS: usize = 2000;
@@ -47,16 +48,10 @@ pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
         ambient_pa: AMBIENT_PA,
     };
     let plant = Plant {
-        kind: Kind::Nonlinear(ValveDrive::Spool),
-        gas: Gas { ambient_pa: AMBIENT_PA, ..Gas::default() },
-        flow: FlowFunction::new(0.3, FlowForm::Iso6358),
-        critical_ratio: 0.3,
-        discharge_coefficient: 1.0,
+        model: BaseModel::Nonlinear(Nonlinear::default()),
         board: Some(BoardLoop {
             rate_hz: 1000.0,
-            gain_per_pa: 3e-5,
-            damping_per_pa: 6e-5,
-            filter: 0.8,
+            law: Law { gain: 3e-5, damping: 6e-5, weight: 0.8 },
             lowest_pa: -86e3,
             highest_pa: 775e3,
             rounding_pa: 240.0,

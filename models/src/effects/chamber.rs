@@ -4,13 +4,11 @@
 //! 2.4): second order, and stable where the flow's slope near equal pressures is steep. It uses the slope of the flow by the pressure,
 //! which depends on the parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
-use super::hook::{Areas, LineParameters, Memory, Stretch, Structure};
+use super::hook::{LineParameters, Memory, Stretch, Structure};
 use super::outlet::{Outlet, Through, Venting};
 use super::phi::phi1;
-use super::plant::Plant;
-use super::ports::Ports;
 use super::tube::{self, Ends};
-use crate::model::GAMMA;
+use crate::model::{Areas, BaseModel, GAMMA, Nonlinear, Ports};
 use crate::numeric::Scalar;
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
@@ -72,18 +70,21 @@ pub struct Chamber<S> {
 
 impl<S: Scalar> Chamber<S> {
     /// A chamber that is not started yet.
-    pub fn new(plant: &Plant, structure: Structure<S>) -> Self {
-        let ambient = S::constant(plant.gas.ambient_pa);
+    pub fn new(model: &BaseModel, structure: Structure<S>) -> Self {
+        let gas = model.gas();
+        // A regulator's chamber does no more than hold its pressure.
+        let valve = model.valve().copied().unwrap_or(Nonlinear { gas, ..Nonlinear::default() });
+        let ambient = S::constant(gas.ambient_pa);
         Self {
             structure,
-            ports: Ports { own: plant.flow, general: structure.flow_function },
-            conductance: plant.conductance(),
-            ambient_pa: plant.gas.ambient_pa,
-            ambient_k: plant.gas.temperature_k,
+            ports: Ports { own: valve.flow, general: structure.flow_function },
+            conductance: valve.conductance(),
+            ambient_pa: gas.ambient_pa,
+            ambient_k: gas.temperature_k,
             pressure: ambient,
-            temperature: S::constant(plant.gas.temperature_k),
+            temperature: S::constant(gas.temperature_k),
             port: ambient,
-            outlet: structure.outlet.map(|outlet| Outlet::new(outlet, plant.gas.ambient_pa)),
+            outlet: structure.outlet.map(|outlet| Outlet::new(outlet, gas.ambient_pa)),
         }
     }
 

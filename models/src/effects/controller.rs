@@ -1,9 +1,6 @@
 //! The board's pressure controller in front of a channel that is simulated with effects.
 
-use std::sync::OnceLock;
-
-use statrs::distribution::{ContinuousCDF, Normal};
-
+use super::dither::{QUANTILES, dither, quantiles};
 use super::hook::Memory;
 use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
@@ -33,9 +30,6 @@ pub struct Pace<'a> {
     noise_pa: f64,
 }
 
-/// Values that the noise takes.
-const QUANTILES: usize = 2048;
-
 /// Codes of the board's converter in one of those that it reports.
 const FINER: f64 = 4.0;
 
@@ -43,9 +37,7 @@ impl<'a> Pace<'a> {
     /// For steps of this length, where what is reported has this noise, Pa.
     #[inline(always)]
     pub fn new(board: &'a BoardLoop, length_s: f64, noise_pa: f64) -> Self {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        // at least one, and a rate is below 1e9
-        let loops = (length_s * board.rate_hz).round().max(1.0) as usize;
+        let loops = board.ticks(length_s);
         let rounded = board.rounding_pa * board.rounding_pa;
         let own = rounded / (FINER * FINER);
         let noise_pa = (noise_pa * noise_pa - rounded + own).max(own).sqrt();
@@ -80,11 +72,7 @@ impl<S: Scalar> Controller<S> {
     /// after the row.
     #[inline(always)]
     pub fn report(&self, board: &BoardLoop, reading: S) -> S {
-        if board.filter > 0.0 {
-            self.filtered.times(board.filter) + reading.times(1.0 - board.filter)
-        } else {
-            reading
-        }
+        board.law.filtered(reading, self.filtered)
     }
 
     /// Begins a step in which the sensor delivers `reading`, gauge, Pa, of the pressure `pressure`, Pa; returns how far the reading
@@ -112,11 +100,8 @@ impl<S: Scalar> Controller<S> {
         let noise_pa = pace.noise_pa * dither(self.quantiles, board.noise_draw, row, tick);
         let sample = reading.plus(noise_pa).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
-        self.filtered = previous.times(board.filter) + sample.times(1.0 - board.filter);
-        let error = -self.filtered.plus(-command);
-        let change = self.filtered - previous;
-        let drive = error.times(board.gain_per_pa) - change.times(board.damping_per_pa);
-        cut_off(drive)
+        self.filtered = board.law.filtered(sample, previous);
+        cut_off(board.law.drive(S::constant(command), self.filtered, previous))
     }
 }
 
@@ -136,50 +121,14 @@ fn command(inputs: &ChannelInputs, row: usize, tick: usize) -> f64 {
     inputs.command_pa[if late { row - 1 } else { row }] - inputs.ambient_pa
 }
 
-/// Quantiles of the standard normal distribution in the middle of equally probable parts. Sampling from them gives its tails, up to
-/// 3.5 standard deviations: what friction answers to are the extremes of many loops.
-fn quantiles() -> &'static [f64; QUANTILES] {
-    static TABLE: OnceLock<[f64; QUANTILES]> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let normal = Normal::standard();
-        std::array::from_fn(|k| normal.inverse_cdf((k as f64 + 0.5) / QUANTILES as f64))
-    })
-}
-
-/// Numbers of the noise between one row and the next.
-const ROW: u64 = 1 << 20;
-/// Numbers between one draw and the next, modulo 2^64.
-const DRAW: u64 = 0x9e37_79b9_7f4a_7c15;
-/// `DRAW * DRAW_INVERSE` is 1 modulo 2^64.
-const DRAW_INVERSE: u64 = 0xf1de_83e1_9937_733d;
-
-/// The draw whose noise in row 0 and after is that of `draw` in row `row` and after: for a simulation whose rows are numbered from
-/// somewhere else, as one that keeps only the last few. A negative `row` counts from before row 0.
-#[must_use]
-pub fn course_from(draw: u64, row: i64) -> u64 {
-    draw.wrapping_add(row.cast_unsigned().wrapping_mul(ROW).wrapping_mul(DRAW_INVERSE))
-}
-
-/// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one of the quantiles, by the SplitMix64
-/// hash. Each `draw` is another course of it.
-#[inline(always)]
-#[allow(clippy::cast_possible_truncation)] // a few bits are wanted
-fn dither(quantiles: &[f64; QUANTILES], draw: u64, row: usize, tick: usize) -> f64 {
-    let mut z = (row as u64).wrapping_mul(ROW).wrapping_add(tick as u64);
-    z = z.wrapping_add(draw.wrapping_add(1).wrapping_mul(DRAW));
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    quantiles[z as usize % QUANTILES]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::Law;
     use crate::effects::catalogue::{AnyEffect, index_of};
     use crate::effects::simulate::{Row, Undisturbed, simulate};
-    use crate::effects::{DriveInput, Kind, Plant, Series};
-    use crate::model::{FlowForm, FlowFunction, Gas, ValveDrive};
+    use crate::effects::{DriveInput, Plant, Series};
+    use crate::model::{ATMOSPHERE_PA, BaseModel, Nonlinear};
 
     /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
     /// the simulation; the command jumps at row 5. Readings (Pa gauge) and mean drives.
@@ -195,18 +144,12 @@ mod tests {
         change: impl Fn(&mut ChannelInputs),
     ) -> Vec<(f64, f64)> {
         const ROWS: usize = 60;
-        let ambient_pa = 101_325.0;
+        let ambient_pa = ATMOSPHERE_PA;
         let plant = Plant {
-            kind: Kind::Nonlinear(ValveDrive::Spool),
-            gas: Gas { ambient_pa, ..Gas::default() },
-            flow: FlowFunction::new(0.3, FlowForm::Iso6358),
-            critical_ratio: 0.3,
-            discharge_coefficient: 1.0,
+            model: BaseModel::Nonlinear(Nonlinear::default()),
             board: Some(BoardLoop {
                 rate_hz: 1000.0,
-                gain_per_pa: 1e-3,
-                damping_per_pa: 0.0,
-                filter,
+                law: Law { gain: 1e-3, damping: 0.0, weight: filter },
                 lowest_pa: 0.0,
                 rounding_pa: 0.0,
                 noise_draw: 0,
@@ -335,31 +278,6 @@ mod tests {
             assert!((cut_off(asked) - coil).abs() < 1e-12 && (cut_off(-asked) + coil).abs() < 1e-12);
         }
         assert_eq!([cut_off(1.2), cut_off(-1.0), cut_off(0.001)], [1.0, -1.0, 0.0]);
-    }
-
-    #[test]
-    fn the_noise_is_normal_and_differs_from_loop_to_loop_and_from_draw_to_draw() {
-        let course = |draw: u64| -> Vec<f64> {
-            (0..4000).flat_map(|row| (0..10).map(move |tick| dither(quantiles(), draw, row, tick))).collect()
-        };
-        let drawn = course(0);
-        let n = drawn.len() as f64;
-        let moment = |power: i32| drawn.iter().map(|v| v.powi(power)).sum::<f64>() / n;
-        assert!(moment(1).abs() < 0.02 && (moment(2) - 1.0).abs() < 0.03, "{} {}", moment(1), moment(2));
-        assert!((moment(4) - 3.0).abs() < 0.2, "{}", moment(4));
-        let neighbours = drawn.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / n;
-        assert!(neighbours.abs() < 0.02, "{neighbours}");
-        let draws = drawn.iter().zip(course(1)).map(|(a, b)| a * b).sum::<f64>() / n;
-        assert!(draws.abs() < 0.02, "{draws}");
-    }
-
-    #[test]
-    fn a_course_can_be_followed_from_any_row() {
-        for (draw, row, tick) in [(0, 0, 3), (0, 17, 0), (5, 1_000_000, 9), (u64::MAX, 3, 1)] {
-            let whole = dither(quantiles(), draw, row + 2, tick);
-            assert_eq!(dither(quantiles(), course_from(draw, row as i64), 2, tick), whole);
-            assert_eq!(dither(quantiles(), course_from(draw, row as i64 - 1), 3, tick), whole);
-        }
     }
 
     #[test]

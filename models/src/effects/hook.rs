@@ -2,8 +2,7 @@
 
 use super::inputs::ChannelInputs;
 use super::outlet::OutletParameters;
-use super::plant::{Kind, Plant};
-use crate::model::ValveDrive;
+use crate::model::{Areas, ValveLaw};
 use crate::numeric::Scalar;
 
 /// The moment a hook is asked for.
@@ -28,46 +27,6 @@ impl Step<'_> {
     }
 }
 
-/// The openings' parameters, areas in mm^2; [`Nonlinear`](crate::model::Nonlinear) says what they mean.
-#[derive(Debug, Clone, Copy)]
-pub struct ValveLaw<S> {
-    /// Area the fill port closes to.
-    pub leak_in: S,
-    /// Area the vent port closes to.
-    pub leak_out: S,
-    /// Opening of the fill port per unit of drive.
-    pub gain_in: S,
-    /// Opening of the vent port per unit of drive.
-    pub gain_out: S,
-    /// Fill drive at which the fill port opens.
-    pub threshold_in: S,
-    /// Vent drive at which the vent port opens.
-    pub threshold_out: S,
-    /// Width of the corners.
-    pub corner: S,
-}
-
-impl<S: Scalar> ValveLaw<S> {
-    /// What the base model's parameters say; all zero for a regulator, which has no valve.
-    pub fn of(plant: &Plant, base: &[S]) -> Self {
-        // Where one spool opens both ports they share the gain, and the vent port opens on the other side.
-        let [leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner] = match plant.kind {
-            Kind::Nonlinear(ValveDrive::Separate) => [0, 1, 2, 3, 4, 5, 6].map(|k| base[k]),
-            Kind::Nonlinear(ValveDrive::Spool) => {
-                [base[0], base[1], base[2], base[2], base[3], -base[4], base[5]]
-            }
-            Kind::Linear => [S::zero(); 7],
-        };
-        Self { leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner }
-    }
-
-    /// Areas of the ports at full drive.
-    pub fn open(&self) -> Areas<S> {
-        let area = |gain: S, threshold: S| gain * (-threshold).plus(1.0);
-        Areas { fill: area(self.gain_in, self.threshold_in), vent: area(self.gain_out, self.threshold_out) }
-    }
-}
-
 /// How a regulator answers: `dp/dt = speed (beta command - alpha p)`.
 #[derive(Debug, Clone, Copy)]
 pub struct RegulatorLaw<S> {
@@ -79,15 +38,6 @@ pub struct RegulatorLaw<S> {
     pub offset_pa: S,
     /// Largest rate of the pressure, Pa/s.
     pub slew_pa_s: Option<S>,
-}
-
-/// The two ports' effective areas, mm^2.
-#[derive(Debug, Clone, Copy)]
-pub struct Areas<S> {
-    /// Supply to chamber.
-    pub fill: S,
-    /// Chamber to air.
-    pub vent: S,
 }
 
 /// A chamber's relative volume: what multiplies the geometric volume.

@@ -1,6 +1,6 @@
 //! What the catalogue says about an effect.
 
-use super::{Kind, Plant};
+use super::Plant;
 use crate::model::Scale;
 
 /// How far one set of an effect's parameters reaches.
@@ -177,7 +177,7 @@ impl EffectInfo {
     /// Is it a part of the base model of such a plant, as far as it is usual? Two valves have a gain each anyway.
     #[must_use]
     pub fn in_base(&self, plant: &Plant) -> bool {
-        plant.kind != Kind::Linear && !plant.separate() && self.parameters.iter().any(|p| p.in_base)
+        !plant.model.is_regulator() && !plant.separate() && self.parameters.iter().any(|p| p.in_base)
     }
 
     /// Position of a parameter by name.

@@ -8,23 +8,23 @@
 pub mod catalogue;
 mod chamber;
 mod controller;
+mod dither;
 mod hook;
 mod info;
 mod inputs;
 mod outlet;
 mod phi;
 mod plant;
-mod ports;
 mod simulate;
 mod state;
 mod tube;
 
 pub use chamber::HEAT_REFERENCE_PA;
-pub use controller::course_from;
-pub use hook::{Areas, Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+pub use dither::course_from;
+pub use hook::{Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
 pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;
-pub use plant::{BoardLoop, Kind, Plant};
+pub use plant::{BoardLoop, Plant};
 pub use simulate::{Disturbance, Row, Stepper, Undisturbed, simulate};
 pub use state::StepperState;

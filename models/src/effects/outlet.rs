@@ -6,8 +6,7 @@
 //! one Newton step towards equal flows.
 
 use super::phi::{far_or, next, phi1, taylor};
-use super::ports::Ports;
-use crate::model::GAMMA;
+use crate::model::{GAMMA, Ports};
 use crate::numeric::Scalar;
 
 /// What is behind the vent port.

@@ -1,27 +1,15 @@
 //! The base model a channel is simulated with, and the board's loop in front of it.
 
-use crate::model::{FlowFunction, Gas, Linear, Model, Nonlinear, Parameter, ValveDrive};
-
-/// Which base model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
-    /// Valve and chamber.
-    Nonlinear(ValveDrive),
-    /// Regulator with its own loop.
-    Linear,
-}
+use crate::board::{Board, Law, ticks};
+use crate::model::{BaseModel, Parameter, ValveDrive};
 
 /// The board's pressure loop, in pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardLoop {
     /// Loops per second, Hz.
     pub rate_hz: f64,
-    /// Drive per pascal of error.
-    pub gain_per_pa: f64,
-    /// Drive per pascal of change between two loops.
-    pub damping_per_pa: f64,
-    /// Weight of the previous sample, 0 to 1.
-    pub filter: f64,
+    /// Its law, drive (-1 to 1) from pressures in Pa.
+    pub law: Law,
     /// Gauge pressure of the converter's lowest and highest code, Pa.
     pub lowest_pa: f64,
     /// See `lowest_pa`.
@@ -35,11 +23,30 @@ pub struct BoardLoop {
 }
 
 impl BoardLoop {
-    /// Loops in an interval, at least one.
+    /// The loop of a board, simulated loop by loop.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded and at least one
+    pub fn new(Board { controller, sensor, .. }: &Board) -> Self {
+        let pa_per_count = sensor.pa_per_count();
+        let per_pa = |gain: f64| gain / controller.saturation / pa_per_count;
+        Self {
+            rate_hz: controller.rate_hz,
+            law: Law {
+                gain: per_pa(controller.kp),
+                damping: per_pa(controller.kd),
+                weight: controller.filter,
+            },
+            lowest_pa: sensor.kpa(0.0) * 1e3,
+            highest_pa: sensor.kpa(sensor.full_scale_counts()) * 1e3,
+            rounding_pa: pa_per_count / 12.0_f64.sqrt(),
+            loops_per_step: 1,
+            noise_draw: 0,
+        }
+    }
+
+    /// Loops in an interval of this length (s), at least one.
+    #[must_use]
     pub fn ticks(&self, interval_s: f64) -> usize {
-        (interval_s * self.rate_hz).round().max(1.0) as usize
+        ticks(self.rate_hz, interval_s)
     }
 
     /// Steps in an interval, each of up to [`loops_per_step`](Self::loops_per_step) loops.
@@ -49,19 +56,11 @@ impl BoardLoop {
     }
 }
 
-/// The base model with what is fixed about it.
+/// The base model, what drives it, and how finely it is simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
     /// Base model.
-    pub kind: Kind,
-    /// Air.
-    pub gas: Gas,
-    /// Nominal flow function of the ports.
-    pub flow: FlowFunction,
-    /// Nominal critical ratio.
-    pub critical_ratio: f64,
-    /// Discharge coefficient, fixed.
-    pub discharge_coefficient: f64,
+    pub model: BaseModel,
     /// The board's loop, when it is part of the simulation.
     pub board: Option<BoardLoop>,
     /// Longest integration step, s.
@@ -78,45 +77,21 @@ impl Plant {
         (interval_s / self.longest_step_s - 1e-6).ceil().max(1.0) as usize
     }
 
-    /// Name of the base model.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self.kind {
-            Kind::Nonlinear(_) => "nonlinear",
-            Kind::Linear => "linear",
-        }
-    }
-
     /// Two valves with a gain each?
     #[must_use]
     pub fn separate(&self) -> bool {
-        self.kind == Kind::Nonlinear(ValveDrive::Separate)
+        self.model.valve().is_some_and(|valve| valve.drive == ValveDrive::Separate)
     }
 
     /// The base model's parameters.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
-        match self.kind {
-            Kind::Nonlinear(drive) => Nonlinear { drive, ..Nonlinear::default() }.parameters(),
-            Kind::Linear => Linear::default().parameters(),
-        }
+        self.model.parameters()
     }
 
-    /// Position of the weight of the volume's rate among them.
+    /// Position of one of them, if the base model has it.
     #[must_use]
-    pub fn volume_weight(&self) -> usize {
-        if self.separate() { 7 } else { 6 }
-    }
-
-    /// Position of the width of the valve's corner among them.
-    #[must_use]
-    pub fn corner(&self) -> Option<usize> {
-        (self.kind != Kind::Linear).then(|| self.volume_weight() - 1)
-    }
-
-    /// Factor from an area in mm^2 by a volume in m^3 to a rate in 1/s.
-    #[must_use]
-    pub fn conductance(&self) -> f64 {
-        self.gas.filling_speed() * self.discharge_coefficient * 1e-6
+    pub fn position(&self, parameter: &str) -> Option<usize> {
+        self.parameters().iter().position(|p| p.name == parameter)
     }
 }

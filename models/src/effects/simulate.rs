@@ -3,13 +3,13 @@
 use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::{Controller, Pace};
-use super::hook::{Areas, Hook, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw};
+use super::hook::{Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
 use super::inputs::{ChannelInputs, DriveInput};
-use super::plant::{Kind, Plant};
+use super::plant::Plant;
 use super::state::StepperState;
 use multiversion::multiversion;
 
-use crate::model::smooth_corner;
+use crate::model::{BaseCoefficients, LinearCoefficients, NonlinearCoefficients};
 use crate::numeric::Scalar;
 
 /// What a simulation says about one row.
@@ -96,7 +96,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
     /// A channel with effects, before its first row; arguments as of [`simulate`].
     pub fn new(
         plant: &'a Plant,
-        base: &'a [S],
+        base: &[S],
         effects: &'a mut [AnyEffect<S>],
         inputs: &'a ChannelInputs,
     ) -> Self {
@@ -107,12 +107,11 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         }
         let run = Run {
             plant,
-            base,
             inputs,
-            chamber: Chamber::new(plant, structure),
+            chamber: Chamber::new(&plant.model, structure),
             reading: S::zero(),
             controller: Controller::new(),
-            law: ValveLaw::of(plant, base),
+            base: plant.model.coefficients(base),
             supply: S::zero(),
             spool: [S::zero(); 2],
         };
@@ -190,15 +189,14 @@ impl<'a, S: Scalar> Stepper<'a, S> {
 
 struct Run<'a, S: Scalar> {
     plant: &'a Plant,
-    base: &'a [S],
     inputs: &'a ChannelInputs,
     chamber: Chamber<S>,
     /// What the sensor delivers now, gauge, Pa.
     reading: S,
     /// The board's controller, where it is part of the simulation.
     controller: Controller<S>,
-    /// The valve before effects.
-    law: ValveLaw<S>,
+    /// The base model before effects.
+    base: BaseCoefficients<S>,
     /// Supply pressure over this interval before effects, Pa.
     supply: S,
     /// Where the effects have left the fill and the vent port's drive in the last step.
@@ -346,10 +344,10 @@ impl<S: Scalar> Run<'_, S> {
     #[inline(always)]
     fn flow(&mut self, step: &Step<'_>, [fill, vent]: [S; 2], effects: &mut [AnyEffect<S>]) -> S::Real {
         self.spool = [fill, vent];
-        let draw = match self.plant.kind {
-            Kind::Nonlinear(_) => self.nonlinear_step(step, fill, vent, effects),
-            Kind::Linear => {
-                self.linear_step(step, fill, effects);
+        let draw = match self.base {
+            BaseCoefficients::Nonlinear(base) => self.nonlinear_step(step, &base, [fill, vent], effects),
+            BaseCoefficients::Linear(base) => {
+                self.linear_step(step, &base, fill, effects);
                 S::Real::zero()
             }
         };
@@ -362,18 +360,19 @@ impl<S: Scalar> Run<'_, S> {
     }
 
     #[inline(always)]
-    fn nonlinear_step(&mut self, step: &Step<'_>, fill: S, vent: S, effects: &mut [AnyEffect<S>]) -> S::Real {
+    fn nonlinear_step(
+        &mut self,
+        step: &Step<'_>,
+        base: &NonlinearCoefficients<S>,
+        [fill, vent]: [S; 2],
+        effects: &mut [AnyEffect<S>],
+    ) -> S::Real {
         let inputs = self.inputs;
-        let mut law = self.law;
+        let mut law = base.valve;
         for effect in effects.iter_mut() {
             effect.valve(step, &mut law);
         }
-        let mut areas = Areas {
-            fill: law.leak_in
-                + smooth_corner(law.gain_in * (fill - law.threshold_in) - law.leak_in, law.corner),
-            vent: law.leak_out
-                + smooth_corner(law.gain_out * (vent - law.threshold_out) - law.leak_out, law.corner),
-        };
+        let mut areas = law.areas(fill, vent);
         let pressure = self.chamber.pressure();
         let mut stretch = Stretch { factor: S::constant(1.0), rate: S::zero(), by_pressure: S::zero() };
         let mut supply = self.supply;
@@ -383,25 +382,29 @@ impl<S: Scalar> Run<'_, S> {
             effect.stretch(step, pressure, &mut stretch);
         }
         let volume = inputs.volume_m3[step.row];
-        let weight = self.base[self.plant.volume_weight()];
         let conditions = Conditions {
             areas,
             supply,
             volume_m3: volume,
             open: law.open(),
-            expansion: weight.times(inputs.volume_rate_m3_s[step.row] / volume),
+            expansion: base.volume_weight.times(inputs.volume_rate_m3_s[step.row] / volume),
             stretch,
         };
         self.chamber.advance(step.length_s, &conditions)
     }
 
-    fn linear_step(&mut self, step: &Step<'_>, drive: S, effects: &mut [AnyEffect<S>]) {
+    fn linear_step(
+        &mut self,
+        step: &Step<'_>,
+        &LinearCoefficients { alpha, beta }: &LinearCoefficients<S>,
+        drive: S,
+        effects: &mut [AnyEffect<S>],
+    ) {
         let one = S::constant(1.0);
         let mut law = RegulatorLaw { rising: one, falling: one, offset_pa: S::zero(), slew_pa_s: None };
         for effect in effects.iter_mut() {
             effect.regulator(step, &mut law);
         }
-        let (alpha, beta) = (self.base[0], self.base[1]);
         let gauge = self.chamber.pressure().plus(-self.inputs.ambient_pa);
         let driven = beta * (drive.times(self.plant.command_range_pa) + law.offset_pa);
         let speed = S::select(driven.less(gauge * alpha), law.falling, law.rising);

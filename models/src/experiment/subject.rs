@@ -1,11 +1,11 @@
 //! One model set up for one channel, behind one interface whatever the model.
 
 use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, fit_rollouts};
-use crate::model::{FlowForm, FlowFunction, Gas, Linear, Nonlinear, Parameter, Parametric, column};
+use crate::model::{FlowForm, Linear, Parameter, Parametric, column};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    Arithmetic, BatchError, BatchInputs, BatchResults, Board, Chamber, Controller, Job, RowStepper, Rows,
-    Sensor, Series, Start, Steps, System, simulate, simulate_batch_into,
+    BatchError, BatchInputs, BatchResults, Chamber, Job, RowStepper, Rows, Series, Start, Steps, System,
+    simulate, simulate_batch_into,
 };
 
 use super::{ModelKind, Setup};
@@ -155,52 +155,15 @@ impl Subject {
 /// # Errors
 /// [`RigError::MissingTable`] when the board's loop is asked for and not described.
 pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Subject, RigError> {
-    let ambient = rig.ambient_or_standard();
-    let gas = Gas {
-        temperature_k: ambient.temperature_k,
-        ambient_pa: ambient.pressure_kpa_abs * 1e3,
-        ..Gas::default()
-    };
-    let valve = rig.valve.clone().unwrap_or_default();
-    let drive = setup.valve_drive();
+    let (gas, drive) = (rig.gas(), setup.valve_drive());
     let behind_board = setup.controller && setup.model != ModelKind::Linear;
-    let board = if behind_board { Some(board(rig, gas)?) } else { None };
+    let board = if behind_board { Some(rig.board()?) } else { None };
     Ok(Subject(match setup.model {
         // It describes the loop along with the valve.
         ModelKind::Linear => Box::new(Chamber::new(Linear { gas })),
-        ModelKind::Nonlinear => {
-            let model = Nonlinear {
-                gas,
-                flow: FlowFunction::new(valve.critical_ratio, form),
-                discharge_coefficient: valve.discharge_coefficient,
-                drive,
-            };
-            Box::new(Chamber { model, board })
-        }
+        ModelKind::Nonlinear => Box::new(Chamber { model: rig.nonlinear(drive, form), board }),
         ModelKind::Parametric => Box::new(Chamber { model: Parametric { gas, drive }, board }),
     }))
-}
-
-fn board(rig: &Rig, gas: Gas) -> Result<Board, RigError> {
-    let missing = |table| RigError::MissingTable { table, purpose: "the simulation of the board's loop" };
-    let controller = rig.controller.as_ref().ok_or_else(|| missing("controller"))?;
-    let sensor = rig.sensor.as_ref().ok_or_else(|| missing("sensor"))?;
-    Ok(Board {
-        controller: Controller {
-            rate_hz: controller.rate_hz,
-            kp: controller.kp,
-            kd: controller.kd,
-            saturation: controller.saturation,
-            filter: controller.filter,
-            arithmetic: Arithmetic::default(),
-        },
-        sensor: Sensor {
-            bits: sensor.bits,
-            zero_counts: sensor.zero_counts,
-            kpa_per_count: sensor.kpa_per_count,
-        },
-        ambient_pa: gas.ambient_pa,
-    })
 }
 
 /// Parameters that only a changing volume can tell, and the values that leave them out: the rate of a volume that does not

@@ -15,13 +15,15 @@ pub struct Linear {
 
 /// The two rates, 1/s.
 #[derive(Debug, Clone, Copy)]
-pub struct Rates<S> {
-    alpha: S,
-    beta: S,
+pub struct LinearCoefficients<S> {
+    /// Rate at which the pressure decays.
+    pub alpha: S,
+    /// Rate at which the command drives the pressure.
+    pub beta: S,
 }
 
 impl Model for Linear {
-    type Coefficients<S: Scalar> = Rates<S>;
+    type Coefficients<S: Scalar> = LinearCoefficients<S>;
     /// `beta p_cmd`, Pa/s.
     type Held<S: Scalar> = S;
 
@@ -38,17 +40,17 @@ impl Model for Linear {
     }
 
     #[inline(always)]
-    fn coefficients<S: Scalar>(&self, parameters: &[S]) -> Rates<S> {
-        Rates { alpha: parameters[0], beta: parameters[1] }
+    fn coefficients<S: Scalar>(&self, parameters: &[S]) -> LinearCoefficients<S> {
+        LinearCoefficients { alpha: parameters[0], beta: parameters[1] }
     }
 
     #[inline(always)]
-    fn hold<S: Scalar>(&self, rates: &Rates<S>, _: &[S::Real], drive: Drive<S>) -> S {
+    fn hold<S: Scalar>(&self, rates: &LinearCoefficients<S>, _: &[S::Real], drive: Drive<S>) -> S {
         rates.beta * drive.command.plus(-self.gas.ambient_pa)
     }
 
     #[inline(always)]
-    fn rate<S: Scalar>(&self, rates: &Rates<S>, driven: &S, pressure: S) -> S {
+    fn rate<S: Scalar>(&self, rates: &LinearCoefficients<S>, driven: &S, pressure: S) -> S {
         *driven - rates.alpha * pressure.plus(-self.gas.ambient_pa)
     }
 }

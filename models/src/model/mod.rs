@@ -4,6 +4,7 @@
 //! All inputs are constant over one sample interval (see [`mod@column`]): commands and drives because the board holds them,
 //! measured quantities by their mean over the interval.
 
+mod base;
 pub mod column;
 mod drive;
 mod flow;
@@ -13,17 +14,20 @@ mod linear;
 mod nonlinear;
 mod parameter;
 mod parametric;
+mod ports;
 mod valve;
 
+pub use base::{BaseCoefficients, BaseModel};
 pub use drive::Drive;
 pub use flow::{FlowForm, FlowFunction};
 pub use gas::{ATMOSPHERE_PA, GAMMA, Gas, psi_max};
 pub use joint::Joint;
-pub use linear::Linear;
-pub use nonlinear::{Nonlinear, ValveDrive};
+pub use linear::{Linear, LinearCoefficients};
+pub use nonlinear::{Nonlinear, NonlinearCoefficients};
 pub use parameter::{Parameter, Scale, nominal_values};
 pub use parametric::Parametric;
-pub use valve::smooth_corner;
+pub use ports::Ports;
+pub use valve::{Areas, ValveDrive, ValveLaw, smooth_corner};
 
 use crate::numeric::Scalar;
 

@@ -1,24 +1,16 @@
 //! The first-principles model: two valve openings, mass balance, changing volume.
 
-use super::{Drive, FlowForm, FlowFunction, GAMMA, Gas, Model, Parameter, column, smooth_corner};
+use super::{
+    Areas, Drive, FlowForm, FlowFunction, GAMMA, Gas, Model, Parameter, ValveDrive, ValveLaw, column,
+};
 use crate::numeric::Scalar;
-
-/// How the valve is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ValveDrive {
-    /// One spool opens the fill port for positive drives and the vent port for negative ones: one gain.
-    #[default]
-    Spool,
-    /// A fill valve and a vent valve with a drive of 0 to 1 each: two gains.
-    Separate,
-}
 
 /// `dp/dt = gamma R T / V (m_in - m_out) - gamma w V' p / V`, with the mass flows of [`FlowFunction`] and
 ///
 /// * `A_in = L_in + smax(B (fill - U_in) - L_in)`;
 /// * `A_out = L_out + smax(B (U_out - u) - L_out)` of a spool, `L_out + smax(B_out (vent - U_out) - L_out)` of a valve of its own,
 ///
-/// where `smax` is [`smooth_corner`] with the fitted width `e`. `L` is the area a port closes to (the fitted value of the
+/// where `smax` is [`smooth_corner`](super::smooth_corner) with the fitted width `e`. `L` is the area a port closes to (the fitted value of the
 /// closed port is `L + smax(-L)`, a little more), and `U` is where the opening would start without the corner, not the drive of
 /// zero flow. Only the products of areas with the discharge coefficient can be identified, so that coefficient is fixed.
 /// `w` weighs the work of the volume's change, not the volume itself.
@@ -48,40 +40,18 @@ impl Default for Nonlinear {
     }
 }
 
-/// The openings' parameters, areas in mm^2.
+/// What the parameters say.
 #[derive(Debug, Clone, Copy)]
-pub struct Openings<S> {
-    leak_in: S,
-    leak_out: S,
-    gain_in: S,
-    gain_out: S,
-    threshold_in: S,
-    /// Vent drive at which the vent port starts to open.
-    threshold_out: S,
-    corner: S,
+pub struct NonlinearCoefficients<S> {
+    /// The valve.
+    pub valve: ValveLaw<S>,
     /// Weight of the volume's rate.
     pub volume_weight: S,
 }
 
-impl<S: Scalar> Openings<S> {
-    /// Effective areas of the fill and the vent port, mm^2.
-    #[inline(always)]
-    pub fn areas_mm2(&self, drive: Drive<S>) -> [S; 2] {
-        [
-            self.area(self.leak_in, self.gain_in, drive.fill - self.threshold_in),
-            self.area(self.leak_out, self.gain_out, drive.vent - self.threshold_out),
-        ]
-    }
-
-    #[inline(always)]
-    fn area(&self, leak: S, gain: S, opening: S) -> S {
-        leak + smooth_corner(gain * opening - leak, self.corner)
-    }
-}
-
 /// One interval: conductances of the ports and the relative rate of the volume.
 #[derive(Debug, Clone, Copy)]
-pub struct Ports<S: Scalar> {
+pub struct Interval<S: Scalar> {
     /// Rate of pressure per mean of drops, 1/s.
     fill: S,
     /// Rate of pressure per mean of drops, 1/s.
@@ -101,8 +71,8 @@ impl Nonlinear {
 }
 
 impl Model for Nonlinear {
-    type Coefficients<S: Scalar> = Openings<S>;
-    type Held<S: Scalar> = Ports<S>;
+    type Coefficients<S: Scalar> = NonlinearCoefficients<S>;
+    type Held<S: Scalar> = Interval<S>;
 
     fn name(&self) -> &'static str {
         "nonlinear"
@@ -137,48 +107,33 @@ impl Model for Nonlinear {
     }
 
     #[inline(always)]
-    fn coefficients<S: Scalar>(&self, p: &[S]) -> Openings<S> {
+    fn coefficients<S: Scalar>(&self, p: &[S]) -> NonlinearCoefficients<S> {
+        // Where one spool opens both ports they share the gain, and the vent port opens on the other side.
+        let [gain_in, gain_out, threshold_in, threshold_out, corner, volume_weight] = match self.drive {
+            ValveDrive::Spool => [p[2], p[2], p[3], -p[4], p[5], p[6]],
+            ValveDrive::Separate => [p[2], p[3], p[4], p[5], p[6], p[7]],
+        };
         let (leak_in, leak_out) = (p[0], p[1]);
-        match self.drive {
-            ValveDrive::Spool => Openings {
-                leak_in,
-                leak_out,
-                gain_in: p[2],
-                gain_out: p[2],
-                threshold_in: p[3],
-                threshold_out: -p[4],
-                corner: p[5],
-                volume_weight: p[6],
-            },
-            ValveDrive::Separate => Openings {
-                leak_in,
-                leak_out,
-                gain_in: p[2],
-                gain_out: p[3],
-                threshold_in: p[4],
-                threshold_out: p[5],
-                corner: p[6],
-                volume_weight: p[7],
-            },
-        }
+        let valve = ValveLaw { leak_in, leak_out, gain_in, gain_out, threshold_in, threshold_out, corner };
+        NonlinearCoefficients { valve, volume_weight }
     }
 
     #[inline(always)]
-    fn hold<S: Scalar>(&self, c: &Openings<S>, row: &[S::Real], drive: Drive<S>) -> Ports<S> {
-        let [fill_mm2, vent_mm2] = c.areas_mm2(drive);
+    fn hold<S: Scalar>(&self, c: &NonlinearCoefficients<S>, row: &[S::Real], drive: Drive<S>) -> Interval<S> {
+        let Areas { fill, vent } = c.valve.areas(drive.fill, drive.vent);
         let inverse_volume = row[column::INVERSE_VOLUME_PER_M3];
         let conductance = inverse_volume.times(self.conductance() * self.flow.gain());
         let expansion = (row[column::VOLUME_RATE_M3_S] * inverse_volume).times(GAMMA);
-        Ports {
-            fill: fill_mm2.scale(conductance),
-            vent: vent_mm2.scale(conductance),
+        Interval {
+            fill: fill.scale(conductance),
+            vent: vent.scale(conductance),
             expansion: c.volume_weight.scale(expansion),
             supply: row[column::SUPPLY_PA],
         }
     }
 
     #[inline(always)]
-    fn rate<S: Scalar>(&self, _: &Openings<S>, held: &Ports<S>, pressure: S) -> S {
+    fn rate<S: Scalar>(&self, _: &NonlinearCoefficients<S>, held: &Interval<S>, pressure: S) -> S {
         let inflow = self.flow.mean_from(held.supply, pressure);
         let outflow = self.flow.mean_to(pressure, S::Real::constant(self.gas.ambient_pa));
         held.fill * inflow - held.vent * outflow - held.expansion * pressure

@@ -15,6 +15,7 @@ mod input_error;
 mod inputs;
 mod keys;
 mod limits;
+mod plant;
 mod sensor;
 mod valve;
 

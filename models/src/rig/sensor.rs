@@ -1,41 +1,11 @@
 //! `[sensor]`: from pressure to counts and back.
 
-use serde::{Deserialize, Serialize};
-
 use super::RigError;
 use super::check::Checker;
+pub use crate::board::Sensor;
 use crate::data::SensorLimits;
 
-/// A linear sensor read by an ideal converter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Sensor {
-    /// Resolution of the converter; codes run from 0 to 2^bits - 1.
-    pub bits: u32,
-    /// Reading at 0 kPa gauge, counts.
-    pub zero_counts: f64,
-    /// Size of one count, kPa.
-    pub kpa_per_count: f64,
-}
-
 impl Sensor {
-    /// The highest code.
-    #[must_use]
-    pub fn full_scale_counts(&self) -> f64 {
-        f64::from((1_u32 << self.bits) - 1)
-    }
-
-    /// Pressure at a reading of `counts`, kPa gauge.
-    #[must_use]
-    pub fn kpa(&self, counts: f64) -> f64 {
-        (counts - self.zero_counts) * self.kpa_per_count
-    }
-
-    /// Reading at a pressure of `kpa` gauge, counts, neither rounded nor limited.
-    #[must_use]
-    pub fn counts(&self, kpa: f64) -> f64 {
-        kpa / self.kpa_per_count + self.zero_counts
-    }
-
     /// The pressures beyond which a reading says nothing.
     #[must_use]
     pub fn limits(&self) -> SensorLimits {

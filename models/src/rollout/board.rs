@@ -1,5 +1,16 @@
-//! The board's own pressure controller in front of a chamber.
+//! The board's own pressure controller in front of a chamber, in counts.
+//!
+//! At each tick the board samples the pressure, rounds it, filters it, and computes the spool's drive by its [`Law`], clipped at the
+//! saturation; the command is a whole count. It reports what it controls: the filtered pressure of its last loop, or, without a filter,
+//! the pressure itself. The rounding of the reported value is left to the measurement noise.
+//!
+//! A row is an exchange: its pressure is what the board's last loop before it sampled, and that loop still had the command of the
+//! row before. On this grid of loops the interval of a row therefore begins with the loop that is reported, under the old command,
+//! and the row's own command is in force from the next loop on, wherever between the two loops the exchange falls.
+//!
+//! Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
 
+use crate::board::{Arithmetic, Board, Law};
 use crate::model::column;
 use crate::numeric::{Real, Scalar};
 
@@ -8,66 +19,6 @@ const FILTER_ONE: f64 = 256.0;
 
 /// Fractions of a count this project's boards calculate with.
 const FINE: f64 = 256.0;
-
-/// With which resolution a board calculates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Arithmetic {
-    /// In 1/256 count; the filter settles at its input. This project's boards.
-    #[default]
-    Fine,
-    /// In whole counts, the filter rounding down: it settles up to five counts low. The original's boards.
-    Whole,
-}
-
-/// The board's controller, in ADC counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controller {
-    /// Loops per second.
-    pub rate_hz: f64,
-    /// Drive counts per count of error.
-    pub kp: f64,
-    /// Drive counts per count of change between two loops.
-    pub kd: f64,
-    /// Drive counts at full drive, positive.
-    pub saturation: f64,
-    /// Weight of the previous filtered sample, 0 to 1; the board rounds it to 256ths.
-    pub filter: f64,
-    /// Resolution of its arithmetic.
-    pub arithmetic: Arithmetic,
-}
-
-/// The board's pressure sensor and converter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensor {
-    /// Bits of the converter.
-    pub bits: u32,
-    /// Counts at ambient pressure.
-    pub zero_counts: f64,
-    /// Pressure of one count, kPa.
-    pub kpa_per_count: f64,
-}
-
-/// A board in front of a chamber, which is then driven by the command alone.
-///
-/// At each tick the board samples the pressure in counts, filters it, and computes the spool's drive
-/// `kp (command - pressure) - kd (pressure - previous)`, clipped at the saturation; the command is a whole count. It reports what
-/// it controls: the filtered pressure of its last loop, or, without a filter, the pressure itself. The rounding of the reported
-/// value is left to the measurement noise.
-///
-/// A row is an exchange: its pressure is what the board's last loop before it sampled, and that loop still had the command of the
-/// row before. On this grid of loops the interval of a row therefore begins with the loop that is reported, under the old command,
-/// and the row's own command is in force from the next loop on, wherever between the two loops the exchange falls.
-///
-/// Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board {
-    /// The controller.
-    pub controller: Controller,
-    /// The sensor it controls by.
-    pub sensor: Sensor,
-    /// Ambient pressure, Pa, the zero of gauge pressures.
-    pub ambient_pa: f64,
-}
 
 /// What the board remembers between loops, in counts.
 #[derive(Debug, Clone, Copy)]
@@ -99,28 +50,31 @@ impl Board {
         self.controller.filter > 0.0
     }
 
-    fn pa_per_count(&self) -> f64 {
-        self.sensor.kpa_per_count * 1e3
+    /// The controller's law, drive counts from pressure counts; the weight is one that the board calculates with.
+    #[inline(always)]
+    fn law(&self) -> Law {
+        let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
+        Law { gain: self.controller.kp, damping: self.controller.kd, weight }
     }
 
     /// Pressure in counts, not rounded.
     #[inline(always)]
     fn counts<S: Scalar>(&self, pressure: S) -> S {
-        pressure.plus(-self.ambient_pa).times(1.0 / self.pa_per_count()).plus(self.sensor.zero_counts)
+        let gauge = pressure.plus(-self.ambient_pa);
+        gauge.times(1.0 / self.sensor.pa_per_count()).plus(self.sensor.zero_counts)
     }
 
     /// Clipped to the converter's range and rounded to fractions of a count.
     #[inline(always)]
     fn code<S: Scalar>(&self, counts: S, fractions: f64) -> S {
-        let largest = f64::from(self.sensor.bits).exp2() - 1.0;
         let rounded = counts.real().times(fractions).round_half_up().times(1.0 / fractions);
-        counts.with_real(rounded).max(S::zero()).min(S::constant(largest))
+        counts.with_real(rounded).max(S::zero()).min(S::constant(self.sensor.full_scale_counts()))
     }
 
     /// A sample as the board's arithmetic sees it.
     #[inline(always)]
     fn sample<S: Scalar>(&self, pressure: S) -> S {
-        match self.controller.arithmetic {
+        match self.arithmetic {
             Arithmetic::Fine => self.code(self.counts(pressure), FINE),
             Arithmetic::Whole => self.code(self.counts(pressure), 1.0),
         }
@@ -133,9 +87,8 @@ impl Board {
         if !self.filters() {
             return sample;
         }
-        let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
-        let sum = previous.times(weight) + sample.times(1.0 - weight);
-        match self.controller.arithmetic {
+        let sum = self.law().filtered(sample, previous);
+        match self.arithmetic {
             Arithmetic::Fine => sum,
             Arithmetic::Whole => sum.with_real(sum.real().floor()),
         }
@@ -146,20 +99,9 @@ impl Board {
     pub fn control<S: Scalar>(&self, command: S, pressure: S, memory: &mut LoopMemory<S>) -> S {
         let previous = memory.filtered;
         memory.filtered = self.filter(pressure, previous);
-        let error = self.code(self.counts(command), 1.0) - memory.filtered;
-        let change = memory.filtered - previous;
-        let drive = error.times(self.controller.kp) - change.times(self.controller.kd);
+        let drive = self.law().drive(self.code(self.counts(command), 1.0), memory.filtered, previous);
         let one = S::constant(1.0);
         drive.times(1.0 / self.controller.saturation).min(one).max(-one)
-    }
-}
-
-impl Board {
-    /// Loops in an interval of this length, s.
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded and at least one
-    pub fn ticks(&self, interval_s: f64) -> usize {
-        (interval_s * self.controller.rate_hz).round().max(1.0) as usize
     }
 
     /// What it remembers at the start of a segment.
@@ -177,7 +119,7 @@ impl Board {
         }
         // The loop that samples this state runs at the first tick after the row.
         let filtered = self.filter(pressure, memory.filtered);
-        filtered.plus(-self.sensor.zero_counts).times(self.pa_per_count()).plus(self.ambient_pa)
+        filtered.plus(-self.sensor.zero_counts).times(self.sensor.pa_per_count()).plus(self.ambient_pa)
     }
 
     /// The spool's drive in loop number `tick` of a row's interval.
@@ -199,20 +141,15 @@ impl Board {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::{Controller, Sensor};
     use crate::model::{Drive, Model, Parameter};
     use crate::rollout::{Chamber, Rows, Steps, rollout};
 
     /// The original's numbers: 0.5 to 4.5 V over 689.4757 kPa, filter (210 old + 46 new) / 256, gains 10 and 20, full drive 400.
     fn original(filter: f64, arithmetic: Arithmetic) -> Board {
         Board {
-            controller: Controller {
-                rate_hz: 1000.0,
-                kp: 10.0,
-                kd: 20.0,
-                saturation: 400.0,
-                filter,
-                arithmetic,
-            },
+            controller: Controller { rate_hz: 1000.0, kp: 10.0, kd: 20.0, saturation: 400.0, filter },
+            arithmetic,
             sensor: Sensor { bits: 10, zero_counts: 102.4, kpa_per_count: 0.841_645 },
             ambient_pa: 101_325.0,
         }

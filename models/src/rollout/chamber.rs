@@ -1,6 +1,7 @@
 //! A model with what stands in front of it.
 
-use super::board::{Board, LoopMemory};
+use super::board::LoopMemory;
+use crate::board::Board;
 use crate::model::{Drive, Model, column};
 use crate::numeric::Scalar;
 
@@ -29,7 +30,7 @@ impl<Q: Model> Chamber<Q> {
     /// Ticks in a sample interval of this length, s: loops of the board, or one.
     #[must_use]
     pub fn ticks(&self, interval_s: f64) -> usize {
-        self.board.as_ref().map_or(1, |board| board.ticks(interval_s))
+        self.board.as_ref().map_or(1, |board| board.controller.ticks(interval_s))
     }
 
     /// What is remembered at the start of a segment, where the pressure is `pressure` (absolute, Pa).

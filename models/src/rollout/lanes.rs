@@ -7,15 +7,11 @@ use multiversion::target::match_target;
 
 use super::fetch::{BLOCK, LINE};
 use super::job::{BATCH_LANES, BatchUnit, Job};
-use super::kinds::{DualLanes, LaneRollout, SENSITIVITY_LANES};
 use super::run::rollout;
 use super::source::{RowSource, Steps};
 use super::{BatchInputs, Chamber};
-use crate::model::{Drive, Model, column};
+use crate::model::Model;
 use crate::numeric::{Lanes, Scalar};
-
-/// Rows of rollouts with derivatives that are handed on at a time.
-const ROWS: usize = 16;
 
 /// Jobs of a batch that are rolled out side by side.
 #[derive(Debug, Clone, Copy)]
@@ -131,53 +127,10 @@ pub(super) fn plain<Q: Model>(
     rollout(chamber, &coefficients, source, pressure, steps, |k, y| outputs[k] = y);
 }
 
-/// Rollouts with derivatives; `sink` gets the numbers of some rows and the pressures there.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub(super) fn roll_duals<Q: Model>(
-    chamber: &Chamber<Q>,
-    LaneRollout { parameters, rows, count, pressure, steps }: LaneRollout<'_>,
-    sink: &mut dyn FnMut(Range<usize>, &[DualLanes]),
-) {
-    let mut block = [DualLanes::constant(0.0); ROWS];
-    rollout(
-        chamber,
-        &chamber.model.coefficients(parameters),
-        (rows, count),
-        pressure,
-        steps,
-        #[inline(always)]
-        |k, y| {
-            let at = k % ROWS;
-            block[at] = y;
-            if at == ROWS - 1 || k + 1 == count {
-                sink(k - at..k + 1, &block[..=at]);
-            }
-        },
-    );
-}
-
-/// Rates at a pressure for each of the rows.
-#[multiversion(targets("x86_64+avx2"))]
-pub(super) fn rates<Q: Model>(
-    model: &Q,
-    parameters: &[DualLanes],
-    rows: &[Lanes<SENSITIVITY_LANES>],
-    pressures: &[Lanes<SENSITIVITY_LANES>],
-    rates: &mut [DualLanes],
-) {
-    let coefficients = model.coefficients(parameters);
-    let width = rows.len() / pressures.len().max(1);
-    debug_assert!(pressures.is_empty() || width >= column::COUNT, "a row has the standard columns");
-    for ((row, &pressure), rate) in rows.chunks_exact(width.max(1)).zip(pressures).zip(rates) {
-        let held = model.hold(&coefficients, row, Drive::recorded(row));
-        *rate = model.rate(&coefficients, &held, DualLanes::from_real(pressure));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Nonlinear, nominal_values};
+    use crate::model::{Nonlinear, column, nominal_values};
     use crate::rollout::BatchColumn;
 
     const ROWS: usize = 50;

@@ -5,6 +5,7 @@ mod board;
 mod chamber;
 mod check;
 mod columns;
+mod derivatives;
 mod fetch;
 mod gather;
 mod job;
@@ -18,7 +19,6 @@ mod stepper;
 mod system;
 
 pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into};
-pub use board::{Arithmetic, Board, Controller, Sensor};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};
 pub use columns::{BatchColumn, BatchInputs};

@@ -1,6 +1,7 @@
 //! Fixed-step Runge-Kutta rollouts.
 
 use super::Chamber;
+use super::board::LoopMemory;
 use super::source::{RowSource, Steps};
 use crate::model::{Model, column};
 use crate::numeric::Scalar;
@@ -13,7 +14,7 @@ const STAGES: usize = 4;
 /// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
 /// instructions.
 #[inline(always)]
-pub(super) fn rk4_step<S: Scalar, Q: Model>(
+fn rk4_step<S: Scalar, Q: Model>(
     model: &Q,
     coefficients: &Q::Coefficients<S>,
     held: &Q::Held<S>,
@@ -31,12 +32,36 @@ pub(super) fn rk4_step<S: Scalar, Q: Model>(
     pressure + ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
 }
 
+/// Advances a chamber over the interval of `row` from `pressure` (absolute, Pa), and returns the pressure at its end.
+///
+/// The interval is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each the board, if there is one, sees the
+/// pressure and holds a drive.
+#[inline(always)]
+pub(super) fn advance<S: Scalar, Q: Model>(
+    chamber: &Chamber<Q>,
+    coefficients: &Q::Coefficients<S>,
+    row: &[S::Real],
+    steps: Steps,
+    mut pressure: S,
+    memory: &mut LoopMemory<S>,
+) -> S {
+    #[allow(clippy::cast_precision_loss)] // a handful of steps
+    let share = 1.0 / (steps.ticks * steps.substeps) as f64;
+    let h = row[column::INTERVAL_S].times(share);
+    for tick in 0..steps.ticks {
+        let held = chamber.hold(coefficients, row, tick, pressure, memory);
+        for _ in 0..steps.substeps {
+            pressure = rk4_step(&chamber.model, coefficients, &held, pressure, h);
+        }
+    }
+    pressure
+}
+
 /// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each row's number and what is
 /// recorded there.
 ///
-/// One sample interval, from row `k` to row `k + 1`, is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each
-/// the board, if there is one, sees the pressure and holds a drive. This is the one loop behind every simulation and fit; the
-/// [`System`](super::System) chooses the numbers it runs over. It is compiled for each of them and for each model: call it through that.
+/// This is the one loop behind every simulation and fit; the [`System`](super::System) chooses the numbers it runs over. It is
+/// compiled for each of them and for each model: call it through that.
 #[inline(always)]
 pub fn rollout<S: Scalar, Q: Model>(
     chamber: &Chamber<Q>,
@@ -49,22 +74,13 @@ pub fn rollout<S: Scalar, Q: Model>(
     if count == 0 {
         return;
     }
-    #[allow(clippy::cast_precision_loss)] // a handful of steps
-    let share = 1.0 / (steps.ticks * steps.substeps) as f64;
     let mut memory = chamber.start(source.row(0), pressure);
     let mut pressure = pressure;
     for k in 0..count {
         let row = source.row(k);
         sink(k, chamber.measure(pressure, &memory));
-        if k + 1 == count {
-            break;
-        }
-        let h = row[column::INTERVAL_S].times(share);
-        for tick in 0..steps.ticks {
-            let held = chamber.hold(coefficients, row, tick, pressure, &mut memory);
-            for _ in 0..steps.substeps {
-                pressure = rk4_step(&chamber.model, coefficients, &held, pressure, h);
-            }
+        if k + 1 < count {
+            pressure = advance(chamber, coefficients, row, steps, pressure, &mut memory);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Chamber;
 use super::board::LoopMemory;
-use super::run::rk4_step;
+use super::run::advance;
 use super::source::Steps;
 use crate::model::{Model, column};
 
@@ -56,16 +56,8 @@ where
     }
 
     fn advance(&mut self, row: &[f64]) {
-        // As a rollout has it, to the bit.
-        #[allow(clippy::cast_precision_loss)] // a handful of steps
-        let share = 1.0 / (self.steps.ticks * self.steps.substeps) as f64;
-        let h = row[column::INTERVAL_S] * share;
-        for tick in 0..self.steps.ticks {
-            let held = self.chamber.hold(&self.coefficients, row, tick, self.pressure, &mut self.memory);
-            for _ in 0..self.steps.substeps {
-                self.pressure = rk4_step(&self.chamber.model, &self.coefficients, &held, self.pressure, h);
-            }
-        }
+        self.pressure =
+            advance(&self.chamber, &self.coefficients, row, self.steps, self.pressure, &mut self.memory);
     }
 
     fn reading_pa(&mut self, _: &[f64]) -> f64 {

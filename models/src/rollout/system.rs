@@ -4,11 +4,11 @@ use std::fmt::Debug;
 use std::ops::Range;
 
 use super::Chamber;
+use super::derivatives;
 use super::kinds::{
     DIRECTIONS, DualLanes, DualRollout, DualSink, LaneRollout, SENSITIVITY_LANES, WIDE_DIRECTIONS,
 };
 use super::lanes::{self, Lot};
-use super::run::rollout;
 use super::source::{RowSource, Rows, Steps};
 use super::stepper::{ChamberStepper, RowStepper};
 use crate::model::{Drive, Linear, Model, Nonlinear, Parameter, Parametric};
@@ -89,15 +89,15 @@ macro_rules! systems {
             }
 
             fn simulate_duals(&self, rollout: DualRollout<'_, DIRECTIONS>, sink: DualSink<'_, DIRECTIONS>) {
-                duals(self, rollout, sink);
+                derivatives::duals(self, rollout, sink);
             }
 
             fn simulate_wide(&self, rollout: DualRollout<'_, WIDE_DIRECTIONS>, sink: DualSink<'_, WIDE_DIRECTIONS>) {
-                duals(self, rollout, sink);
+                derivatives::duals(self, rollout, sink);
             }
 
             fn simulate_lanes(&self, rollout: LaneRollout<'_>, sink: &mut dyn FnMut(Range<usize>, &[DualLanes])) {
-                lanes::roll_duals(self, rollout, sink);
+                derivatives::roll_duals(self, rollout, sink);
             }
 
             fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool {
@@ -111,7 +111,7 @@ macro_rules! systems {
                 pressures: &[Lanes<SENSITIVITY_LANES>],
                 rates: &mut [DualLanes],
             ) {
-                lanes::rates(&self.model, parameters, rows, pressures, rates);
+                derivatives::rates(&self.model, parameters, rows, pressures, rates);
             }
 
             fn stepper(
@@ -132,17 +132,6 @@ macro_rules! systems {
 }
 
 systems!(Linear, Nonlinear, Parametric);
-
-/// Not inlined: each width is compiled once for each model.
-#[inline(never)]
-fn duals<Q: Model, const W: usize>(
-    chamber: &Chamber<Q>,
-    DualRollout { parameters, rows, pressure, steps }: DualRollout<'_, W>,
-    sink: DualSink<'_, W>,
-) {
-    let coefficients = chamber.model.coefficients(parameters);
-    rollout(chamber, &coefficients, (rows, rows.count()), pressure, steps, |k, y| sink(k, &y));
-}
 
 fn sum_of_rates<Q: Model>(model: &Q, parameters: &[f64], mut rows: Rows<'_>, pressures: &[f64]) -> f64 {
     let coefficients = model.coefficients(parameters);

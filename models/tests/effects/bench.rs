@@ -2,11 +2,13 @@
 //!
 //! The only file of these tests that knows how a channel with effects is simulated.
 
+use pneudrive_model::board::Law;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{Block, ChannelData, Extended, Role};
 use pneudrive_model::effects::catalogue::{CATALOGUE, index_of};
-use pneudrive_model::effects::{BoardLoop, ChannelInputs, DriveInput, EffectInfo, Kind, Plant, Series};
-use pneudrive_model::model::{ATMOSPHERE_PA, FlowForm, FlowFunction, Gas, Scale, ValveDrive, psi_max};
+use pneudrive_model::effects::{BoardLoop, ChannelInputs, DriveInput, EffectInfo, Plant, Series};
+use pneudrive_model::model::{ATMOSPHERE_PA, BaseModel, Linear, Nonlinear, Scale, column, psi_max};
+use pneudrive_model::rollout::{Chamber, Rows, Steps, System};
 
 /// Effects at work, each with the values of its parameters.
 pub type Installed<'a> = &'a [(&'a str, &'a [f64])];
@@ -52,14 +54,14 @@ impl Bench {
     pub fn valve(gain: f64, start_pa: f64, drive: &[f64]) -> Self {
         let inputs = inputs(drive.len(), start_pa, DriveInput::Spool(drive.into()));
         let base = vec![0.0, 0.0, gain, 0.0, 0.0, 1e-9, 1.0];
-        Self { plant: plant(Kind::Nonlinear(ValveDrive::Spool)), base, inputs }
+        Self { plant: plant(BaseModel::Nonlinear(Nonlinear::default())), base, inputs }
     }
 
     /// A regulator with dp/dt = alpha (command - p), gauge, that starts at a pressure in Pa absolute.
     pub fn regulator(alpha: f64, start_pa: f64, command_pa: &[f64]) -> Self {
         let mut inputs = inputs(command_pa.len(), start_pa, DriveInput::Command);
         inputs.command_pa = command_pa.into();
-        Self { plant: plant(Kind::Linear), base: vec![alpha, alpha], inputs }
+        Self { plant: plant(BaseModel::Linear(Linear::default())), base: vec![alpha, alpha], inputs }
     }
 
     /// With the valve behind the controller of a board, which follows commands in Pa absolute.
@@ -68,9 +70,7 @@ impl Bench {
         self.inputs.command_pa = command_pa.into();
         self.plant.board = Some(BoardLoop {
             rate_hz: 400.0,
-            gain_per_pa: 3e-5,
-            damping_per_pa: 0.0,
-            filter: 0.5,
+            law: Law { gain: 3e-5, damping: 0.0, weight: 0.5 },
             lowest_pa: -86e3,
             highest_pa: 775e3,
             rounding_pa: 100.0,
@@ -89,14 +89,45 @@ impl Bench {
         vec![value; self.rows()].into()
     }
 
+    /// Rate of the pressure per mm^2, Pa of flow pressure and inverse volume, m^3/(mm^2 s).
+    pub fn conductance(&self) -> f64 {
+        self.plant.model.valve().expect("a valve").conductance()
+    }
+
     /// Rate of the pressure per mm^2 of a choked port and Pa in front of it, 1/(mm^2 s): `gamma sqrt(2 R T) psi_max / V`.
     pub fn choked_rate(&self) -> f64 {
-        self.plant.conductance() / self.inputs.volume_m3[0] * psi_max()
+        self.conductance() / self.inputs.volume_m3[0] * psi_max()
     }
 
     /// Simulates all rows.
     pub fn run(&self, effects: Installed<'_>) -> Vec<Sample> {
         self.trace(&self.model(effects))
+    }
+
+    /// Absolute pressures in Pa as a fit simulates the base model from recorded drives, with this many Runge-Kutta steps a row.
+    pub fn rollout(&self, substeps: usize) -> Vec<f64> {
+        let system: Box<dyn System> = match self.plant.model {
+            BaseModel::Nonlinear(model) => Box::new(Chamber::new(model)),
+            BaseModel::Linear(model) => Box::new(Chamber::new(model)),
+        };
+        let mut table = vec![0.0; self.rows() * column::COUNT];
+        for (k, row) in table.chunks_exact_mut(column::COUNT).enumerate() {
+            row[column::INTERVAL_S] = self.inputs.interval_s[k];
+            (row[column::FILL], row[column::VENT]) = match &self.inputs.drive {
+                DriveInput::Spool(u) => (u[k], -u[k]),
+                DriveInput::Separate { fill, vent } => (fill[k], vent[k]),
+                DriveInput::Controlled | DriveInput::Command => (0.0, 0.0),
+            };
+            row[column::COMMAND_PA] = self.inputs.command_pa[k];
+            row[column::SUPPLY_PA] = self.inputs.supply_pa[k];
+            row[column::INVERSE_VOLUME_PER_M3] = 1.0 / self.inputs.volume_m3[k];
+            row[column::VOLUME_RATE_M3_S] = self.inputs.volume_rate_m3_s[k];
+        }
+        let rows = Rows { inputs: &table, width: column::COUNT };
+        let mut pressures = vec![0.0; self.rows()];
+        let (start_pa, steps) = (self.inputs.measured_pa[0], Steps { ticks: 1, substeps });
+        system.simulate(&self.base, rows, start_pa, steps, &mut pressures);
+        pressures
     }
 
     /// Derivatives by all parameters, base and effects.
@@ -171,17 +202,8 @@ fn number(id: &str) -> usize {
     index_of(id).unwrap_or_else(|| panic!("the catalogue has no {id}"))
 }
 
-fn plant(kind: Kind) -> Plant {
-    Plant {
-        kind,
-        gas: Gas::default(),
-        flow: FlowFunction::new(CRITICAL_RATIO, FlowForm::Iso6358),
-        critical_ratio: CRITICAL_RATIO,
-        discharge_coefficient: 1.0,
-        board: None,
-        longest_step_s: 0.01,
-        command_range_pa: 300e3,
-    }
+fn plant(model: BaseModel) -> Plant {
+    Plant { model, board: None, longest_step_s: 0.01, command_range_pa: 300e3 }
 }
 
 fn inputs(rows: usize, start_pa: f64, drive: DriveInput) -> ChannelInputs {

@@ -1,7 +1,7 @@
 //! Random rigs and drives, the same on every machine.
 
-use pneudrive_model::effects::{Domain, DriveInput, Kind};
-use pneudrive_model::model::ValveDrive;
+use pneudrive_model::effects::{Domain, DriveInput};
+use pneudrive_model::model::{BaseModel, Nonlinear, ValveDrive};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -50,7 +50,8 @@ fn rig(seed: u64, driven_by: DrivenBy) -> Bench {
     bench.base = match driven_by {
         DrivenBy::Regulator => vec![bench.base[0], bench.base[0] * between(0.8, 1.2)],
         DrivenBy::Separate => {
-            bench.plant.kind = Kind::Nonlinear(ValveDrive::Separate);
+            let drive = ValveDrive::Separate;
+            bench.plant.model = BaseModel::Nonlinear(Nonlinear { drive, ..Nonlinear::default() });
             let open = |drive: &[f64]| drive.iter().map(|u| u.max(0.0)).collect();
             bench.inputs.drive = DriveInput::Separate { fill: open(&fill), vent: open(&vent) };
             [&leaks[..], &gains[..], &edges[..], &[corner, weight]].concat()

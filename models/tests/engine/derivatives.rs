@@ -1,8 +1,9 @@
 //! Sensitivities of rollouts against central differences.
 
+use pneudrive_model::board::{Arithmetic, Board, Controller, Sensor};
 use pneudrive_model::model::{Linear, Model, Nonlinear, Parametric, ValveDrive, column};
 use pneudrive_model::numeric::{Dual, Scalar};
-use pneudrive_model::rollout::{Arithmetic, Board, Chamber, Controller, Rows, Sensor, Steps, rollout};
+use pneudrive_model::rollout::{Chamber, Rows, Steps, rollout};
 
 use crate::support;
 
@@ -61,16 +62,9 @@ fn every_model_is_differentiated_exactly() {
 #[test]
 fn the_boards_loop_is_differentiated_exactly() {
     // Counts of a micropascal, so the gains are per 1e-6 Pa.
-    let controller = Controller {
-        rate_hz: 200.0,
-        kp: 3e-11,
-        kd: 2e-11,
-        saturation: 1.0,
-        filter: 0.82,
-        arithmetic: Arithmetic::Fine,
-    };
+    let controller = Controller { rate_hz: 200.0, kp: 3e-11, kd: 2e-11, saturation: 1.0, filter: 0.82 };
     let sensor = Sensor { bits: 52, zero_counts: 1e6, kpa_per_count: 1e-9 };
-    let board = Board { controller, sensor, ambient_pa: 101_325.0 };
+    let board = Board { controller, arithmetic: Arithmetic::Fine, sensor, ambient_pa: 101_325.0 };
     check("board", &Chamber::behind(Nonlinear::default(), board), &support::TRUTH);
 }
 

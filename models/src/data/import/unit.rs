@@ -1,6 +1,6 @@
 //! Units of foreign columns: each is a factor to the format's own unit, some need the rig or the air pressure.
 
-use crate::rig::{Controller, Sensor};
+use crate::board::{Controller, Sensor};
 
 /// What a target column measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,16 +3,12 @@
 use super::menu::{Excitation, PERIOD_S};
 use crate::diagnosis::blocks::split;
 use crate::diagnosis::channel::{ChannelData, compared_rows};
-use crate::effects::{ChannelInputs, DriveInput, Kind, Series};
-use crate::model::ValveDrive;
+use crate::effects::{ChannelInputs, DriveInput, Series};
 
 /// Can this channel be driven by commands alone in a simulation?
 #[must_use]
 pub fn realisable(data: &ChannelData) -> bool {
-    match data.plant.kind {
-        Kind::Linear => true,
-        Kind::Nonlinear(drive) => drive == ValveDrive::Spool && data.plant.board.is_some(),
-    }
+    data.plant.model.is_regulator() || (!data.plant.separate() && data.plant.board.is_some())
 }
 
 /// The channels under an excitation between two pressures (kPa gauge), sampled as they were; nothing is measured yet.
@@ -39,10 +35,7 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         interval_s: every(period),
         duration_s: seconds,
         starts: [0].into(),
-        drive: match data.plant.kind {
-            Kind::Linear => DriveInput::Command,
-            Kind::Nonlinear(_) => DriveInput::Controlled,
-        },
+        drive: if data.plant.model.is_regulator() { DriveInput::Command } else { DriveInput::Controlled },
         supply_pa: every(middle(&old.supply_pa)),
         volume_m3: every(middle(&old.volume_m3)),
         volume_rate_m3_s: every(0.0),

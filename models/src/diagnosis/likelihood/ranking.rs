@@ -9,7 +9,7 @@ use super::scoring::Estimate;
 use super::starts::{Expectation, base_starts, begin, effect_starts, posterior, scales};
 use super::uncertainty::Uncertainty;
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{Domain, Kind, Question};
+use crate::effects::{Domain, Question};
 
 /// Starts that are followed for some rounds, of those of a base model and of an effect ...
 const LOOKED_AT: [usize; 2] = [4, 8];
@@ -50,7 +50,7 @@ pub fn rank(
     let start = begin(&expectation.scales);
     let tried = best_first(data, base_starts(data), &start, counted);
     let first = tried.first()?.clone();
-    if data.plant.kind != Kind::Linear {
+    if !data.plant.model.is_regulator() {
         expectation.gain = first.values[2];
     }
     let starts: Vec<(Extended, Uncertainty)> = tried
@@ -80,7 +80,7 @@ pub fn rank(
 /// A structure that the catalogue has sizes for, on a channel of this kind.
 fn may_act(data: &ChannelData, effect: usize) -> bool {
     let info = CATALOGUE[effect];
-    let domain = if data.plant.kind == Kind::Linear { Domain::Regulator } else { Domain::Valve };
+    let domain = if data.plant.model.is_regulator() { Domain::Regulator } else { Domain::Valve };
     info.question == Question::Structure
         && (info.domain == domain || info.domain == Domain::Both)
         && !info.probes.is_empty()

@@ -4,7 +4,6 @@ use super::super::base::{CORNER, EDGES, GAINS, LEAK, free_base, start};
 use super::super::channel::{ChannelData, Extended};
 use super::posterior::{Expected, Posterior};
 use super::uncertainty::Uncertainty;
-use crate::effects::Kind;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::{Parameter, Scale};
 
@@ -31,19 +30,17 @@ pub struct Expectation {
 /// Base models from which a search begins: valves from slow to fast, or regulators.
 #[must_use]
 pub fn base_starts(data: &ChannelData) -> Vec<Extended> {
-    match data.plant.kind {
-        Kind::Linear => RATES.map(|rate| Extended::base(vec![rate, rate])).to_vec(),
-        Kind::Nonlinear(_) => {
-            GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
-        }
+    if data.plant.model.is_regulator() {
+        return RATES.map(|rate| Extended::base(vec![rate, rate])).to_vec();
     }
+    GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
 }
 
 /// Models with an effect from which a search begins: at every probe, with the base model's gains and smaller ones.
 #[must_use]
 pub fn effect_starts(data: &ChannelData, base: &Extended, effect: usize) -> Vec<Extended> {
     let gains: Vec<usize> = positions(&data.plant.parameters(), |p| p.unit == "mm2" && p.name != "corner");
-    let factors = if data.plant.kind == Kind::Linear { &FACTORS[2..] } else { &FACTORS[..] };
+    let factors = if data.plant.model.is_regulator() { &FACTORS[2..] } else { &FACTORS[..] };
     let mut starts = Vec::new();
     for probe in CATALOGUE[effect].probes {
         for factor in factors {
@@ -87,20 +84,21 @@ pub fn posterior<'a>(
     let parameters = model.parameters(&data.plant);
     let base = data.plant.parameters().len();
     let free: Vec<usize> = free_base(data).into_iter().chain(base..parameters.len()).collect();
-    let of_base = |k: usize| expected_of_base(data, &parameters[k], k, expectation.gain);
+    let of_base = |k: usize| expected_of_base(data, &parameters[k], expectation.gain);
     let of = |&k: &usize| if k < base { of_base(k) } else { expected_of_effect(&parameters[k]) };
     let expected = free.iter().map(of).collect();
     Posterior { data, model, parameters, free, expected, scales: expectation.scales, stiff: false, counted }
 }
 
 /// Wide enough for any rig, and narrow enough that nothing wanders off where the recording says nothing of it.
-fn expected_of_base(data: &ChannelData, p: &Parameter, position: usize, gain: f64) -> Expected {
-    if data.plant.corner() == Some(position) {
+fn expected_of_base(data: &ChannelData, p: &Parameter, gain: f64) -> Expected {
+    if p.name == "corner" {
         return ((CORNER * gain).ln(), 1.5);
     }
-    match (data.plant.kind, p.scale) {
-        (Kind::Linear, _) | (_, Scale::Logarithmic) => {
-            let middle = if data.plant.kind == Kind::Linear { p.nominal } else { gain };
+    let regulator = data.plant.model.is_regulator();
+    match (regulator, p.scale) {
+        (true, _) | (_, Scale::Logarithmic) => {
+            let middle = if regulator { p.nominal } else { gain };
             if p.scale == Scale::Logarithmic {
                 (middle.ln(), 2.0)
             } else {
@@ -109,7 +107,7 @@ fn expected_of_base(data: &ChannelData, p: &Parameter, position: usize, gain: f6
         }
         // Leaks, edges, and the weight of the volume's rate.
         (_, Scale::Linear) if p.unit == "mm2" => (0.0, 30.0 * LEAK * gain),
-        (_, Scale::Linear) if position == data.plant.volume_weight() => (p.nominal, 0.3),
+        (_, Scale::Linear) if p.name == "volume_weight" => (p.nominal, 0.3),
         (_, Scale::Linear) => (p.nominal, 0.25),
     }
 }

@@ -1,6 +1,7 @@
 //! `exhaust_leak`: leak to the air.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::model::Areas;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.

@@ -1,6 +1,7 @@
 //! `inflow_cycle`: what flows in swings with a period, whatever the supply pressure does. Never named.
 
-use crate::effects::{Areas, Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step};
+use crate::model::Areas;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.

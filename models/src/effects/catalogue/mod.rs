@@ -1,8 +1,7 @@
 //! One file per effect, and their list.
 
-use super::{
-    Areas, ChannelInputs, EffectInfo, Hook, Memory, RegulatorLaw, Step, Stretch, Structure, ValveLaw,
-};
+use super::{ChannelInputs, EffectInfo, Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
+use crate::model::{Areas, ValveLaw};
 use crate::numeric::Scalar;
 
 /// Declares the modules, the list and one type that is any of them. Effects of a model are called in the order of the list,

@@ -1,6 +1,7 @@
 //! `supply_ripple`: supply cycles by itself.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::model::Areas;
 use crate::numeric::{Real, Scalar};
 
 /// What the catalogue says about it.

@@ -1,7 +1,7 @@
 //! `supply_sag`: supply falls with the flow drawn.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Areas, Hook, Memory, Step, ValveLaw, Question, Reach};
-use crate::model::psi_max;
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::model::{Areas, ValveLaw, psi_max};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.

@@ -1,6 +1,7 @@
 //! `valve_asymmetry`: fill and vent gains differ.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, RegulatorLaw, Step, ValveLaw, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, RegulatorLaw, Step, Question, Reach};
+use crate::model::ValveLaw;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.

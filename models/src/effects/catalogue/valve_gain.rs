@@ -1,6 +1,7 @@
 //! `valve_gain`: valve gain has changed.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, ValveLaw, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::model::ValveLaw;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.

@@ -13,7 +13,7 @@ fn pulse(open: usize, rows: usize) -> Vec<f64> {
 /// By how much the pressure would rise by what was let in, if nothing but the gas in the chamber were warmed by it: the adiabatic change.
 fn let_in(bench: &Bench, run: &[Sample]) -> f64 {
     let drawn: f64 = run.iter().map(|s| s.draw * 0.01).sum();
-    bench.plant.conductance() / bench.inputs.volume_m3[0] * drawn
+    bench.conductance() / bench.inputs.volume_m3[0] * drawn
 }
 
 pub fn filling_lies_between_isothermal_and_adiabatic() {

@@ -1,6 +1,6 @@
 //! What flows through an orifice, with the rig's flow function or any other.
 
-use crate::model::{FlowFunction, psi_max};
+use super::{FlowFunction, psi_max};
 use crate::numeric::Scalar;
 
 /// The flow function of a channel's ports.
