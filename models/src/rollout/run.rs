@@ -8,12 +8,12 @@ use crate::numeric::Scalar;
 /// Stages of a Runge-Kutta step.
 const STAGES: usize = 4;
 
-/// One classical fourth-order Runge-Kutta step of length `h` (s).
+/// The change of the pressure over one classical fourth-order Runge-Kutta step of length `h` (s).
 ///
 /// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
 /// instructions.
 #[inline(always)]
-pub(super) fn rk4_step<S: Scalar, Q: Model>(
+pub(super) fn rk4_change<S: Scalar, Q: Model>(
     model: &Q,
     coefficients: &Q::Coefficients<S>,
     held: &Q::Held<S>,
@@ -28,7 +28,7 @@ pub(super) fn rk4_step<S: Scalar, Q: Model>(
         point = pressure + slopes[stage].scale(if stage < 2 { half } else { h });
     }
     let [k1, k2, k3, k4] = slopes;
-    pressure + ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
+    ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
 }
 
 /// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each row's number and what is
@@ -53,6 +53,7 @@ pub fn rollout<S: Scalar, Q: Model>(
     let share = 1.0 / (steps.ticks * steps.substeps) as f64;
     let mut memory = chamber.start(source.row(0), pressure);
     let mut pressure = pressure;
+    let mut lost = S::zero();
     for k in 0..count {
         let row = source.row(k);
         sink(k, chamber.measure(pressure, &memory));
@@ -63,7 +64,8 @@ pub fn rollout<S: Scalar, Q: Model>(
         for tick in 0..steps.ticks {
             let held = chamber.hold(coefficients, row, tick, pressure, &mut memory);
             for _ in 0..steps.substeps {
-                pressure = rk4_step(&chamber.model, coefficients, &held, pressure, h);
+                let change = rk4_change(&chamber.model, coefficients, &held, pressure, h);
+                pressure = pressure.accumulate(change, &mut lost);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::Chamber;
 use super::board::LoopMemory;
-use super::run::rk4_step;
+use super::run::rk4_change;
 use super::source::Steps;
 use crate::model::{Model, column};
 
@@ -63,7 +63,7 @@ where
         for tick in 0..self.steps.ticks {
             let held = self.chamber.hold(&self.coefficients, row, tick, self.pressure, &mut self.memory);
             for _ in 0..self.steps.substeps {
-                self.pressure = rk4_step(&self.chamber.model, &self.coefficients, &held, self.pressure, h);
+                self.pressure += rk4_change(&self.chamber.model, &self.coefficients, &held, self.pressure, h);
             }
         }
     }
