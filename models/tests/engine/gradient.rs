@@ -52,7 +52,7 @@ impl<'a> Case<'a> {
 
     fn with<T>(&self, then: impl FnOnce(&[Job<'_>], &BatchInputs<'_>) -> T) -> T {
         let mut columns: Vec<BatchColumn<'_>> =
-            self.columns.iter().map(|values| BatchColumn::per_job_and_row(values)).collect();
+            self.columns.iter().map(BatchColumn::per_job_and_row).collect();
         columns[column::INTERVAL_S] = BatchColumn::constant(0.01);
         let inputs = BatchInputs::new(columns, JOBS, ROWS).unwrap();
         let jobs: Vec<Job<'_>> =
