@@ -121,3 +121,50 @@ fn what_cannot_be_exported_is_refused_with_a_sentence() {
     refused(&[&["fmu"], &file[..], &["--library", "x86.so", "--step", "0"]].concat(), "--step 0");
     assert!(!folder.path("x").is_file());
 }
+
+/// A nonlinear channel, and one with an effect where `effects` says so.
+fn nonlinear(effects: &str) -> String {
+    let channel = "drive = \"spool\"\nnoise_kpa = 0.3\ncommand_range_kpa = 300.0\nparameters = { gain = 1.5, corner = 0.03, \
+leak_in = 0.004, leak_out = 0.003, threshold_in = 0.05, threshold_out = -0.04, volume_weight = 1.0 }\n";
+    format!(
+        "schema = \"pneudrive-extended/1\"\nmodel = \"nonlinear\"\n[rig.supply]\npressure_kpa = 500.0\n[rig.chamber]\nvolume_m3 = \
+2e-4\n[channels.b0c0]\n{channel}{effects}"
+    )
+}
+
+#[test]
+fn a_package_for_jax_has_the_parameters_in_the_models_order() {
+    let folder = folder();
+    folder.write("nonlinear.toml", nonlinear("").as_bytes());
+    let done = run(folder.root(), &["export", "jax", "--parameters", "nonlinear.toml", "--out", "arm"]);
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let package = std::fs::read_to_string(folder.path("arm/__init__.py")).unwrap();
+    assert!(
+        package.contains("\"b0c0\": Channel((0.004, 0.003, 1.5, 0.05, -0.04, 0.03, 1.0), CONSTANTS, 4)"),
+        "{package}"
+    );
+    assert!(package.contains("supply_kpa=500.0, volume_m3=0.0002, ambient_kpa_abs=101.325"), "{package}");
+    let model = std::fs::read_to_string(folder.path("arm/model.py")).unwrap();
+    assert!(model.contains("def dp(p_kpa, drive") && !model.contains("from ."), "it needs JAX only");
+}
+
+#[test]
+fn what_jax_cannot_hold_is_refused_by_name() {
+    let folder = folder();
+    let effects = "[channels.b0c0.effects.valve_lag]\ntime_constant = 0.015\n";
+    folder.write("effects.toml", nonlinear(effects).as_bytes());
+    folder.write("nonlinear.toml", nonlinear("").as_bytes());
+    let export =
+        |file: &str, out: &str| run(folder.root(), &["export", "jax", "--parameters", file, "--out", out]);
+    for (file, out, said) in [
+        ("effects.toml", "arm", "b0c0 has valve_lag, which a pure function of the pressure cannot hold"),
+        ("extended.toml", "arm", "the base model is linear"),
+        ("nonlinear.toml", "robot-arm", "Python cannot import a package of that name"),
+        ("nonlinear.toml", "2nd", "Python cannot import a package of that name"),
+    ] {
+        let done = export(file, out);
+        assert_eq!(done.status, 2, "{}", done.stdout);
+        assert!(done.stderr.contains(said), "{}", done.stderr);
+        assert!(!folder.path(out).exists(), "something was written");
+    }
+}

@@ -4,8 +4,8 @@ use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, 
 use crate::model::{FlowForm, Linear, Parameter, Parametric, column};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    BatchError, BatchInputs, BatchResults, Chamber, Job, RowStepper, Rows, Series, Start, Steps, System,
-    simulate, simulate_batch_into,
+    BatchError, BatchGradient, BatchInputs, BatchResults, BatchUnit, Chamber, Job, RowStepper, Rows, Series,
+    Start, Steps, System, batch_gradient, simulate, simulate_batch_into, simulate_batch_single_into,
 };
 
 use super::{ModelKind, Setup};
@@ -103,6 +103,35 @@ impl Subject {
         results: BatchResults<'_>,
     ) -> Result<(), BatchError> {
         simulate_batch_into(&*self.0, jobs, inputs, substeps, results)
+    }
+
+    /// The pressures of a batch in single precision.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn batch_single(
+        &self,
+        jobs: &[Job<'_>],
+        inputs: &BatchInputs<'_>,
+        substeps: usize,
+        outputs: &mut [f32],
+        unit: BatchUnit,
+    ) -> Result<(), BatchError> {
+        simulate_batch_single_into(&*self.0, jobs, inputs, substeps, outputs, unit)
+    }
+
+    /// Derivatives of the weighted sum of a batch's pressures.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn batch_gradient(
+        &self,
+        jobs: &[Job<'_>],
+        inputs: &BatchInputs<'_>,
+        substeps: usize,
+        weights: &[f64],
+    ) -> Result<BatchGradient, BatchError> {
+        batch_gradient(&*self.0, jobs, inputs, substeps, weights)
     }
 
     /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of the row before; `NaN`

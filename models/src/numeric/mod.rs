@@ -5,15 +5,21 @@
 //! * `f64`: one value;
 //! * [`Dual`]`<f64, N>`: a value and its derivatives in `N` directions (forward mode, exact to rounding);
 //! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector instructions;
-//! * [`Dual`]`<Lanes<L>, N>`: both.
+//! * [`Lanes`]`<L, f32>`: the same in single precision, twice as many in a vector;
+//! * [`Dual`]`<Lanes<L>, N>`: lanes with derivatives;
+//! * [`Active`]: the same with derivatives by the measured inputs, too.
 
+mod active;
 mod array;
 mod dual;
+mod float;
 mod lanes;
 mod plain;
 mod scalar;
 
+pub use active::Active;
 pub(crate) use array::filled;
 pub use dual::Dual;
+pub use float::Float;
 pub use lanes::Lanes;
 pub use scalar::{Mask, Real, Scalar};

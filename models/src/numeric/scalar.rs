@@ -103,6 +103,12 @@ pub trait Scalar:
         (exponent * self.ln()).exp()
     }
 
+    /// The sum with a change that is much smaller. In single precision `lost` keeps what rounding took from it, for the next time.
+    #[inline(always)]
+    fn accumulate(self, change: Self, _lost: &mut Self) -> Self {
+        self + change
+    }
+
     /// Is the value smaller than the other's?
     #[inline(always)]
     fn less(self, other: Self) -> Mask<Self> {

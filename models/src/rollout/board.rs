@@ -37,11 +37,25 @@ impl LoopMemory<f64> {
     }
 }
 
+impl<S: Scalar<Real = S>> LoopMemory<S> {
+    /// The filtered sample in counts, and the command of the row before.
+    #[inline(always)]
+    pub(super) fn state(&self) -> [S; 2] {
+        [self.filtered, self.command]
+    }
+}
+
 impl<S: Scalar> LoopMemory<S> {
     /// Where there is no board.
     #[inline(always)]
     pub(super) fn none() -> Self {
         Self { filtered: S::zero(), command: S::Real::zero(), drive: S::zero() }
+    }
+
+    /// In the middle of a segment. The drive of the last loop has no effect.
+    #[inline(always)]
+    pub(super) fn resumed(filtered: S, command: S::Real) -> Self {
+        Self { filtered, command, drive: S::zero() }
     }
 }
 

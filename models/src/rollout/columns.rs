@@ -3,11 +3,78 @@
 use super::job::BatchError;
 use crate::model::column;
 
+/// The values of a column, in either precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BatchValues<'a> {
+    /// In double precision.
+    Double(&'a [f64]),
+    /// In single precision.
+    Single(&'a [f32]),
+}
+
+impl BatchValues<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::Double(values) => values.len(),
+            Self::Single(values) => values.len(),
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, index: usize) -> f64 {
+        match self {
+            Self::Double(values) => values[index],
+            Self::Single(values) => f64::from(values[index]),
+        }
+    }
+
+    /// The first value that is not within a range.
+    fn outside(&self, range: [f64; 2]) -> Option<usize> {
+        match self {
+            Self::Double(values) => values.iter().position(|value| !within(*value, range)),
+            Self::Single(values) => values.iter().position(|value| !within(f64::from(*value), range)),
+        }
+    }
+
+    /// Whether it is the same memory.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Double(a), Self::Double(b)) => std::ptr::eq(*a, *b),
+            (Self::Single(a), Self::Single(b)) => std::ptr::eq(*a, *b),
+            _ => false,
+        }
+    }
+}
+
+impl<'a> From<&'a [f64]> for BatchValues<'a> {
+    fn from(values: &'a [f64]) -> Self {
+        Self::Double(values)
+    }
+}
+
+impl<'a> From<&'a Vec<f64>> for BatchValues<'a> {
+    fn from(values: &'a Vec<f64>) -> Self {
+        Self::Double(values)
+    }
+}
+
+impl<'a> From<&'a Vec<f32>> for BatchValues<'a> {
+    fn from(values: &'a Vec<f32>) -> Self {
+        Self::Single(values)
+    }
+}
+
+impl<'a> From<&'a [f32]> for BatchValues<'a> {
+    fn from(values: &'a [f32]) -> Self {
+        Self::Single(values)
+    }
+}
+
 /// One input of all rollouts: `offset + factor * value`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatchColumn<'a> {
     /// None for a constant.
-    pub(super) values: &'a [f64],
+    pub(super) values: BatchValues<'a>,
     constant: f64,
     pub(super) by_job: bool,
     pub(super) by_row: bool,
@@ -22,7 +89,7 @@ impl<'a> BatchColumn<'a> {
     #[must_use]
     pub const fn constant(value: f64) -> Self {
         Self {
-            values: &[],
+            values: BatchValues::Double(&[]),
             constant: value,
             by_job: false,
             by_row: false,
@@ -35,18 +102,21 @@ impl<'a> BatchColumn<'a> {
     /// The same for all rollouts, one value per row.
     #[must_use]
     pub const fn per_row(values: &'a [f64]) -> Self {
+        let values = BatchValues::Double(values);
         Self { values, constant: 0.0, by_job: false, by_row: true, factor: 1.0, offset: 0.0, range: None }
     }
 
     /// The same for all rows, one value per rollout.
     #[must_use]
     pub const fn per_job(values: &'a [f64]) -> Self {
+        let values = BatchValues::Double(values);
         Self { values, constant: 0.0, by_job: true, by_row: false, factor: 1.0, offset: 0.0, range: None }
     }
 
-    /// `[rollout][row]`.
+    /// `[rollout][row]`, in either precision.
     #[must_use]
-    pub const fn per_job_and_row(values: &'a [f64]) -> Self {
+    pub fn per_job_and_row(values: impl Into<BatchValues<'a>>) -> Self {
+        let values = values.into();
         Self { values, constant: 0.0, by_job: true, by_row: true, factor: 1.0, offset: 0.0, range: None }
     }
 
@@ -72,10 +142,11 @@ impl<'a> BatchColumn<'a> {
     /// The first value out of range: its place and itself.
     fn outside(&self) -> Option<(usize, f64)> {
         let range = self.range?;
-        let own = [self.constant];
-        let values = if self.by_job || self.by_row { self.values } else { &own };
-        let at = values.iter().position(|value| !within(*value, range))?;
-        Some((at, values[at]))
+        if !(self.by_job || self.by_row) {
+            return (!within(self.constant, range)).then_some((0, self.constant));
+        }
+        let at = self.values.outside(range)?;
+        Some((at, self.values.at(at)))
     }
 
     fn expected(&self, jobs: usize, rows: usize) -> usize {
@@ -95,13 +166,13 @@ impl<'a> BatchColumn<'a> {
             (true, false) => job,
             (true, true) => job * rows + row,
         };
-        self.offset + self.factor * self.values[index]
+        self.offset + self.factor * self.values.at(index)
     }
 }
 
 /// False for NaN.
 #[inline(always)]
-pub(super) fn within(value: f64, [low, high]: [f64; 2]) -> bool {
+fn within(value: f64, [low, high]: [f64; 2]) -> bool {
     (value >= low) & (value <= high)
 }
 

@@ -8,6 +8,9 @@ use crate::model::column;
 /// bounds it then are the square roots (docs/performance.md).
 pub const BATCH_LANES: usize = 32;
 
+/// The same in single precision: as many vectors, twice as wide in numbers.
+pub const SINGLE_LANES: usize = 64;
+
 /// One rollout of a batch; its inputs are in [`BatchInputs`](super::BatchInputs).
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {

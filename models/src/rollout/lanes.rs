@@ -6,12 +6,12 @@ use multiversion::multiversion;
 use multiversion::target::match_target;
 
 use super::fetch::{BLOCK, LINE};
-use super::job::{BATCH_LANES, BatchUnit, Job};
+use super::job::{BATCH_LANES, BatchUnit, Job, SINGLE_LANES};
 use super::run::rollout;
 use super::source::{RowSource, Steps};
 use super::{BatchInputs, Chamber};
 use crate::model::Model;
-use crate::numeric::{Lanes, Scalar};
+use crate::numeric::{Float, Lanes, Scalar};
 
 /// Jobs of a batch that are rolled out side by side.
 #[derive(Debug, Clone, Copy)]
@@ -26,8 +26,11 @@ pub struct Lot<'a> {
 
 /// One value of each job; spare lanes repeat the last.
 #[inline(always)]
-pub(super) fn lanes_of<const L: usize>(jobs: &[Job<'_>], value: impl Fn(&Job<'_>) -> f64) -> Lanes<L> {
-    Lanes(std::array::from_fn(|lane| value(&jobs[lane.min(jobs.len() - 1)])))
+pub(super) fn lanes_of<const L: usize, T: Float>(
+    jobs: &[Job<'_>],
+    value: impl Fn(&Job<'_>) -> f64,
+) -> Lanes<L, T> {
+    Lanes(std::array::from_fn(|lane| T::from_f64(value(&jobs[lane.min(jobs.len() - 1)]))))
 }
 
 /// Simulates a lot. Returns whether all inputs were possible.
@@ -36,25 +39,34 @@ pub(super) fn lanes_of<const L: usize>(jobs: &[Job<'_>], value: impl Fn(&Job<'_>
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn roll_lot<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f64]) -> bool {
     match_target! {
-        "x86_64+avx512f" => side_by_side(chamber, lot, outputs),
-        "x86_64+avx2" => side_by_side(chamber, lot, outputs),
+        "x86_64+avx512f" => side_by_side::<_, BATCH_LANES, _>(chamber, lot, outputs),
+        "x86_64+avx2" => side_by_side::<_, BATCH_LANES, _>(chamber, lot, outputs),
         "x86_64" => one_by_one(chamber, lot, outputs),
-        _ => side_by_side(chamber, lot, outputs),
+        _ => side_by_side::<_, BATCH_LANES, _>(chamber, lot, outputs),
+    }
+}
+
+/// The same in single precision; on the oldest processors in double, and rounded.
+#[multiversion(targets("x86_64+avx2"))]
+pub(super) fn roll_lot_single<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f32]) -> bool {
+    match_target! {
+        "x86_64+avx2" => side_by_side::<_, SINGLE_LANES, _>(chamber, lot, outputs),
+        "x86_64" => one_by_one_rounded(chamber, lot, outputs),
+        _ => side_by_side::<_, SINGLE_LANES, _>(chamber, lot, outputs),
     }
 }
 
 #[inline(always)]
-fn side_by_side<Q: Model>(
+fn side_by_side<Q: Model, const L: usize, T: Float>(
     chamber: &Chamber<Q>,
     Lot { jobs, inputs, first, steps, unit }: Lot<'_>,
-    outputs: &mut [f64],
+    outputs: &mut [T],
 ) -> bool {
     let count = jobs[0].parameters.len();
-    let parameters: Vec<Lanes<BATCH_LANES>> =
-        (0..count).map(|i| lanes_of(jobs, |job| job.parameters[i])).collect();
+    let parameters: Vec<Lanes<L, T>> = (0..count).map(|i| lanes_of(jobs, |job| job.parameters[i])).collect();
     let samples = outputs.len() / jobs.len();
-    let mut source = inputs.lanes::<BATCH_LANES>(first);
-    let mut block = [Lanes([0.0; BATCH_LANES]); BLOCK];
+    let mut source = inputs.lanes::<L, T>(first);
+    let mut block = [Lanes([T::ZERO; L]); BLOCK];
     rollout(
         chamber,
         &chamber.model.coefficients(&parameters),
@@ -88,14 +100,24 @@ fn one_by_one<Q: Model>(
     inputs.check_late().is_ok()
 }
 
+#[allow(clippy::cast_possible_truncation)] // what is asked for
+fn one_by_one_rounded<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f32]) -> bool {
+    let mut double = vec![0.0; outputs.len()];
+    let possible = one_by_one(chamber, lot, &mut double);
+    for (rounded, pressure) in outputs.iter_mut().zip(double) {
+        *rounded = pressure as f32;
+    }
+    possible
+}
+
 /// Writes some rows of all lanes, at most a block, to the rollouts, of `samples` rows each.
 ///
 /// Rows of all lanes become rows of each lane block by block: single values, each to a rollout of its own, would meet in the same few
 /// sets of the cache. Plain loops, since `array::map` is left as a function of its own, compiled for the oldest processor.
 #[inline(always)]
-fn write_block<const L: usize>(
-    block: &[Lanes<L>; BLOCK],
-    outputs: &mut [f64],
+fn write_block<const L: usize, T: Float>(
+    block: &[Lanes<L, T>; BLOCK],
+    outputs: &mut [T],
     samples: usize,
     rows: Range<usize>,
 ) {
@@ -158,8 +180,11 @@ mod tests {
             steps: Steps { ticks: 1, substeps: 2 },
             unit: BatchUnit { zero_pa: 101_325.0, per_pa: 1e-3 },
         };
-        let (mut together, mut alone) = (vec![0.0; JOBS * ROWS], vec![0.0; JOBS * ROWS]);
-        assert!(side_by_side(&chamber, lot, &mut together) && one_by_one(&chamber, lot, &mut alone));
+        let (mut together, mut alone) = (vec![0.0_f64; JOBS * ROWS], vec![0.0; JOBS * ROWS]);
+        assert!(
+            side_by_side::<_, BATCH_LANES, _>(&chamber, lot, &mut together)
+                && one_by_one(&chamber, lot, &mut alone)
+        );
         assert!(together.iter().any(|kpa| (kpa - together[0]).abs() > 10.0), "nothing moves");
         assert_eq!(together, alone);
     }

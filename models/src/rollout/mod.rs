@@ -1,5 +1,6 @@
 //! Simulation from the inputs alone: systems, their inputs, and fixed-step Runge-Kutta rollouts.
 
+mod adjoint;
 mod batch;
 mod board;
 mod chamber;
@@ -8,6 +9,7 @@ mod columns;
 mod derivatives;
 mod fetch;
 mod gather;
+mod interval;
 mod job;
 mod kinds;
 mod lanes;
@@ -18,12 +20,14 @@ mod source;
 mod stepper;
 mod system;
 
-pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into};
+pub use adjoint::{BatchGradient, DIFFERENTIATED, batch_gradient};
+pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into, simulate_batch_single_into};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};
-pub use columns::{BatchColumn, BatchInputs};
+pub use columns::{BatchColumn, BatchInputs, BatchValues};
 pub use gather::GatheredRows;
-pub use job::{BATCH_LANES, BatchError, BatchUnit, Job};
+pub use interval::{ActiveLanes, Interval, Intervals, RowState};
+pub use job::{BATCH_LANES, BatchError, BatchUnit, Job, SINGLE_LANES};
 pub use kinds::{
     DIRECTIONS, DualLanes, DualRollout, DualSink, LaneRollout, SENSITIVITY_LANES, WIDE_DIRECTIONS,
 };

@@ -9,12 +9,12 @@ use crate::numeric::Scalar;
 /// Stages of a Runge-Kutta step.
 const STAGES: usize = 4;
 
-/// One classical fourth-order Runge-Kutta step of length `h` (s).
+/// The change of the pressure over one classical fourth-order Runge-Kutta step of length `h` (s).
 ///
 /// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
 /// instructions.
 #[inline(always)]
-fn rk4_step<S: Scalar, Q: Model>(
+pub(super) fn rk4_change<S: Scalar, Q: Model>(
     model: &Q,
     coefficients: &Q::Coefficients<S>,
     held: &Q::Held<S>,
@@ -29,10 +29,10 @@ fn rk4_step<S: Scalar, Q: Model>(
         point = pressure + slopes[stage].scale(if stage < 2 { half } else { h });
     }
     let [k1, k2, k3, k4] = slopes;
-    pressure + ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
+    ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
 }
 
-/// Advances a chamber over the interval of `row` from `pressure` (absolute, Pa), and returns the pressure at its end.
+/// Advances a chamber over the interval of `row` from a pressure (absolute, Pa), beside which stands what its sum has lost.
 ///
 /// The interval is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each the board, if there is one, sees the
 /// pressure and holds a drive.
@@ -42,19 +42,19 @@ pub(super) fn advance<S: Scalar, Q: Model>(
     coefficients: &Q::Coefficients<S>,
     row: &[S::Real],
     steps: Steps,
-    mut pressure: S,
+    (pressure, lost): (&mut S, &mut S),
     memory: &mut LoopMemory<S>,
-) -> S {
+) {
     #[allow(clippy::cast_precision_loss)] // a handful of steps
     let share = 1.0 / (steps.ticks * steps.substeps) as f64;
     let h = row[column::INTERVAL_S].times(share);
     for tick in 0..steps.ticks {
-        let held = chamber.hold(coefficients, row, tick, pressure, memory);
+        let held = chamber.hold(coefficients, row, tick, *pressure, memory);
         for _ in 0..steps.substeps {
-            pressure = rk4_step(&chamber.model, coefficients, &held, pressure, h);
+            let change = rk4_change(&chamber.model, coefficients, &held, *pressure, h);
+            *pressure = pressure.accumulate(change, lost);
         }
     }
-    pressure
 }
 
 /// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each row's number and what is
@@ -76,11 +76,12 @@ pub fn rollout<S: Scalar, Q: Model>(
     }
     let mut memory = chamber.start(source.row(0), pressure);
     let mut pressure = pressure;
+    let mut lost = S::zero();
     for k in 0..count {
         let row = source.row(k);
         sink(k, chamber.measure(pressure, &memory));
         if k + 1 < count {
-            pressure = advance(chamber, coefficients, row, steps, pressure, &mut memory);
+            advance(chamber, coefficients, row, steps, (&mut pressure, &mut lost), &mut memory);
         }
     }
 }

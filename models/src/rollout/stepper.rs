@@ -56,8 +56,9 @@ where
     }
 
     fn advance(&mut self, row: &[f64]) {
-        self.pressure =
-            advance(&self.chamber, &self.coefficients, row, self.steps, self.pressure, &mut self.memory);
+        // In double precision nothing is lost.
+        let pressure = (&mut self.pressure, &mut 0.0);
+        advance(&self.chamber, &self.coefficients, row, self.steps, pressure, &mut self.memory);
     }
 
     fn reading_pa(&mut self, _: &[f64]) -> f64 {

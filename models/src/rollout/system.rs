@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::Chamber;
 use super::derivatives;
+use super::interval::{self, ActiveLanes, Intervals};
 use super::kinds::{
     DIRECTIONS, DualLanes, DualRollout, DualSink, LaneRollout, SENSITIVITY_LANES, WIDE_DIRECTIONS,
 };
@@ -42,6 +43,12 @@ pub trait System: Debug + Send + Sync {
 
     /// Rollouts of a batch in lockstep, without derivatives. Returns whether all inputs were possible.
     fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool;
+
+    /// The same in single precision.
+    fn simulate_lot_single(&self, lot: Lot<'_>, outputs: &mut [f32]) -> bool;
+
+    /// Single intervals in lockstep, with derivatives by inputs, parameters and states.
+    fn simulate_intervals(&self, parameters: &[ActiveLanes], steps: Steps, intervals: &mut dyn Intervals);
 
     /// Rates in Pa/s with their derivatives, at a pressure for each of the rows, one after the other in `rows`.
     fn rates(
@@ -102,6 +109,14 @@ macro_rules! systems {
 
             fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool {
                 lanes::roll_lot(self, lot, outputs)
+            }
+
+            fn simulate_lot_single(&self, lot: Lot<'_>, outputs: &mut [f32]) -> bool {
+                lanes::roll_lot_single(self, lot, outputs)
+            }
+
+            fn simulate_intervals(&self, parameters: &[ActiveLanes], steps: Steps, intervals: &mut dyn Intervals) {
+                interval::simulate_intervals(self, parameters, steps, intervals);
             }
 
             fn rates(

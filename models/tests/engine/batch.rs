@@ -27,7 +27,7 @@ fn lanes_give_bit_for_bit_what_single_rollouts_give() {
             inputs.iter().flat_map(|inputs| -> Vec<f64> { of(inputs) }).collect()
         })
         .collect();
-    let columns = columns.iter().map(|values| BatchColumn::per_job_and_row(values)).collect();
+    let columns = columns.iter().map(BatchColumn::per_job_and_row).collect();
     let together = BatchInputs::new(columns, JOBS, ROWS).unwrap();
     let plain = simulate_batch(&system, &jobs, &together, 2, false).unwrap();
     let with = simulate_batch(&system, &jobs, &together, 2, true).unwrap();

@@ -2,6 +2,7 @@
 
 mod c;
 mod fmu;
+mod jax;
 mod library;
 mod mujoco;
 
@@ -17,11 +18,13 @@ use super::{Failure, output};
 #[command(after_help = "Examples:\n  \
 pneudrive-model export c --parameters extended.toml --out chamber\n  \
 pneudrive-model export fmu --parameters nonlinear.toml --out chambers.fmu\n  \
+pneudrive-model export jax --parameters nonlinear.toml --out chambers\n  \
 pneudrive-model export mujoco --parameters nonlinear.toml --out robot\n  \
 pneudrive-model export mujoco --native --parameters nonlinear.toml --out robot")]
 pub enum Command {
     C(c::Args),
     Fmu(fmu::Args),
+    Jax(jax::Args),
     Mujoco(mujoco::Args),
 }
 
@@ -30,6 +33,7 @@ impl Command {
         match self {
             Self::C(args) => args.run(),
             Self::Fmu(args) => args.run(),
+            Self::Jax(args) => args.run(),
             Self::Mujoco(args) => args.run(),
         }
     }
