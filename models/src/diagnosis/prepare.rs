@@ -77,6 +77,7 @@ fn prepare_channel(
     common: &Common,
     purpose: Purpose,
 ) -> Result<ChannelData, String> {
+    let rig = &rig.at(channel.id);
     let ambient = rig.ambient_or_standard();
     let ambient_pa = ambient.pressure_kpa_abs * 1e3;
     let rows = recording.rows();
@@ -270,6 +271,7 @@ fn board_loop(rig: &Rig) -> Option<BoardLoop> {
 /// Mean volume over every interval, and its rate.
 fn volumes(recording: &Recording, rig: &Rig, channel: &Channel, common: &Common) -> (Series, Series) {
     let per_rad = rig.chamber.as_ref().map_or(0.0, |c| c.volume_per_rad_m3());
+    let rest_m3 = common.rest_m3(rig);
     match recording.joint_angle(channel.id) {
         Some((angle, sign)) if per_rad > 0.0 => {
             let angle = to_f64(angle);
@@ -279,8 +281,8 @@ fn volumes(recording: &Recording, rig: &Rig, channel: &Channel, common: &Common)
                 (rest + sign * per_rad * 0.5 * (at(k) + at(k + 1))).max(0.05 * rest)
             };
             let rate = |k: usize| sign * per_rad * (at(k + 1) - at(k)) / common.interval_s[k];
-            (common.rest_m3.iter().enumerate().map(volume).collect(), (0..rows).map(rate).collect())
+            (rest_m3.iter().enumerate().map(volume).collect(), (0..rows).map(rate).collect())
         }
-        _ => (common.rest_m3.clone(), common.zeros.clone()),
+        _ => (rest_m3, common.zeros.clone()),
     }
 }

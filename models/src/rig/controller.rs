@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::RigError;
-use super::check::Checker;
-
 /// drive = kp (command - pressure) - kd (pressure - previous pressure), clipped to the saturation and scaled by it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Controller {
@@ -20,44 +17,4 @@ pub struct Controller {
     /// Weight of the previous sample in the low-pass filter, 0 (none) to below 1.
     #[serde(default)]
     pub filter: f64,
-}
-
-impl Controller {
-    pub(super) fn check(&self, checker: &Checker<'_>) -> Result<(), RigError> {
-        checker.within(
-            "controller.rate_hz",
-            self.rate_hz,
-            (1.0, 100_000.0),
-            "Hz",
-            "it is the rate of the board's loop",
-        )?;
-        checker.within(
-            "controller.kp",
-            self.kp,
-            (1e-6, 1e6),
-            "drive counts per pressure count",
-            "a loop without proportional gain does not follow its command",
-        )?;
-        checker.within(
-            "controller.kd",
-            self.kd,
-            (0.0, 1e6),
-            "drive counts per count",
-            "leave it out for none",
-        )?;
-        checker.within(
-            "controller.saturation",
-            self.saturation,
-            (1e-6, 1e6),
-            "drive counts",
-            "it is the drive at which the valve is fully open",
-        )?;
-        checker.within(
-            "controller.filter",
-            self.filter,
-            (0.0, 0.9999),
-            "",
-            "it is the weight of the previous sample: 0 for no filter, 1 would never follow",
-        )
-    }
 }
