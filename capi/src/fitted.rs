@@ -43,12 +43,13 @@ impl FittedEngine {
             Control::Drive => setup.controller = false,
             Control::AsCalibrated | Control::SetPoint => {}
         }
-        let subject = subject(setup, &file.rig, file.flow_form())?;
-        if let Some(controller) = file.rig.controller.as_ref().filter(|_| setup.controller) {
+        let rig = file.rig.at(id);
+        let subject = subject(setup, &rig, file.flow_form())?;
+        if let Some(controller) = rig.controller.as_ref().filter(|_| setup.controller) {
             check_loop(step_s, controller.rate_hz)?;
         }
         let parameters = file.values(name, id, &subject)?;
-        let ambient = file.rig.ambient_or_standard();
+        let ambient = rig.ambient_or_standard();
         let ambient_pa = ambient.pressure_kpa_abs * PA_PER_KPA;
         let row = row(step_s, ambient_pa, setup, nominal);
         let mut stepper = subject.stepper(&parameters, stored.substeps, &row, ambient_pa);

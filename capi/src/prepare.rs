@@ -27,7 +27,7 @@ pub fn prepare(
     if !(1e-5..=1.0).contains(&step_s) {
         return Err(CreateError::Step { step_s });
     }
-    let rig = model.rig();
+    let rig = model.rig().at(id);
     let nominal = Inputs {
         fill: 0.0,
         vent: 0.0,

@@ -99,6 +99,26 @@ uint32 nanosec
         Self::of(commands(joint).collect(), bus)
     }
 
+    /// Gives channels that the ROS node calls by the rig file's names their numbers again, by the joint in the name of the topic: the
+    /// first of `joint_3/pressure_state`, `left_p_kpa`, is `b3_p0_kpa`.
+    pub fn number_names(&mut self, topic: &str) {
+        let mut parts = topic.rsplit('/');
+        let joint: Option<u16> = match (parts.next(), parts.next()) {
+            (Some("pressure_state"), Some(joint)) => {
+                joint.strip_prefix("joint_").and_then(|number| number.parse().ok())
+            }
+            _ => None,
+        };
+        let Some(joint) = joint else { return };
+        let numbered = Self::state(joint, 0).name;
+        for (place, (name, numbered)) in self.name.iter_mut().zip(numbered).enumerate() {
+            let ending = if place < CHANNELS { "_p_kpa" } else { "_cmd_kpa" };
+            if name.ends_with(ending) {
+                *name = numbered;
+            }
+        }
+    }
+
     fn of(name: Vec<String>, bus: usize) -> Self {
         let effort = vec![f64::NAN; name.len()];
         let header = Header { stamp: Time::default(), frame_id: bus_frame(bus) };
@@ -221,6 +241,19 @@ mod tests {
         let with_drives = JointState::state_with_drives(5, 1);
         assert_eq!((with_drives.name[7].as_str(), with_drives.name[11].as_str()), ("b5_cmd3_kpa", "b5_u3"));
         assert_eq!(with_drives.effort.len(), 12);
+    }
+
+    #[test]
+    fn named_channels_get_their_numbers_back() {
+        let mut state = JointState::state(3, 0);
+        (state.name[0], state.name[4]) = ("front left_p_kpa".into(), "front left_cmd_kpa".into());
+        state.number_names("/pneudrive/joint_3/pressure_state");
+        assert_eq!(state, JointState::state(3, 0));
+        // A robot's own names are no channels.
+        let mut elbow = JointState { name: vec!["elbow".into()], ..JointState::default() };
+        elbow.number_names("/pneudrive/joint_3/pressure_state");
+        elbow.number_names("/joint_states");
+        assert_eq!(elbow.name, ["elbow"]);
     }
 
     #[test]

@@ -88,3 +88,76 @@ fn every_plot_of_the_layout_is_of_a_value_that_bags_have_and_every_panel_has_a_p
     shown.sort_unstable();
     assert_eq!(shown, there);
 }
+
+/// The keys of `object` that are not in `known`.
+fn unknown<'a>(object: &'a Value, known: &[&str]) -> Vec<&'a String> {
+    object.as_object().unwrap().keys().filter(|key| !known.contains(&key.as_str())).collect()
+}
+
+/// Types of the layout as Lichtblick declares them, which is the last open version of Foxglove and reads the same files: `LayoutData`,
+/// `PlotConfig` and `PlotPath` (panels/Plot/utils/config.ts), the log panel's `Config` (panels/Log), and the tree of react-mosaic.
+#[test]
+fn the_layout_has_the_types_that_its_readers_declare() {
+    let layout: Value = serde_json::from_str(LAYOUT).unwrap();
+    let parts = ["configById", "globalVariables", "userNodes", "playbackConfig", "layout"];
+    assert!(unknown(&layout, &parts).is_empty());
+    assert!(parts.iter().all(|part| !layout[part].is_null()));
+    assert!(layout["playbackConfig"]["speed"].is_number());
+    tree(&layout["layout"]);
+    for (panel, config) in layout["configById"].as_object().unwrap() {
+        // Each of the two readers has its own key.
+        assert!(config["foxglovePanelTitle"].is_string(), "{panel}");
+        assert_eq!(config["foxglovePanelTitle"], config["lichtblickPanelTitle"], "{panel}");
+        // The type of a panel is what stands before the `!`; that of the log panel has kept its old name.
+        match panel.split_once('!').unwrap().0 {
+            "RosOut" => log(config),
+            "Plot" => plot(config),
+            other => panic!("no panel is of type {other}"),
+        }
+    }
+}
+
+/// A branch has a direction, two sides and the share of the first; a leaf is a panel.
+fn tree(node: &Value) {
+    if node.is_string() {
+        return;
+    }
+    assert!(unknown(node, &["first", "second", "direction", "splitPercentage"]).is_empty(), "{node}");
+    assert!(node["direction"] == "row" || node["direction"] == "column", "{node}");
+    assert!((1.0..100.0).contains(&node["splitPercentage"].as_f64().unwrap()));
+    tree(&node["first"]);
+    tree(&node["second"]);
+}
+
+fn log(config: &Value) {
+    let known = ["foxglovePanelTitle", "lichtblickPanelTitle", "searchTerms", "minLogLevel", "topicToRender"];
+    assert!(unknown(config, &known).is_empty(), "{config}");
+    assert!(config["searchTerms"].is_array() && config["minLogLevel"].is_u64());
+}
+
+fn plot(config: &Value) {
+    let flags = ["showLegend", "showPlotValuesInLegend", "showXAxisLabels", "showYAxisLabels", "isSynced"];
+    let others = [
+        "foxglovePanelTitle",
+        "lichtblickPanelTitle",
+        "paths",
+        "legendDisplay",
+        "xAxisVal",
+        "sidebarDimension",
+    ];
+    assert!(unknown(config, &[&flags[..], &others].concat()).is_empty(), "{config}");
+    assert!(flags.iter().all(|flag| config[flag].is_boolean()), "{config}");
+    assert!(["floating", "top", "left", "none"].contains(&config["legendDisplay"].as_str().unwrap()));
+    assert!(
+        ["timestamp", "index", "custom", "currentCustom"].contains(&config["xAxisVal"].as_str().unwrap())
+    );
+    assert!(config["sidebarDimension"].is_number());
+    for path in config["paths"].as_array().unwrap() {
+        let known = ["value", "enabled", "color", "label", "timestampMethod", "showLine", "lineSize"];
+        assert!(unknown(path, &known).is_empty(), "{path}");
+        assert!(path["enabled"].is_boolean());
+        assert!(["receiveTime", "headerStamp"].contains(&path["timestampMethod"].as_str().unwrap()));
+        let colour = path["color"].as_str().unwrap().strip_prefix('#').unwrap();
+        assert!(matches!(colour.len(), 6 | 8) && u32::from_str_radix(colour, 16).is_ok(), "{path}");
+    }
+}

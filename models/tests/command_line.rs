@@ -305,3 +305,24 @@ fn an_interrupted_fit_keeps_the_best_so_far() {
     assert_eq!(saved["settings"]["stopped"].as_bool(), Some(true));
     assert_eq!(json(&folder.path("p.json"))["parameters"]["settings"]["stopped"], true);
 }
+
+/// A recording of the host carries the rig file that it was made with.
+#[test]
+fn a_recordings_copy_of_the_rig_file_is_taken_where_none_is_given() {
+    let folder = Folder::new();
+    let with = |rig: &str| format!("# rig: {}\n{}", serde_json::json!(rig), lag());
+    folder.write("run.csv", with("[supply]\npressure_kpa = 550\n[chamber]\nvolume_m3 = 1e-4\n").as_bytes());
+    let fit = |data: &str| {
+        run(folder.root(), &["fit", data, "--model", "linear", "--starts", "1", "--out", "p.toml"])
+    };
+    let done = fit("run.csv");
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    assert!(done.stderr.contains("run.csv: taken with its copy of the rig file"), "{}", done.stderr);
+    let saved: toml::Table = std::fs::read_to_string(folder.path("p.toml")).unwrap().parse().unwrap();
+    assert_eq!(saved["rig"]["chamber"]["volume_m3"].as_float(), Some(1e-4));
+
+    folder.write("bad.csv", with("[chamber]\nvolume = 1\n").as_bytes());
+    let refused = fit("bad.csv");
+    let expected = "bad.csv, its copy of the rig file:2: unknown key chamber.volume; did you mean volume_m3?";
+    assert!(refused.status == 2 && refused.stderr.contains(expected), "{}", refused.stderr);
+}

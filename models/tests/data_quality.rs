@@ -123,8 +123,8 @@ fn a_stuck_sensor_is_masked() {
 fn saturated_samples_are_masked_when_the_rig_names_the_limits() {
     let folder = Folder::new();
     let path = folder.write("run.csv", file(&rows(700)).as_bytes());
-    let limits = Some(SensorLimits { low_kpa: 60.0, high_kpa: 140.0, step_kpa: 0.1 });
-    let with = load(&path, LoadOptions { limits, ..LoadOptions::default() }).unwrap();
+    let limits = |_| Some(SensorLimits { low_kpa: 60.0, high_kpa: 140.0, step_kpa: 0.1 });
+    let with = load(&path, LoadOptions { limits: Some(&limits), ..LoadOptions::default() }).unwrap();
     let without = load(&path, LoadOptions::default()).unwrap();
     let masked = with.quality.of_kind(FindingKind::Saturated).next().expect("beyond the limits").count;
     // 50 sin(t) is beyond +-40 for 2 (pi/2 - asin 0.8) = 1.287 s in each half wave, 2 half waves in 7 s.

@@ -4,7 +4,7 @@ use pneudrive_host::bus::{ExchangeError, OpenBusError};
 use pneudrive_host::line::LineError;
 use pneudrive_model::data;
 use pneudrive_model::experiment::FitChannelsError;
-use pneudrive_model::rig::RigError;
+use pneudrive_model::rig::{RigError, RigFileError};
 use pneudrive_model::simulation::SimulationError;
 use pneudrive_model::store::StoreError;
 use pyo3::exceptions::PyException;
@@ -110,7 +110,7 @@ pub fn recording(error: data::DataError) -> PyErr {
 /// A rig file that cannot be read or understood.
 pub fn rig(error: RigError) -> PyErr {
     match &error {
-        RigError::Open { .. } => FileError::new_err(error.to_string()),
+        RigError::File(RigFileError::Open { .. }) => FileError::new_err(error.to_string()),
         _ => unusable(error),
     }
 }

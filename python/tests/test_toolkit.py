@@ -142,6 +142,19 @@ def test_a_rig_from_tables_is_the_rig_from_text(rig):
         pneu.Rig(supply=object())
 
 
+def test_boards_and_channels_have_tables_of_their_own():
+    own = {"0": {"channels": {"3": {"chamber": {"volume_m3": 3e-4}}}}}
+    rig = pneu.Rig(chamber={"volume_m3": 1e-4}, boards=own)
+    assert rig.at("b0c3").to_dict() == {"chamber": {"volume_m3": 3e-4}}
+    assert rig.at("b1c3").to_dict() == {"chamber": {"volume_m3": 1e-4}}
+    assert pneu.Rig(**rig.to_dict()) == rig
+    assert pickle.loads(pickle.dumps(rig)) == rig
+    with pytest.raises(DataError, match="unknown key boards.0.channels.3.chamber.volume; did you mean volume_m3"):
+        pneu.Rig(boards={"0": {"channels": {"3": {"chamber": {"volume": 1e-4}}}}})
+    with pytest.raises(DataError, match="channel"):
+        rig.at("elbow")
+
+
 def test_a_fit_finds_what_made_the_recording(fit):
     assert fit.channels == ["b0c0", "b0c1"]
     for channel, truth in zip(fit.channels, TRUE_PARAMETERS, strict=True):

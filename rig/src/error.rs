@@ -64,3 +64,19 @@ pub enum RigError {
         problem: String,
     },
 }
+
+impl RigError {
+    /// The message without file and line, for a rig that was not read from a file.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let place = match self {
+            Self::Open { file, .. } => format!("{file}: "),
+            Self::Syntax { file, line, .. }
+            | Self::Unknown { file, line, .. }
+            | Self::Value { file, line, .. }
+            | Self::Table { file, line, .. } => format!("{file}:{line}: "),
+        };
+        let message = self.to_string();
+        message.strip_prefix(&place).unwrap_or(&message).to_owned()
+    }
+}

@@ -123,7 +123,7 @@ static CHANNEL: Table = Table {
     name: "K",
     meaning: "a channel: a valve and its chamber",
     keys: &[NAME],
-    tables: &[&LIMITS, &CALIBRATION],
+    tables: &[&LIMITS, &CALIBRATION, &CHAMBER, &OWN_VALVE],
     numbered: None,
 };
 
@@ -139,7 +139,7 @@ static BOARD: Table = Table {
     name: "N",
     meaning: "a board, by its number on the bus",
     keys: &[NAME],
-    tables: &[&LIMITS, &CALIBRATION, &CHANNELS],
+    tables: &[&LIMITS, &CALIBRATION, &CHAMBER, &OWN_VALVE, &CONTROLLER, &CHANNELS],
     numbered: None,
 };
 
@@ -219,13 +219,18 @@ static CHAMBER: Table = table(
     ],
 );
 
-static VALVE: Table = table(
+const DISCHARGE_COEFFICIENT: Key =
+    number("discharge_coefficient", (0.05, 1.5), "", "C_d; 1 where areas are effective ones");
+const CRITICAL_RATIO: Key = number("critical_ratio", (0.05, 0.7), "", "b of ISO 6358: 0.2 to 0.5 for valves");
+
+static VALVE: Table =
+    table("valve", "what is fixed of the flow through a valve", &[DISCHARGE_COEFFICIENT, CRITICAL_RATIO]);
+
+/// Both keys, so that nobody has to know whether a missing one is that of `[valve]` or the usual one.
+static OWN_VALVE: Table = table(
     "valve",
-    "what is fixed of the flow through a valve",
-    &[
-        number("discharge_coefficient", (0.05, 1.5), "", "C_d; 1 where areas are effective ones"),
-        number("critical_ratio", (0.05, 0.7), "", "b of ISO 6358: 0.2 to 0.5 for valves"),
-    ],
+    "the flow through these valves, instead of the table above it in the file's hierarchy",
+    &[required(DISCHARGE_COEFFICIENT), required(CRITICAL_RATIO)],
 );
 
 static CONTROLLER: Table = table(

@@ -1,7 +1,7 @@
 //! The rig file: one TOML file that describes a machine to everything that works with it.
 //!
 //! ```text
-//!   format (all tables and keys) ──▶ reader ──▶ Rig ──▶ host, page, ROS node, Python
+//!   format (all tables and keys) ──▶ reader ──▶ Rig ──▶ host, page, ROS node, Python, toolkit
 //!             └──▶ JSON schema, for editors
 //! ```
 //!

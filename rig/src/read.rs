@@ -20,8 +20,8 @@ pub(crate) enum Value {
     Text(String),
 }
 
-/// Reads and checks `text`; `file` is its name in messages.
-pub(crate) fn read(file: &str, text: &str) -> Result<Content, RigError> {
+/// Reads and checks `text`, or what stands in one table of it; `file` is its name in messages.
+pub(crate) fn read(file: &str, text: &str, inside: Option<&str>) -> Result<Content, RigError> {
     let reader = Reader { file, text };
     let root = DeTable::parse(text).map_err(|error| RigError::Syntax {
         file: file.to_owned(),
@@ -30,8 +30,21 @@ pub(crate) fn read(file: &str, text: &str) -> Result<Content, RigError> {
         problem: error.message().split('\n').collect::<Vec<_>>().join(", "),
     })?;
     let mut content = Content::default();
-    reader.table(&FILE, "", root.get_ref(), &mut content)?;
-    reader.chamber(&content)?;
+    let root = match inside {
+        None => root.get_ref(),
+        Some(name) => match root.get_ref().get(name).map(Spanned::get_ref) {
+            Some(DeValue::Table(table)) => table,
+            _ => {
+                return Err(RigError::Table {
+                    file: file.to_owned(),
+                    line: 1,
+                    table: name.to_owned(),
+                    problem: "is missing".to_owned(),
+                });
+            }
+        },
+    };
+    reader.table(&FILE, "", root, &mut content)?;
     Ok(content)
 }
 
@@ -79,10 +92,13 @@ impl Reader<'_> {
         }
         let missing = table.keys.iter().filter(|key| key.required && !found.contains_key(key.name));
         let missing: Vec<_> = missing.map(|key| format!("{} ({})", key.name, key.kind.expected())).collect();
-        if missing.is_empty() {
-            return Ok(());
+        if !missing.is_empty() {
+            return Err(self.problem(content, path, format!("needs {}", missing.join(" and "))));
         }
-        Err(self.problem(content, path, format!("needs {}", missing.join(" and "))))
+        match table.name {
+            "chamber" => self.chamber(found, path, content),
+            _ => Ok(()),
+        }
     }
 
     fn number<'n>(
@@ -167,11 +183,10 @@ impl Reader<'_> {
     }
 
     /// A cylinder or a constant volume, and not both.
-    fn chamber(&self, content: &Content) -> Result<(), RigError> {
-        let has = |key: &str| content.values.contains_key(&format!("chamber.{key}"));
+    fn chamber(&self, found: &DeTable<'_>, path: &str, content: &Content) -> Result<(), RigError> {
+        let has = |key: &str| found.contains_key(key);
         let cylinder = ["radius_m", "length_m", "offset_m"].map(has);
         let problem = match (has("volume_m3"), cylinder) {
-            _ if !content.lines.contains_key("chamber") => return Ok(()),
             (true, [false, false, false]) | (false, [true, true, _]) => return Ok(()),
             (true, _) => {
                 "has volume_m3 and a cylinder's radius_m, length_m or offset_m; keep one description"
@@ -180,7 +195,7 @@ impl Reader<'_> {
                 "needs radius_m and length_m (and offset_m where a joint bends it), or volume_m3 alone"
             }
         };
-        Err(self.problem(content, "chamber", problem.to_owned()))
+        Err(self.problem(content, path, problem.to_owned()))
     }
 }
 

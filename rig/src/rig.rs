@@ -1,7 +1,7 @@
 //! What a rig file says, in the words of those who use it.
 
 use crate::read::{Content, Value, read};
-use crate::{RigError, Unit};
+use crate::{CHANNELS, RigError, Unit};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -74,7 +74,16 @@ impl Rig {
     /// # Errors
     /// As for [`load`](Self::load).
     pub fn parse(file: &str, text: &str) -> Result<Self, RigError> {
-        Ok(Self { file: file.to_owned(), text: text.to_owned(), content: read(file, text)? })
+        Ok(Self { file: file.to_owned(), text: text.to_owned(), content: read(file, text, None)? })
+    }
+
+    /// Checks a rig that stands in a table of another file, as a fit keeps the one that it was made with. Lines
+    /// in messages are those of that file.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load); also where there is no such table.
+    pub fn check_table(file: &str, text: &str, table: &str) -> Result<(), RigError> {
+        read(file, text, Some(table)).map(|_| ())
     }
 
     /// The file's name.
@@ -165,6 +174,14 @@ impl Rig {
     #[must_use]
     pub fn usual_limit(&self) -> Limit {
         Limit { max_kpa: self.number("limits.max_kpa"), max_rate_kpa_s: self.number("limits.max_rate_kpa_s") }
+    }
+
+    /// The lowest of all highest set points, kPa gauge; none where no channel has a limit.
+    #[must_use]
+    pub fn lowest_max_kpa(&self) -> Option<f64> {
+        let channels = self.boards().into_iter().flat_map(|board| (0..CHANNELS).map(move |c| (board, c)));
+        let limits = channels.map(|(board, channel)| self.limit(board, channel));
+        limits.fold(self.usual_limit(), Limit::stricter).max_kpa
     }
 
     /// The calibration of a channel: its own, else its board's, else that of all sensors.

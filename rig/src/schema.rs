@@ -12,13 +12,6 @@ pub fn schema() -> Value {
     let mut schema = table(&FILE);
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     schema["title"] = json!("PneuDrive rig file");
-    schema["properties"]["chamber"]["oneOf"] = json!([
-        { "required": ["radius_m", "length_m"], "not": { "required": ["volume_m3"] } },
-        {
-            "required": ["volume_m3"],
-            "properties": { "radius_m": false, "length_m": false, "offset_m": false },
-        },
-    ]);
     schema
 }
 
@@ -42,6 +35,15 @@ fn table(table: &Table) -> Value {
     let required: Vec<_> = table.keys.iter().filter(|key| key.required).map(|key| key.name).collect();
     if !required.is_empty() {
         schema["required"] = json!(required);
+    }
+    if table.name == "chamber" {
+        schema["oneOf"] = json!([
+            { "required": ["radius_m", "length_m"], "not": { "required": ["volume_m3"] } },
+            {
+                "required": ["volume_m3"],
+                "properties": { "radius_m": false, "length_m": false, "offset_m": false },
+            },
+        ]);
     }
     schema
 }

@@ -122,6 +122,18 @@ fn errors_name_line_key_and_what_is_expected() {
             "[chamber]\nvolume_m3 = 0.02\nradius_m = 0.02\nlength_m = 0.2\n",
             "rig.toml:1: [chamber] has volume_m3 and a cylinder's radius_m, length_m or offset_m; keep one description",
         ),
+        (
+            "[boards.1.channels.0.chamber]\nvolume_m3 = 1e-4\n\n[boards.1.channels.2.chamber]\nlength_m = 0.2\n",
+            "rig.toml:4: [boards.1.channels.2.chamber] needs radius_m and length_m",
+        ),
+        (
+            "[boards.1.valve]\ncritical_ratio = 0.3\n",
+            "rig.toml:1: [boards.1.valve] needs discharge_coefficient (a number from 0.05 to 1.5)",
+        ),
+        (
+            "[boards.1.channels.2.controller]\nkp = 3\n",
+            "rig.toml:1: unknown table boards.1.channels.2.controller; expected one of name, limits, sensor, chamber, valve",
+        ),
         ("[boards.1.limits\n", "rig.toml:1: "),
         ("[bus]\nport = \"a\"\nport = \"b\"\n", "rig.toml:3: "),
     ] {
@@ -132,4 +144,24 @@ fn errors_name_line_key_and_what_is_expected() {
     assert!(
         Rig::load("/nowhere/rig.toml".as_ref()).unwrap_err().to_string().starts_with("/nowhere/rig.toml: ")
     );
+}
+
+/// What a fit saved carries the rig that it was made with.
+#[test]
+fn a_rig_in_another_file_is_checked_with_its_lines() {
+    let text = "schema = \"x\"\n[rig.supply]\npressure_kpa = 550\n[rig.valve]\ncritical_ratio = 5\n";
+    let refused = |text: &str| Rig::check_table("fit.toml", text, "rig").unwrap_err();
+    let error = refused(text);
+    assert_eq!(error.to_string(), "fit.toml:5: valve.critical_ratio = 5: expected a number from 0.05 to 0.7");
+    assert_eq!(error.sentence(), "valve.critical_ratio = 5: expected a number from 0.05 to 0.7");
+    assert_eq!(Rig::check_table("fit.toml", &text.replace("= 5\n", "= 0.5\n"), "rig"), Ok(()));
+    assert_eq!(refused("schema = 1\n").to_string(), "fit.toml:1: [rig] is missing");
+}
+
+#[test]
+fn the_lowest_maximum_of_all_channels() {
+    let rig = |text: &str| Rig::parse("rig.toml", text).unwrap().lowest_max_kpa();
+    assert_eq!(rig(MIXED), Some(100.0));
+    assert_eq!(rig("[limits]\nmax_kpa = 300\n[boards.0]\nname = \"arm\"\n"), Some(300.0));
+    assert_eq!((rig(""), rig("[limits]\nmax_rate_kpa_s = 3\n")), (None, None));
 }

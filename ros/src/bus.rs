@@ -1,6 +1,7 @@
 //! One bus: its port, its poller, and what hangs on both.
 
 use crate::args::Settings;
+use crate::channel_names::ChannelNames;
 use crate::gate::{Gate, Joint};
 use crate::live::Live;
 use crate::publish::PublishCounters;
@@ -20,6 +21,8 @@ pub struct OpenBus {
     options: PollerOptions,
     port: String,
     first_joint: u16,
+    /// Of the joints, in the poller's order.
+    names: Vec<ChannelNames>,
     /// How long set points are good for when nobody renews them; 0 for ever.
     watchdog_ns: u64,
     virtual_boards: VirtualBoards,
@@ -88,7 +91,10 @@ impl OpenBus {
         };
         let port = port.display().to_string();
         let watchdog_ns = (flags.watchdog_s * 1e9).round() as u64;
-        Ok(Self { bus, options, port, first_joint, watchdog_ns, virtual_boards })
+        let of =
+            |&board: &u8| ChannelNames::new(first_joint + u16::from(board), settings.rig.as_ref(), board);
+        let names = options.boards.iter().map(of).collect();
+        Ok(Self { bus, options, port, first_joint, names, watchdog_ns, virtual_boards })
     }
 
     /// Numbers of its boards.
@@ -99,6 +105,11 @@ impl OpenBus {
     /// Joint of the first board.
     pub fn first_joint(&self) -> u16 {
         self.first_joint
+    }
+
+    /// What its joints and their channels are called, in the poller's order.
+    pub fn names(&self) -> &[ChannelNames] {
+        &self.names
     }
 
     /// Starts polling. States come out of the receiver.
@@ -113,7 +124,7 @@ impl OpenBus {
             watchdog_ns => set_points.vent_after(watchdog_ns),
         };
         let joint = |(index, &board): (usize, &u8)| Joint {
-            number: self.first_joint + u16::from(board),
+            names: self.names[index].clone(),
             board,
             index,
             limits: self.options.limits.clone(),

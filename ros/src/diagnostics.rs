@@ -39,7 +39,12 @@ impl BusReport {
         let commands: Vec<_> = bus.gates.iter().map(|gate| gate.counters()).collect();
         for (index, (board, commands)) in statistics.boards.iter().zip(&commands).enumerate() {
             let joint = bus.first_joint + u16::from(board.board);
-            statuses.push(self.board(&format!("{name}: joint_{joint}"), &bus.port, index, board, commands));
+            let status = self.board(&format!("{name}: joint_{joint}"), &bus.port, index, board, commands);
+            let called = bus.gates.get(index).and_then(|gate| gate.names().board());
+            statuses.push(match called {
+                Some(called) => status.with("board", called),
+                None => status,
+            });
         }
         self.before = Before {
             seconds: statistics.seconds,

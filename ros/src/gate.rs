@@ -1,8 +1,9 @@
 //! Which commands get through to the boards.
 
+use crate::channel_names::ChannelNames;
 use crate::pressure::Command;
 use crate::refusal::{Counters, Refusal};
-use pneudrive_host::messages::{Time, command_name};
+use pneudrive_host::messages::Time;
 use pneudrive_host::poller::{BoardCommand, Limits, SetPoints, VENTED};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -10,8 +11,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// Where a joint's commands go, and how high they may be.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// Its number in names of topics and values.
-    pub number: u16,
+    /// What it and its channels are called.
+    pub names: ChannelNames,
     /// Its board's number on the bus.
     pub board: u8,
     /// The board's place in the poller's order.
@@ -93,6 +94,11 @@ impl Gate {
         self.change([Some(Counts::ATMOSPHERE); CHANNELS]);
     }
 
+    /// What its joint and its channels are called.
+    pub fn names(&self) -> &ChannelNames {
+        &self.joint.names
+    }
+
     /// What has come so far.
     pub fn counters(&self) -> Counters {
         self.lock().counters
@@ -117,8 +123,10 @@ impl Gate {
             return Err(Refusal::NamesAndValues { names: command.names.len(), values: command.kpa.len() });
         }
         for (name, &kpa) in command.names.iter().zip(command.kpa) {
-            let Some(channel) = (0..CHANNELS).find(|&k| *name == command_name(self.joint.number, k)) else {
-                return Err(Refusal::UnknownName { name: name.clone(), joint: self.joint.number });
+            let names = &self.joint.names;
+            let Some(channel) = names.channel(name) else {
+                let (joint, known) = (names.joint(), names.known());
+                return Err(Refusal::UnknownName { name: name.clone(), joint, known });
             };
             if changes[channel].replace(self.counts(channel, kpa)?).is_some() {
                 return Err(Refusal::NamedTwice { name: name.clone() });
@@ -178,7 +186,8 @@ mod tests {
         let points = SetPoints::new(2);
         let limit = ChannelLimit { max_kpa, max_rate_kpa_s: f64::INFINITY };
         let limits = Limits::everywhere(limit).unwrap();
-        let joint = Joint { number: 5, board: 1, index: 1, limits, scales: [SCALE; CHANNELS] };
+        let names = ChannelNames::new(5, None, 1);
+        let joint = Joint { names, board: 1, index: 1, limits, scales: [SCALE; CHANNELS] };
         (Gate::new(points.clone(), joint), points)
     }
 

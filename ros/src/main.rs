@@ -10,6 +10,7 @@
 
 mod args;
 mod bus;
+mod channel_names;
 mod diagnostic_msgs;
 mod diagnostics;
 mod gate;

@@ -1,6 +1,7 @@
 //! The node's end towards DDS: topics, parameters, the thread that listens.
 
 use crate::args::{MessageType, Settings};
+use crate::channel_names::ChannelNames;
 use crate::diagnostic_msgs::DiagnosticArray;
 use crate::gate::Gate;
 use crate::live::Live;
@@ -87,10 +88,10 @@ impl RosNode {
     pub fn states<M: PressureMessage>(
         &mut self,
         settings: &Settings,
-        joint: u16,
+        joint: &ChannelNames,
         bus: usize,
     ) -> Result<StateTopic<M>, Failure> {
-        let topic = format!("~/joint_{joint}/pressure_state");
+        let topic = format!("~/joint_{}/pressure_state", joint.joint());
         let publisher = self.publisher(settings, &topic, type_name(&settings.message), &STATE_QOS)?;
         Ok(StateTopic { publisher, message: M::empty_state(joint, bus) })
     }

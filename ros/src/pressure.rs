@@ -1,5 +1,6 @@
 //! The two message types of the pressure topics.
 
+use crate::channel_names::ChannelNames;
 use pneudrive_host::messages::{JointState, Pressures, Time, bus_frame};
 use pneudrive_protocol::CHANNELS;
 use serde::Serialize;
@@ -20,8 +21,8 @@ pub struct Command<'a> {
 
 /// A message that carries the pressures of one board.
 pub trait PressureMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
-    /// A state of `joint`, to be filled in.
-    fn empty_state(joint: u16, bus: usize) -> Self;
+    /// A state of a joint, to be filled in.
+    fn empty_state(joint: &ChannelNames, bus: usize) -> Self;
 
     /// Fills in a state: kPa gauge.
     fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]);
@@ -31,8 +32,8 @@ pub trait PressureMessage: Serialize + DeserializeOwned + Clone + Send + 'static
 }
 
 impl PressureMessage for JointState {
-    fn empty_state(joint: u16, bus: usize) -> Self {
-        Self::state(joint, bus)
+    fn empty_state(joint: &ChannelNames, bus: usize) -> Self {
+        Self { name: joint.of_state(), ..Self::state(joint.joint(), bus) }
     }
 
     fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]) {
@@ -50,7 +51,7 @@ impl PressureMessage for JointState {
 }
 
 impl PressureMessage for Pressures {
-    fn empty_state(_joint: u16, bus: usize) -> Self {
+    fn empty_state(_joint: &ChannelNames, bus: usize) -> Self {
         let mut message = Self::default();
         message.header.frame_id = bus_frame(bus);
         message

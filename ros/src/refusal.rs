@@ -1,6 +1,5 @@
 //! Why commands are not followed, and how often.
 
-use pneudrive_host::messages::command_name;
 use pneudrive_protocol::CHANNELS;
 
 /// Why a command was not followed. What was commanded before stands.
@@ -26,12 +25,14 @@ pub enum Refusal {
         values: usize,
     },
     /// A name of nothing that this joint can be commanded.
-    #[error("{name} is no command of joint_{joint}: its names are {} to {}", command_name(*.joint, 0), command_name(*.joint, CHANNELS - 1))]
+    #[error("{name} is no command of joint_{joint}: its names are {known}")]
     UnknownName {
         /// What came.
         name: String,
         /// The joint.
         joint: u16,
+        /// What its channels are called.
+        known: String,
     },
     /// Two values for one channel.
     #[error("{name} is named twice")]

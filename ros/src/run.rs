@@ -82,13 +82,15 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     let mut publishers: Vec<JoinHandle<()>> = Vec::new();
     let mut joints = Vec::new();
     for (index, bus) in opened.into_iter().enumerate() {
-        let numbers: Vec<_> =
-            bus.boards().iter().map(|&board| bus.first_joint() + u16::from(board)).collect();
-        let topics = numbers.iter().map(|&joint| node.states::<M>(settings, joint, index));
+        let names = bus.names().to_vec();
+        let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
         let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
         let (bus, states) = bus.start(&live, taps.next())?;
         joints.extend(
-            numbers.iter().zip(&bus.gates).map(|(&number, gate)| Joint { number, gate: Arc::clone(gate) }),
+            names
+                .iter()
+                .zip(&bus.gates)
+                .map(|(names, gate)| Joint { number: names.joint(), gate: Arc::clone(gate) }),
         );
         let counters = Arc::clone(&bus.published);
         let thread = std::thread::Builder::new().name("pneudrive-pub".into());

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 use pneudrive_model::data::{LoadOptions, Recording, read};
 use pneudrive_model::diagnosis::{Request, diagnose};
-use pneudrive_model::rig::{Rig, Sensor};
+use pneudrive_model::rig::Rig;
 use pneudrive_sim::plant::{Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
 use system_tests::blind::plan::CATALOGUE;
@@ -124,7 +124,7 @@ fn split(text: &str, rows: usize) -> Result<(String, String)> {
 }
 
 fn recording(text: &str, rig: &Rig) -> Result<Recording> {
-    let limits = rig.sensor.as_ref().map(Sensor::limits);
-    let options = LoadOptions { limits, ..LoadOptions::default() };
+    let limits = |channel| rig.sensor_limits(channel);
+    let options = LoadOptions { limits: Some(&limits), ..LoadOptions::default() };
     Ok(read("run.csv", text.as_bytes(), options)?.recording)
 }

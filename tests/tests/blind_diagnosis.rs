@@ -55,8 +55,8 @@ fn report_of(
     let file = folder.path().join("run.csv");
     write_csv(&file, 2, settings.columns, Recorder::new(&settings).unwrap()).unwrap();
     let rig = Rig::parse("rig.toml", &rig_toml(&settings).unwrap()).unwrap();
-    let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
-    let loaded = load(&file, LoadOptions { limits, ..LoadOptions::default() }).unwrap();
+    let limits = |channel| rig.sensor_limits(channel);
+    let loaded = load(&file, LoadOptions { limits: Some(&limits), ..LoadOptions::default() }).unwrap();
     let diagnosis = diagnose(&loaded.recording, &rig, Request::default(), &|_, _| {}).unwrap();
     let report = serde_json::to_value(&diagnosis.report).unwrap();
     let case = Case {

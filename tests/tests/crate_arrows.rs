@@ -25,7 +25,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip"]),
     ("pneudrive-chip", &[]),
-    ("pneudrive-model", &[]),
+    ("pneudrive-model", &["pneudrive-rig"]),
     ("pneudrive-capi", &["pneudrive-model"]),
     ("pneudrive_py", &["pneudrive-host", "pneudrive-model", "pneudrive-protocol", "pneudrive-sim"]),
     ("pneudrive-ros", &["pneudrive-host", "pneudrive-protocol", "pneudrive-sim"]),

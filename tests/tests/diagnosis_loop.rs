@@ -66,9 +66,10 @@ impl HiddenRig {
     }
 
     fn load(&self, file: &Path) -> Recording {
-        let limits = self.nominal.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
+        let limits = |channel| self.nominal.sensor_limits(channel);
         let channels = [CHANNEL];
-        let options = LoadOptions { limits, channels: Some(&channels), ..LoadOptions::default() };
+        let options =
+            LoadOptions { limits: Some(&limits), channels: Some(&channels), ..LoadOptions::default() };
         load(file, options).unwrap().recording
     }
 

@@ -273,3 +273,41 @@ def test_sixteen_chambers_fit(start, visit, size, scheme):
     assert box["x"] + box["width"] <= screen["width"]
     assert foreign == []
     picture(page, f"sixteen-{size}-{scheme}")
+
+
+RIG = """
+[display]
+unit = "psi"
+[limits]
+max_rate_kpa_s = 5
+[boards.0]
+name = "left shoulder"
+[boards.0.channels.2]
+name = "front left"
+"""
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (844, 390)], ids=["desktop", "phone-held-sideways"])
+def test_names_and_unit_of_the_rig_file_have_room(start, visit, tmp_path, size):
+    """States, buttons and set points that are on their way are whole, and nothing covers anything else. A board's name gives way."""
+    rig = tmp_path / "rig.toml"
+    rig.write_text(RIG)
+    # 100 kPa take 20 s: the command is on its way the whole time.
+    run = start(4, "--allow-control", "--rig", rig, "--command", "100")
+    page = visit(f"{run.url}#token={run.token}", viewport={"width": size[0], "height": size[1]})
+    board = page.locator("[data-board='0']")
+    expect(board.locator(".called")).to_have_text("left shoulder")
+    expect(page.locator("[data-chamber='0.2'] .name")).to_have_text("front left")
+    expect(page.locator("[data-chamber='0.2'] .pressure")).to_contain_text("psi")
+    expect(page.locator("[data-chamber='0.2'] .set")).to_contain_text("\u2192 14.")
+    board.locator(".arm").click()
+    expect(board.locator(".arm")).to_contain_text("Disarm")
+    cut = page.evaluate("""() => [...document.querySelectorAll("h2 .pill, .arm, .name, .set")]
+        .filter((one) => one.offsetParent && one.scrollWidth > one.clientWidth + 1).map((one) => one.className + ": " + one.textContent)""")
+    assert cut == []
+    covered = page.evaluate("""() => [...document.querySelectorAll(".chamber")].filter((chamber) => {
+        const right = Math.max(...[...chamber.querySelectorAll(".set, .set span")].map((one) => one.getBoundingClientRect().right));
+        return right > chamber.querySelector("canvas").getBoundingClientRect().left + 1;
+    }).map((chamber) => chamber.dataset.chamber)""")
+    assert covered == []
+    picture(page, f"names-{size[0]}")

@@ -88,7 +88,8 @@ class Chamber {
     const target = sent ?? picture.s[this.channel];
     // A set point that is limited in its rate of change is on its way.
     const onItsWay = Math.abs(picture.s[this.channel] - command) > 0.5;
-    this.set.textContent = "command " + unit.number(command) + (onItsWay ? " \u2192 " + unit.number(target) : "");
+    const way = onItsWay ? [element("span", {}, " \u2192 " + unit.number(target))] : [];
+    this.set.replaceChildren(element("span", { className: "word" }, "command "), unit.number(command), ...way);
     this.off.textContent = pressure === null ? "" : unit.signed(pressure - command);
     this.off.classList.toggle("far", pressure !== null && Math.abs(pressure - command) > FAR_KPA);
     this.slider?.show(target, command);
@@ -116,7 +117,7 @@ class Board {
     const used = () => this.lastUse = performance.now();
     this.chambers = Array.from({ length: channels }, (_, channel) => new Chamber(number, channel, labels?.channels[channel], limit, used));
     this.root = element("section", { className: "board" },
-      element("h2", {}, labels?.name ?? "Board " + number, this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
+      element("h2", {}, element("span", { className: "called" }, labels?.name ?? "Board " + number), this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
     this.root.dataset.board = number;
     this.root.querySelector("h2").title = "board " + number;
   }
@@ -145,7 +146,7 @@ class Board {
       this.arm(false);
       return;
     }
-    this.arming.textContent = this.armed ? "Disarm (" + left + " s)" : "Arm";
+    this.arming.textContent = this.armed ? "Disarm " + left + " s" : "Arm";
   }
 
   show(picture) {

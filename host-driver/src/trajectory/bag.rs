@@ -110,5 +110,7 @@ pub(crate) fn joint_state(message: &mcap::Message<'_>) -> Option<JointState> {
         return None;
     }
     let content = message.data.strip_prefix(&[0, 1])?.get(2..)?;
-    cdr_encoding::from_bytes::<JointState, LittleEndian>(content).ok().map(|(message, _)| message)
+    let (mut state, _) = cdr_encoding::from_bytes::<JointState, LittleEndian>(content).ok()?;
+    state.number_names(&message.channel.topic);
+    Some(state)
 }

@@ -1,7 +1,7 @@
 //! `pneudrive-model diagnose`
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, write};
@@ -27,7 +27,7 @@ pub struct Args {
     /// Recordings of one rig: CSV, plain or compressed with gzip or zstd. Several are diagnosed together
     #[arg(value_name = "DATA", required = true)]
     data: Vec<PathBuf>,
-    /// Rig description (TOML); without it the channels are taken for regulators and compared with the linear model
+    /// Rig description (TOML) [default: the copy that the first DATA carries; without either channels are taken for regulators]
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Channels to use, as in b0c0,b0c1 [default: all]
@@ -53,7 +53,8 @@ fn pressure(text: &str) -> Result<f64, String> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
-        let rig = input::rig(self.rig.as_deref())?;
+        // The arguments ask for one file at least.
+        let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
         let reference =
             self.reference.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
         let (recording, remarks) = self.load(&rig)?;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use pneudrive_model::data::import::{Foreign, Mapping, TimeSource, UnitContext, convert};
+use pneudrive_model::data::import::{Foreign, Mapping, TimeSource, convert};
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::rig::Rig;
 
@@ -66,17 +66,13 @@ impl Args {
             from_zero: !self.keep_time,
             time,
             columns: self.maps.iter().map(|text| Mapping::parse(text)).collect::<Result<_, _>>()?,
-            context: UnitContext {
-                ambient_kpa_abs: rig.ambient_or_standard().pressure_kpa_abs,
-                sensor: rig.sensor,
-                controller: rig.controller,
-            },
+            rig,
         };
         let imported = convert(&self.input, &self.out, &foreign)?;
         println!("wrote {}: {} rows from {}", self.out.display(), imported.rows, imported.source.file);
         // What a later command will say about it, while the source is at hand.
-        let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
-        let loaded = load(&self.out, LoadOptions { limits, ..LoadOptions::default() })?;
+        let limits = |channel| foreign.rig.sensor_limits(channel);
+        let loaded = load(&self.out, LoadOptions { limits: Some(&limits), ..LoadOptions::default() })?;
         for sentence in loaded.quality.sentences() {
             println!("  {sentence}");
         }

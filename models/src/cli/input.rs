@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load};
+use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load, rig_copy};
 use pneudrive_model::rig::Rig;
 
 use super::Failure;
@@ -14,7 +14,7 @@ pub struct DataArgs {
     /// Recording: CSV, plain or compressed with gzip or zstd, or MCAP (a ROS 2 bag)
     #[arg(value_name = "DATA")]
     pub data: PathBuf,
-    /// Rig description (TOML); without it only the linear model can be used
+    /// Rig description (TOML) [default: the copy that DATA carries; without either only the linear model can be used]
     #[arg(long, value_name = "RIG.toml")]
     pub rig: Option<PathBuf>,
     /// Channels to use, as in b0c0,b0c1 [default: all]
@@ -25,7 +25,7 @@ pub struct DataArgs {
 impl DataArgs {
     /// The rig, or an empty description.
     pub fn load_rig(&self) -> Result<Rig, Failure> {
-        rig(self.rig.as_deref())
+        rig(self.rig.as_deref(), &self.data)
     }
 
     /// Reads and checks the recording, and says on standard error what was found in it.
@@ -34,9 +34,14 @@ impl DataArgs {
     }
 }
 
-/// The rig, or an empty description.
-pub fn rig(path: Option<&Path>) -> Result<Rig, Failure> {
-    Ok(path.map(Rig::load).transpose()?.unwrap_or_default())
+/// The rig: that of the file at `path`, else that of which the recording carries a copy, else an empty description.
+pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
+    if let Some(path) = path {
+        return Ok(Rig::load(path)?);
+    }
+    let Some(text) = rig_copy(recording)? else { return Ok(Rig::default()) };
+    eprintln!("{}: taken with its copy of the rig file (--rig takes another)", recording.display());
+    Ok(Rig::parse(&format!("{}, its copy of the rig file", recording.display()), &text)?)
 }
 
 /// Reads and checks a recording, and says on standard error what was found in it. No `channels` means all.
@@ -44,8 +49,8 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
     let bar = LoadingBar::new(data);
     let mut progress = |done: u64, size: u64| bar.set(done, size);
     let channels = (!channels.is_empty()).then_some(channels);
-    let limits = rig.sensor.as_ref().map(pneudrive_model::rig::Sensor::limits);
-    let loaded = load(data, LoadOptions { channels, limits, progress: Some(&mut progress) })?;
+    let limits = |channel| rig.sensor_limits(channel);
+    let loaded = load(data, LoadOptions { channels, limits: Some(&limits), progress: Some(&mut progress) })?;
     bar.finish();
     eprintln!(
         "{}: {} rows, {:.2} s, {} channel(s)",

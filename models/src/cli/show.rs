@@ -21,7 +21,7 @@ pub struct Args {
     /// The page [default: the recording's name with .html, in the current folder]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
-    /// Rig description (TOML): with its sensors, samples at their limits are masked
+    /// Rig description (TOML) [default: the copy that RUN carries]: with its sensors, samples at their limits are masked
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Channels to show, as in b0c0,b0c1 [default: all]
@@ -43,7 +43,7 @@ struct Output<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
-        let rig = input::rig(self.rig.as_deref())?;
+        let rig = input::rig(self.rig.as_deref(), &self.data)?;
         let loaded = input::recording(&self.data, &self.channels, &rig)?;
         let happened = events(&self.data)?;
         let from = origin::origin();

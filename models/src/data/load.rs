@@ -13,13 +13,17 @@ use super::{Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recordi
 /// in picoseconds.
 const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
+/// The limits of a channel's pressure sensor, where they are known.
+pub type LimitsOf<'a> = &'a dyn Fn(ChannelId) -> Option<SensorLimits>;
+
 /// What to read and against what to check it.
 #[derive(Default)]
 pub struct LoadOptions<'a> {
     /// Channels to keep; `None` keeps all.
     pub channels: Option<&'a [ChannelId]>,
-    /// The pressure sensors' limits from the rig file; without them no sample counts as saturated.
-    pub limits: Option<SensorLimits>,
+    /// The limits of each channel's pressure sensor, from the rig file (`Rig::sensor_limits`); where there are none, no sample
+    /// counts as saturated.
+    pub limits: Option<LimitsOf<'a>>,
     /// Told now and then: stored bytes read so far and in all.
     pub progress: Option<&'a mut dyn FnMut(u64, u64)>,
 }
@@ -73,7 +77,7 @@ pub fn read(file: &str, text: &[u8], options: LoadOptions<'_>) -> Result<Loaded,
 fn assemble(
     mut table: RawTable,
     source: super::Source,
-    limits: Option<SensorLimits>,
+    limits: Option<LimitsOf<'_>>,
 ) -> Result<Loaded, DataError> {
     let rows_read =
         table.time_s.len() + table.timeless_lines.len() + usize::from(table.cut_off_line.is_some());
@@ -126,7 +130,7 @@ fn assemble(
         if let Some((_, u, v)) = joint_marks.iter().find(|(board, _, _)| *board == id.board) {
             merge(&mut flags, if id.channel < 2 { u.as_deref() } else { v.as_deref() });
         }
-        channels.push(columns.channel(id, &source.file, limits.as_ref(), flags)?);
+        channels.push(columns.channel(id, &source.file, limits.and_then(|of| of(id)).as_ref(), flags)?);
     }
     let period_s = sampling.rate_hz.recip();
     let recording =

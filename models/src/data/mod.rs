@@ -24,6 +24,7 @@ mod join;
 mod load;
 pub mod quality;
 mod recording;
+mod rig_copy;
 mod source;
 pub mod write;
 
@@ -34,7 +35,8 @@ pub use error::DataError;
 pub use events::{Event, events};
 pub use flags::Flags;
 pub use join::JoinError;
-pub use load::{LoadOptions, Loaded, load, read};
+pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
 pub use recording::{Channel, Drive, Joint, Recording};
+pub use rig_copy::rig_copy;
 pub use source::Source;

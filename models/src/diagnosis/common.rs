@@ -23,8 +23,8 @@ pub struct Common {
     pub supply_pa: Option<Series>,
     /// Ambient pressure, row by row, Pa.
     pub ambient_pa: Series,
-    /// Volume of a chamber at rest, row by row, m^3.
-    pub rest_m3: Series,
+    /// Volume of a chamber at rest, row by row, m^3: of those without a description of their own.
+    usual_rest_m3: Series,
     /// Nothing, row by row.
     pub zeros: Series,
     /// Pressures of all channels.
@@ -49,11 +49,25 @@ impl Common {
             starts: starts(recording).into(),
             supply_pa,
             ambient_pa: every(ambient_pa),
-            rest_m3: every(rig.chamber.as_ref().map_or(VOLUME_M3, |c| c.rest_volume_m3())),
+            usual_rest_m3: every(rest_volume_m3(rig)),
             zeros: every(0.0),
             pressures: Pressures::measured(recording, unmeasured_kpa),
         }
     }
+
+    /// Volume at rest, row by row, m^3, of a channel with this rig; one series for all channels with the usual one.
+    pub fn rest_m3(&self, rig: &Rig) -> Series {
+        let volume = rest_volume_m3(rig);
+        match self.usual_rest_m3.first() {
+            Some(usual) if usual.total_cmp(&volume).is_eq() => self.usual_rest_m3.clone(),
+            _ => vec![volume; self.usual_rest_m3.len()].into(),
+        }
+    }
+}
+
+/// Volume of the chamber at rest, m^3.
+fn rest_volume_m3(rig: &Rig) -> f64 {
+    rig.chamber.as_ref().map_or(VOLUME_M3, |chamber| chamber.rest_volume_m3())
 }
 
 /// Rows at which all simulations start anew: after missing time, and where an input is there again.

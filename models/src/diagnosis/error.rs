@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::rig::RigError;
+
 /// A recording from which nothing can be named.
 #[derive(Debug, Error)]
 pub enum DiagnosisError {
@@ -131,6 +133,9 @@ pub enum DiagnosisError {
         /// What is wrong.
         problem: String,
     },
+    /// The rig that the reference was calibrated with is none.
+    #[error(transparent)]
+    Rig(#[from] RigError),
     /// A file cannot be written.
     #[error("cannot write {file}: {source}")]
     Write {

@@ -95,7 +95,7 @@ impl ExtendedFile {
         match table.get("schema").and_then(toml::Value::as_str) {
             Some(SCHEMA) => {
                 let read: Self = toml::from_str(&text).map_err(|e| problem(e.to_string()))?;
-                read.rig.check("[rig]").map_err(|e| problem(e.to_string()))?;
+                Rig::check_within(&file, &text)?;
                 Ok(read)
             }
             Some(ParameterFile::SCHEMA) => {

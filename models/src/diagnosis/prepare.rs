@@ -74,6 +74,7 @@ fn prepare_channel(
     common: &Common,
     purpose: Purpose,
 ) -> Result<ChannelData, String> {
+    let rig = &rig.at(channel.id);
     let ambient_pa = rig.gas().ambient_pa;
     let rows = recording.rows();
     let (start_kpa, controller) = match purpose {
@@ -250,6 +251,7 @@ pub fn to_f64(values: &[f32]) -> Series {
 /// Mean volume over every interval, and its rate.
 fn volumes(recording: &Recording, rig: &Rig, channel: &Channel, common: &Common) -> (Series, Series) {
     let per_rad = rig.chamber.as_ref().map_or(0.0, |c| c.volume_per_rad_m3());
+    let rest_m3 = common.rest_m3(rig);
     match recording.joint_angle(channel.id) {
         Some((angle, sign)) if per_rad > 0.0 => {
             let angle = to_f64(angle);
@@ -259,8 +261,8 @@ fn volumes(recording: &Recording, rig: &Rig, channel: &Channel, common: &Common)
                 (rest + sign * per_rad * 0.5 * (at(k) + at(k + 1))).max(0.05 * rest)
             };
             let rate = |k: usize| sign * per_rad * (at(k + 1) - at(k)) / common.interval_s[k];
-            (common.rest_m3.iter().enumerate().map(volume).collect(), (0..rows).map(rate).collect())
+            (rest_m3.iter().enumerate().map(volume).collect(), (0..rows).map(rate).collect())
         }
-        _ => (common.rest_m3.clone(), common.zeros.clone()),
+        _ => (rest_m3, common.zeros.clone()),
     }
 }

@@ -194,20 +194,20 @@ fn nothing(recording: &Recording, channels: &[ChannelComparison]) -> CompareErro
     }
 }
 
-/// Fits channels whose setups agree in one call, so that all their starts share the processor.
+/// Fits channels whose models agree in one call, so that all their starts share the processor.
 fn fit_together(
     prepared: &[Result<Prepared, InputError>],
     settings: &CompareSettings,
     control: Control<'_>,
 ) -> Vec<Option<Result<Fit, FitError>>> {
     let mut fits: Vec<Option<Result<Fit, FitError>>> = prepared.iter().map(|_| None).collect();
-    let setup = |index: usize| prepared[index].as_ref().ok().map(|p| p.setup);
     for first in 0..prepared.len() {
         let Ok(leader) = &prepared[first] else { continue };
         if fits[first].is_some() {
             continue;
         }
-        let group: Vec<usize> = (first..prepared.len()).filter(|&k| setup(k) == Some(leader.setup)).collect();
+        let same = |&k: &usize| prepared[k].as_ref().is_ok_and(|other| other.same_model(leader));
+        let group: Vec<usize> = (first..prepared.len()).filter(same).collect();
         let series: Vec<_> =
             group.iter().filter_map(|&k| Some(&prepared[k].as_ref().ok()?.series[0])).collect();
         let outcomes = leader.subject.fit(&series, settings.objective, &settings.fit, control);

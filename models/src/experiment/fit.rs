@@ -131,21 +131,21 @@ pub fn fit_channels(
     Ok(fitted)
 }
 
-/// Fits these channels, those with one setup together.
+/// Fits these channels, those with one model together.
 fn fit_part(
     channels: &[(ChannelId, Prepared)],
     settings: &FitSettings,
     control: Control<'_>,
     fitted: &mut Vec<FittedChannel>,
 ) -> Result<(), FitChannelsError> {
-    let mut setups: Vec<Setup> = Vec::new();
+    let mut leaders: Vec<&Prepared> = Vec::new();
     for (_, prepared) in channels {
-        if setups.contains(&prepared.setup) {
+        if leaders.iter().any(|leader| leader.same_model(prepared)) {
             continue;
         }
-        setups.push(prepared.setup);
+        leaders.push(prepared);
         let group: Vec<&(ChannelId, Prepared)> =
-            channels.iter().filter(|(_, other)| other.setup == prepared.setup).collect();
+            channels.iter().filter(|(_, other)| other.same_model(prepared)).collect();
         let series: Vec<_> = group.iter().map(|(_, prepared)| &prepared.series[0]).collect();
         let outcomes = prepared.subject.fit(&series, settings.objective, &settings.fit, control);
         for ((channel, prepared), outcome) in group.into_iter().zip(outcomes) {

@@ -87,6 +87,7 @@ impl Setup {
         if model == ModelKind::Linear {
             return Ok(Self { model, drive: None, controller: false });
         }
+        let rig = rig.at(channel.id);
         let recorded = channel.drive.as_ref();
         let closed = match controller {
             ControllerUse::On => true,

@@ -13,6 +13,8 @@ use super::{Setup, Subject, subject};
 pub struct Prepared {
     /// What is simulated.
     pub setup: Setup,
+    /// The machine as the channel has it.
+    pub rig: Rig,
     /// The model.
     pub subject: Subject,
     /// Inputs and measurements, one per requested range of rows.
@@ -22,6 +24,15 @@ pub struct Prepared {
 impl std::fmt::Debug for Prepared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Prepared").field("setup", &self.setup).finish_non_exhaustive()
+    }
+}
+
+impl Prepared {
+    /// Whether `other` is simulated with the same constants: chambers are in the series.
+    pub(super) fn same_model(&self, other: &Self) -> bool {
+        let constants =
+            |of: &Self| (of.setup, of.rig.valve.clone(), of.rig.controller.clone(), of.rig.sensor.clone());
+        constants(self) == constants(other)
     }
 }
 
@@ -37,11 +48,12 @@ pub fn prepare(
     form: FlowForm,
     ranges: &[Range<usize>],
 ) -> Result<Prepared, InputError> {
+    let rig = rig.at(channel.id);
     let series = ranges
         .iter()
-        .map(|rows| rig::series(recording, channel, rig, setup.needs(true), rows.clone()))
+        .map(|rows| rig::series(recording, channel, &rig, setup.needs(true), rows.clone()))
         .collect::<Result<_, _>>()?;
-    Ok(Prepared { setup, subject: subject::subject(setup, rig, form)?, series })
+    Ok(Prepared { setup, subject: subject::subject(setup, &rig, form)?, series, rig })
 }
 
 /// Sets up `setup` for a simulation of the whole recording. It starts at the measured pressure where there is one, else at
@@ -59,6 +71,7 @@ pub fn simulation(
 ) -> Result<Prepared, InputError> {
     let measured = channel.usable_samples() > 0;
     let needs = Needs { start_kpa, ..setup.needs(measured) };
-    let series = rig::series(recording, channel, rig, needs, 0..recording.rows())?;
-    Ok(Prepared { setup, subject: subject::subject(setup, rig, form)?, series: vec![series] })
+    let rig = rig.at(channel.id);
+    let series = rig::series(recording, channel, &rig, needs, 0..recording.rows())?;
+    Ok(Prepared { setup, subject: subject::subject(setup, &rig, form)?, series: vec![series], rig })
 }

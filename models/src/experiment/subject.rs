@@ -179,7 +179,7 @@ impl Subject {
     }
 }
 
-/// Builds the model of `setup` with the constants of `rig`.
+/// Builds the model of `setup` with the constants of `rig`, a channel's ([`Rig::at`]).
 ///
 /// # Errors
 /// [`RigError::MissingTable`] when the board's loop is asked for and not described.

@@ -141,9 +141,11 @@ pub fn referenced(reference: u32) -> Option<(usize, Quantity)> {
 #[must_use]
 pub fn model_description(settings: &Settings, rig: &Rig, created: &str) -> String {
     let supply = rig.supply.as_ref().map_or(0.0, |s| s.pressure_kpa);
-    let volume = rig.chamber.as_ref().map_or(1e-4, |c| c.rest_volume_m3());
     let (mut variables, mut outputs, mut unknowns) = (String::new(), String::new(), String::new());
     for (k, channel) in settings.channels.iter().enumerate() {
+        // The names come from a calibrated model, and are channels.
+        let chamber = channel.parse().map_or_else(|_| rig.chamber.clone(), |id| rig.at(id).chamber);
+        let volume = chamber.map_or(1e-4, |chamber| chamber.rest_volume_m3());
         for quantity in Quantity::ALL.into_iter().filter(|q| q.is_in(settings.set_point)) {
             let (name, unit, causality, meaning) = quantity.describe();
             let number = reference(k, quantity);
@@ -203,6 +205,21 @@ description=\"{meaning}\"/>"
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_channel_starts_with_the_volume_of_its_own_chamber() {
+        let text = "[chamber]\nvolume_m3 = 0.5\n[boards.0.channels.1.chamber]\nvolume_m3 = 0.25\n";
+        let rig = Rig::parse("rig.toml", text).unwrap();
+        let channels = vec!["b0c0".to_owned(), "b0c1".to_owned()];
+        let settings = Settings { token: String::new(), step_s: 0.001, set_point: true, channels };
+        let description = model_description(&settings, &rig, "");
+        let starts = |name: &str| {
+            let volume = format!("name=\"{name}.{}\"", Quantity::Volume.describe().0);
+            let line = description.lines().find(|line| line.contains(&volume)).unwrap();
+            line.split("start=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
+        };
+        assert_eq!((starts("b0c0").as_str(), starts("b0c1").as_str()), ("0.5", "0.25"));
+    }
 
     #[test]
     fn references_go_round() {

@@ -4,9 +4,6 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::RigError;
-use super::check::Checker;
-
 /// Either the cylindrical chamber of a continuum joint, of length l = h +- r q, or a vessel of constant volume.
 ///
 /// The absolute scale of the volume and that of the valve's opening cannot be told apart from pressures alone: a volume
@@ -34,7 +31,7 @@ impl Chamber {
         match (self.volume_m3, self.radius_m, self.length_m) {
             (Some(volume), _, _) => volume,
             (None, Some(radius), Some(length)) => PI * radius * radius * length,
-            // `check` refuses such a table; a value built in code without it has no volume.
+            // Refused where a file has such a table; a value built in code without it has no volume.
             _ => f64::NAN,
         }
     }
@@ -45,29 +42,6 @@ impl Chamber {
         match (self.radius_m, self.offset_m) {
             (Some(radius), Some(offset)) => PI * radius * radius * offset,
             _ => 0.0,
-        }
-    }
-
-    pub(super) fn check(&self, checker: &Checker<'_>) -> Result<(), RigError> {
-        let size = |key, value: Option<f64>, range| {
-            value.map_or(Ok(()), |v| checker.within(key, v, range, "m", "it is in metres"))
-        };
-        size("chamber.radius_m", self.radius_m, (5e-4, 2.0))?;
-        size("chamber.length_m", self.length_m, (5e-4, 10.0))?;
-        size("chamber.offset_m", self.offset_m, (0.0, 2.0))?;
-        if let Some(volume) = self.volume_m3 {
-            let advice = "it is in cubic metres: 1 litre is 0.001";
-            checker.within("chamber.volume_m3", volume, (1e-8, 10.0), "m^3", advice)?;
-        }
-        match (self.volume_m3, self.radius_m, self.length_m) {
-            (Some(_), None, None) if self.offset_m.is_none() => Ok(()),
-            (Some(_), _, _) => Err(checker.inconsistent(
-                "[chamber] has volume_m3 and a cylinder's radius_m, length_m or offset_m; keep one description",
-            )),
-            (None, Some(_), Some(_)) => Ok(()),
-            (None, _, _) => Err(checker.inconsistent(
-                "[chamber] needs radius_m and length_m (and offset_m where a joint bends it), or volume_m3 alone",
-            )),
         }
     }
 }

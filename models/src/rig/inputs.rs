@@ -65,7 +65,7 @@ pub fn series(
         recording.pressure(channel, "the comparison with the simulation")?;
     }
     let supply = Supply::of(recording, rig, ambient_pa, needs)?;
-    let volume = Volume::of(recording, rig, id, needs)?;
+    let volume = Volume::of(recording, &rig.at(id), id, needs)?;
     let count = recording.rows();
     let mut table = Vec::with_capacity(rows.len() * column::COUNT);
     for row in rows.clone() {

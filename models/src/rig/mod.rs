@@ -4,21 +4,21 @@
 //! model alone. What a table needs is required once the table is there; unknown tables and keys are refused, so that a
 //! misspelt key cannot silently leave a nominal value in force.
 //!
-//! [`Rig::load`] reads and checks; the tables' own methods give the quantities the models work with.
+//! The format, its ranges and its messages are those of the crate `pneudrive_rig`, which the host reads the same file with. Here
+//! are the tables as the models work with them, and [`Rig::at`]: the machine as one channel has it.
 
 mod chamber;
-mod check;
 mod controller;
 mod environment;
 mod error;
 mod input_error;
 mod inputs;
-mod keys;
-mod limits;
+mod own;
 mod plant;
 mod sensor;
 mod valve;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -29,10 +29,12 @@ pub use environment::{Ambient, Supply};
 pub use error::RigError;
 pub use input_error::InputError;
 pub use inputs::{Needs, series};
+pub use own::{Calibration, OwnOfBoard, OwnOfChannel};
+pub use pneudrive_rig::RigError as RigFileError;
 pub use sensor::Sensor;
 pub use valve::Valve;
 
-/// The machine, nominally. One description for all boards and channels.
+/// The machine, nominally.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Rig {
     /// Compressed air.
@@ -53,6 +55,9 @@ pub struct Rig {
     /// The pressure sensors and their converter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensor: Option<Sensor>,
+    /// What boards and channels have of their own, by the boards' numbers: see [`Rig::at`].
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub boards: BTreeMap<u8, OwnOfBoard>,
     /// Highest pressure that may be commanded to every channel, kPa gauge: the lowest `max_kpa` of the file's limits.
     #[serde(skip)]
     pub highest_set_point_kpa: Option<f64>,
@@ -62,53 +67,37 @@ impl Rig {
     /// Reads and checks the rig file at `path`.
     ///
     /// # Errors
-    /// [`RigError`], naming the file, the key and its value.
+    /// [`RigError`], naming the file, the line, the key and what is expected.
     pub fn load(path: &Path) -> Result<Self, RigError> {
-        let file = path.display().to_string();
-        let text =
-            std::fs::read_to_string(path).map_err(|source| RigError::Open { file: file.clone(), source })?;
-        Self::parse(&file, &text)
+        Self::of(&pneudrive_rig::Rig::load(path)?)
     }
 
     /// Checks the content of a rig file; `file` is its name for messages.
     ///
     /// # Errors
-    /// [`RigError`], naming the file, the key and its value.
+    /// As [`load`](Self::load).
     pub fn parse(file: &str, text: &str) -> Result<Self, RigError> {
-        let syntax = |e: toml::de::Error| RigError::Syntax { file: file.to_owned(), message: e.to_string() };
-        let mut table: toml::Table = text.parse().map_err(syntax)?;
-        let highest_set_point_kpa = limits::take(&mut table, file)?;
-        keys::refuse_unknown(file, &table)?;
-        let rig: Self = toml::from_str(text).map_err(syntax)?;
-        rig.check(file)?;
-        Ok(Self { highest_set_point_kpa, ..rig })
+        Self::of(&pneudrive_rig::Rig::parse(file, text)?)
     }
 
-    /// Checks every value against its range.
+    fn of(read: &pneudrive_rig::Rig) -> Result<Self, RigError> {
+        // Every value has been checked: what could fail here is a key that the format and these structures do not share.
+        let mut rig: Self = toml::from_str(read.text()).map_err(|error| RigFileError::Syntax {
+            file: read.file().to_owned(),
+            line: 1,
+            problem: error.message().to_owned(),
+        })?;
+        rig.highest_set_point_kpa = read.lowest_max_kpa();
+        rig.keep_own();
+        Ok(rig)
+    }
+
+    /// Checks the table `[rig]` of a file that holds a rig beside other things, as what `fit` and `diagnose` save.
     ///
     /// # Errors
-    /// [`RigError::OutOfRange`] or another that names the key.
-    pub fn check(&self, file: &str) -> Result<(), RigError> {
-        let checker = check::Checker { file };
-        if let Some(supply) = &self.supply {
-            supply.check(&checker)?;
-        }
-        if let Some(ambient) = &self.ambient {
-            ambient.check(&checker)?;
-        }
-        if let Some(chamber) = &self.chamber {
-            chamber.check(&checker)?;
-        }
-        if let Some(valve) = &self.valve {
-            valve.check(&checker)?;
-        }
-        if let Some(controller) = &self.controller {
-            controller.check(&checker)?;
-        }
-        if let Some(sensor) = &self.sensor {
-            sensor.check(&checker)?;
-        }
-        Ok(())
+    /// As [`load`](Self::load), with the lines of that file.
+    pub fn check_within(file: &str, text: &str) -> Result<(), RigError> {
+        Ok(pneudrive_rig::Rig::check_table(file, text, "rig")?)
     }
 
     /// The room, as described or the standard atmosphere at 20 degrees Celsius.

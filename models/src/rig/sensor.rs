@@ -1,7 +1,5 @@
 //! `[sensor]`: from pressure to counts and back.
 
-use super::RigError;
-use super::check::Checker;
 pub use crate::board::Sensor;
 use crate::data::SensorLimits;
 
@@ -14,30 +12,6 @@ impl Sensor {
             high_kpa: self.kpa(self.full_scale_counts()),
             step_kpa: self.kpa_per_count,
         }
-    }
-
-    pub(super) fn check(&self, checker: &Checker<'_>) -> Result<(), RigError> {
-        checker.within(
-            "sensor.bits",
-            f64::from(self.bits),
-            (4.0, 24.0),
-            "bit",
-            "it is the converter's resolution",
-        )?;
-        checker.within(
-            "sensor.kpa_per_count",
-            self.kpa_per_count,
-            (1e-6, 100.0),
-            "kPa",
-            "it is the pressure of one converter step",
-        )?;
-        checker.within(
-            "sensor.zero_counts",
-            self.zero_counts,
-            (-self.full_scale_counts(), self.full_scale_counts()),
-            "counts",
-            "it is the reading at atmospheric pressure",
-        )
     }
 }
 

@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::RigError;
-use super::check::Checker;
-
 /// What is fixed of the flow through a valve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -19,24 +16,5 @@ impl Default for Valve {
     /// C_d = 1, and b = 0.30, usual for small spool valves (an ideal nozzle has 0.528).
     fn default() -> Self {
         Self { discharge_coefficient: 1.0, critical_ratio: 0.30 }
-    }
-}
-
-impl Valve {
-    pub(super) fn check(&self, checker: &Checker<'_>) -> Result<(), RigError> {
-        checker.within(
-            "valve.discharge_coefficient",
-            self.discharge_coefficient,
-            (0.05, 1.5),
-            "",
-            "it is the ratio of the effective to the geometric area; 1 if the areas are effective ones",
-        )?;
-        checker.within(
-            "valve.critical_ratio",
-            self.critical_ratio,
-            (0.05, 0.7),
-            "",
-            "it is b of ISO 6358: 0.2 to 0.5 for valves, 0.528 for an ideal nozzle",
-        )
     }
 }

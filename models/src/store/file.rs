@@ -177,7 +177,7 @@ impl ParameterFile {
             return Err(StoreError::Schema { file: file.to_owned(), found, expected: Self::SCHEMA });
         }
         let read: Self = toml::from_str(text).map_err(syntax)?;
-        read.rig.check(file)?;
+        Rig::check_within(file, text)?;
         for (&channel, stored) in &read.channels {
             if !(1..=Self::MOST_SUBSTEPS).contains(&stored.substeps) {
                 let (file, substeps) = (file.to_owned(), stored.substeps);

@@ -1,9 +1,9 @@
 //! Derivatives of weighted sums by inputs, parameters and starts are those of central differences.
 
+use pneudrive_model::board::{Arithmetic, Board, Controller, Sensor};
 use pneudrive_model::model::{Linear, Model, Nonlinear, Parametric, column, nominal_values};
 use pneudrive_model::rollout::{
-    Arithmetic, BatchColumn, BatchInputs, Board, Chamber, Controller, DIFFERENTIATED, Job, Sensor, System,
-    batch_gradient, simulate_batch,
+    BatchColumn, BatchInputs, Chamber, DIFFERENTIATED, Job, System, batch_gradient, simulate_batch,
 };
 use rand::RngExt;
 
@@ -124,14 +124,8 @@ fn of_the_parametric_and_the_linear_model() {
 fn behind_a_board() {
     for filter in [0.0, 0.5] {
         let board = Board {
-            controller: Controller {
-                rate_hz: 200.0,
-                kp: 0.5,
-                kd: 0.2,
-                saturation: 4e12,
-                filter,
-                arithmetic: Arithmetic::Fine,
-            },
+            controller: Controller { rate_hz: 200.0, kp: 0.5, kd: 0.2, saturation: 4e12, filter },
+            arithmetic: Arithmetic::Fine,
             sensor: Sensor { bits: 45, zero_counts: 1e6, kpa_per_count: 1e-10 },
             ambient_pa: 101_325.0,
         };

@@ -1021,7 +1021,9 @@ class Rig:
     ----------
     **tables : dict
         The tables of a rig file, such as ``supply={"pressure_kpa": 550.0}``: ``supply``, ``ambient``, ``chamber``, ``valve``,
-        ``controller``, ``sensor``. All are optional; keys carry their units. See ``Rig.load`` for files.
+        ``controller``, ``sensor``, and ``boards`` with what boards and channels have of their own, as in
+        ``boards={"0": {"channels": {"3": {"chamber": {"volume_m3": 1e-4}}}}}``. All are optional; keys carry their units. See
+        ``Rig.load`` for files.
 
     Raises
     ------
@@ -1036,6 +1038,20 @@ class Rig:
         """
     def __repr__(self, /) -> str: ...
     def _repr_html_(self, /) -> str: ...
+    def at(self, /, channel: str) -> Rig:
+        """
+        The machine as one channel has it: of each table the channel's own, else its board's, else that of all.
+
+        Parameters
+        ----------
+        channel : str
+            Such as ``"b0c1"``.
+
+        Returns
+        -------
+        Rig
+            Without ``boards``.
+        """
     @staticmethod
     def load(path: str | PathLike[str]) -> Rig:
         """

@@ -8,10 +8,9 @@ use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use numpy::ndarray::Ix1;
-use pneudrive_model::data::{self, ChannelId, Drive, Event, LoadOptions, Loaded, SensorLimits, write};
+use pneudrive_model::data::{self, ChannelId, Drive, Event, LoadOptions, Loaded, write};
 use pneudrive_model::overview;
 use pneudrive_model::report::{fragment, html, notes, number};
-use pneudrive_model::rig;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice, PyString};
 use std::path::PathBuf;
@@ -62,11 +61,6 @@ impl Recording {
     }
 }
 
-/// The sensors' limits, if the rig has sensors.
-fn limits(rig: &rig::Rig) -> Option<SensorLimits> {
-    rig.sensor.as_ref().map(rig::Sensor::limits)
-}
-
 #[pymethods]
 impl Recording {
     /// A recording from arrays.
@@ -106,7 +100,9 @@ impl Recording {
         let name = name.to_owned();
         py.detach(move || {
             let text = columns::csv(&table)?;
-            let options = LoadOptions { channels: channels.as_deref(), limits: limits(&rig), progress: None };
+            let limits = |channel| rig.sensor_limits(channel);
+            let options =
+                LoadOptions { channels: channels.as_deref(), limits: Some(&limits), progress: None };
             let loaded = data::read(&name, text.as_bytes(), options).map_err(errors::recording)?;
             Ok(Self::new(loaded))
         })
@@ -478,9 +474,10 @@ pub fn load(
             watch.tell(done, size);
             watch.checkpoint();
         };
+        let limits = |channel| rig.sensor_limits(channel);
         let options = LoadOptions {
             channels: channels.as_deref(),
-            limits: limits(&rig),
+            limits: Some(&limits),
             progress: Some(&mut progress),
         };
         let loaded = data::load(&path, options)?;

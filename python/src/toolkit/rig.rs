@@ -13,7 +13,9 @@ use std::sync::Arc;
 /// ----------
 /// **tables : dict
 ///     The tables of a rig file, such as ``supply={"pressure_kpa": 550.0}``: ``supply``, ``ambient``, ``chamber``, ``valve``,
-///     ``controller``, ``sensor``. All are optional; keys carry their units. See ``Rig.load`` for files.
+///     ``controller``, ``sensor``, and ``boards`` with what boards and channels have of their own, as in
+///     ``boards={"0": {"channels": {"3": {"chamber": {"volume_m3": 1e-4}}}}}``. All are optional; keys carry their units. See
+///     ``Rig.load`` for files.
 ///
 /// Raises
 /// ------
@@ -41,7 +43,12 @@ impl Rig {
         let unusable = |error: PyErr| errors::unusable(error.value(py));
         let value = convert::value(tables.as_any()).map_err(unusable)?;
         let text = toml::to_string(&value).map_err(errors::unusable)?;
-        Self::parse(&text, "Rig")
+        // The text is ours: its lines would tell nothing.
+        let inner = rig::Rig::parse("Rig", &text).map_err(|error| match error {
+            rig::RigError::File(error) => errors::unusable(format!("Rig: {}", error.sentence())),
+            other => errors::rig(other),
+        })?;
+        Ok(Self { inner: Arc::new(inner), file: None })
     }
 
     /// Reads a rig file.
@@ -80,6 +87,22 @@ impl Rig {
     fn parse(text: &str, name: &str) -> PyResult<Self> {
         let inner = rig::Rig::parse(name, text).map_err(errors::rig)?;
         Ok(Self { inner: Arc::new(inner), file: None })
+    }
+
+    /// The machine as one channel has it: of each table the channel's own, else its board's, else that of all.
+    ///
+    /// Parameters
+    /// ----------
+    /// channel : str
+    ///     Such as ``"b0c1"``.
+    ///
+    /// Returns
+    /// -------
+    /// Rig
+    ///     Without ``boards``.
+    fn at(&self, channel: &str) -> PyResult<Self> {
+        let inner = self.inner.at(channel.parse().map_err(errors::unusable)?);
+        Ok(Self { inner: Arc::new(inner), file: self.file.clone() })
     }
 
     /// The rig file's text (TOML).

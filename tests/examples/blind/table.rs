@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{self, diagnose};
-use pneudrive_model::rig::{Rig, Sensor};
+use pneudrive_model::rig::Rig;
 use system_tests::blind::plan::{Case, TABLE_CHANNELS, table};
 use system_tests::blind::score::{named, score};
 use system_tests::blind::table::{Entry, Table};
@@ -77,8 +77,9 @@ fn diagnosed(folder: &Path, name: &str, case: &Case) -> Result<Entry> {
     let folder = folder.join(name);
     record(&folder, case, Extent { seconds: SECONDS, channels: TABLE_CHANNELS })?;
     let rig = Rig::parse("rig.toml", &std::fs::read_to_string(folder.join("rig.toml"))?)?;
-    let limits = rig.sensor.as_ref().map(Sensor::limits);
-    let loaded = load(&folder.join("run.csv"), LoadOptions { limits, ..LoadOptions::default() })?;
+    let limits = |channel| rig.sensor_limits(channel);
+    let loaded =
+        load(&folder.join("run.csv"), LoadOptions { limits: Some(&limits), ..LoadOptions::default() })?;
     let report = serde_json::to_value(
         diagnose(&loaded.recording, &rig, diagnosis::Request::default(), &|_, _| {})?.report,
     )?;

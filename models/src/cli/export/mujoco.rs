@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use pneudrive_model::data::ChannelId;
 use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::simulation::{CalibratedModel, FirstOrder, first_order};
@@ -81,9 +82,10 @@ fn table(fitted: &[FirstOrder]) -> String {
     Table::text(&head, &fitted.iter().map(row).collect::<Vec<_>>())
 }
 
-/// Area of a chamber, m^2: of the rig's radius, or of its volume as if it were 0.2 m long.
-fn area_m2(rig: &Rig) -> f64 {
+/// Area of a channel's chamber, m^2: of its radius, or of its volume as if it were 0.2 m long.
+fn area_m2(rig: &Rig, channel: ChannelId) -> f64 {
     const LENGTH_M: f64 = 0.2;
+    let rig = rig.at(channel);
     let chamber = rig.chamber.as_ref();
     let radius = chamber.and_then(|c| c.radius_m);
     let volume = chamber.map_or(1e-4, |c| c.rest_volume_m3());
@@ -91,12 +93,12 @@ fn area_m2(rig: &Rig) -> f64 {
 }
 
 fn native(fitted: &[FirstOrder], rig: &Rig, highest_kpa: f64) -> String {
-    let area = area_m2(rig);
     let mut xml = "<!-- MuJoCo's first-order actuators nearest to the calibrated chambers. Control: set point, kPa. Force: N.\n     \
 Put them on your joints or tendons in the place of JOINT. -->\n<mujoco>\n  <actuator>\n"
         .to_owned();
     for f in fitted {
         // Newtons per kPa of the activation, and at none.
+        let area = area_m2(rig, f.channel);
         let (gain, bias) = (1e3 * area * f.gain, 1e3 * area * f.bias_kpa);
         let _ = writeln!(
             xml,
@@ -117,17 +119,19 @@ biastype=\"affine\" biasprm=\"{} 0 0\" ctrllimited=\"true\" ctrlrange=\"0 {}\"/>
 }
 
 fn plugin(model: &CalibratedModel, highest_kpa: f64) -> String {
-    let area = area_m2(model.rig());
-    let names: Vec<String> = match model {
-        CalibratedModel::Fitted { file, .. } => file.channels.keys().map(ToString::to_string).collect(),
-        CalibratedModel::Extended { file, .. } => file.channels.keys().cloned().collect(),
+    let channels: Vec<ChannelId> = match model {
+        CalibratedModel::Fitted { file, .. } => file.channels.keys().copied().collect(),
+        CalibratedModel::Extended { file, .. } => {
+            file.channels.keys().filter_map(|name| name.parse().ok()).collect()
+        }
     };
     let mut xml = "<!-- The calibrated chambers. Control: set point, kPa. Activation: pressure, kPa gauge. Force: N.\n     \
 Put them on your joints or tendons in the place of JOINT; `length` is the actuator's length where\n     \
 the chamber has its volume at rest. -->\n<mujoco>\n  <extension>\n    <plugin plugin=\"pneudrive.chamber\"/>\n  \
 </extension>\n  <actuator>\n"
         .to_owned();
-    for name in names {
+    for name in channels {
+        let area = area_m2(model.rig(), name);
         let _ = writeln!(
             xml,
             "    <plugin name=\"{name}\" joint=\"JOINT\" plugin=\"pneudrive.chamber\" actdim=\"1\" ctrllimited=\"true\" \

@@ -121,7 +121,13 @@ impl Decoder {
         let by_name: Vec<Value> = names
             .iter()
             .zip(&values)
-            .filter_map(|(name, value)| Some((ColumnKind::parse(name)?, *value)))
+            .enumerate()
+            .filter_map(|(place, (name, value))| {
+                Some((
+                    ColumnKind::parse(name).or_else(|| of_named_channel(name, place, topic.joint))?,
+                    *value,
+                ))
+            })
             .collect();
         // Names that are not ours (a robot's joints, say) are no reason to do without the values.
         let values = if by_name.is_empty() {
@@ -132,6 +138,18 @@ impl Decoder {
         let stamp = &header.stamp;
         let stamp_ns = u64::try_from(stamp.sec).unwrap_or(0) * 1_000_000_000 + u64::from(stamp.nanosec);
         Ok(Decoded { stamp_ns: (stamp_ns > 0).then_some(stamp_ns), frame: header.frame_id, values })
+    }
+}
+
+/// What a state of the ROS node holds at `place` where the rig file names the channel: `left_p_kpa` among the four pressures,
+/// `left_cmd_kpa` among the four commands behind them.
+fn of_named_channel(name: &str, place: usize, board: u8) -> Option<ColumnKind> {
+    const CHANNELS: usize = 4;
+    let id = ChannelId { board, channel: u8::try_from(place % CHANNELS).ok()? };
+    match place / CHANNELS {
+        0 if name.ends_with("_p_kpa") => Some(ColumnKind::Pressure(id)),
+        1 if name.ends_with("_cmd_kpa") => Some(ColumnKind::Command(id)),
+        _ => None,
     }
 }
 
@@ -164,6 +182,15 @@ mod tests {
         assert!(is_header_and_numbers(definition));
         assert!(!is_header_and_numbers("float64[] pressure"));
         assert!(!is_header_and_numbers("std_msgs/Header header\nfloat64[] a\nfloat64[] b"));
+    }
+
+    #[test]
+    fn a_state_with_the_names_of_a_rig_file_is_understood() {
+        let id = ChannelId { board: 2, channel: 3 };
+        assert_eq!(of_named_channel("front left_p_kpa", 3, 2), Some(ColumnKind::Pressure(id)));
+        assert_eq!(of_named_channel("front left_cmd_kpa", 7, 2), Some(ColumnKind::Command(id)));
+        assert_eq!(of_named_channel("elbow", 3, 2), None);
+        assert_eq!(of_named_channel("front left_cmd_kpa", 3, 2), None);
     }
 
     #[test]

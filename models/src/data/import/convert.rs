@@ -10,6 +10,7 @@ use super::{ImportError, Mapping, OutOfRange};
 use crate::data::column::ColumnKind;
 use crate::data::csv::parse_number;
 use crate::data::{DataError, Source, source, write};
+use crate::rig::Rig;
 
 /// Where the time of a row comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +37,7 @@ pub struct Foreign {
     /// All other columns.
     pub columns: Vec<Mapping>,
     /// What counts and absolute pressures mean.
-    pub context: UnitContext,
+    pub rig: Rig,
 }
 
 /// What an import did.
@@ -188,11 +189,13 @@ impl Reader<'_> {
                     found: names.join(", "),
                 }
             })?;
+        let kind = ColumnKind::parse(&mapping.target);
+        let context = UnitContext::of(&self.foreign.rig, kind.and_then(ColumnKind::channel));
         let conversion = mapping
             .unit
-            .conversion(mapping.quantity, mapping.offset, &self.foreign.context)
+            .conversion(mapping.quantity, mapping.offset, &context)
             .map_err(|table| ImportError::CountsWithoutRig { text: mapping.text.clone(), table })?;
-        Ok(Job { mapping, index, conversion, kind: ColumnKind::parse(&mapping.target) })
+        Ok(Job { mapping, index, conversion, kind })
     }
 
     fn value(&self, job: &Job<'_>, record: &ByteRecord, line: u64) -> Result<f64, ImportError> {

@@ -8,4 +8,4 @@ mod unit;
 pub use convert::{Foreign, Imported, TimeSource, convert};
 pub use error::{ImportError, OutOfRange};
 pub use mapping::Mapping;
-pub use unit::{Unit, UnitContext};
+pub use unit::Unit;

@@ -1,6 +1,8 @@
 //! Units of foreign columns: each is a factor to the format's own unit, some need the rig or the air pressure.
 
 use crate::board::{Controller, Sensor};
+use crate::data::ChannelId;
+use crate::rig::Rig;
 
 /// What a target column measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,13 +30,22 @@ pub enum Unit {
 
 /// What some units need to become the format's.
 #[derive(Debug, Clone, Default)]
-pub struct UnitContext {
+pub(crate) struct UnitContext {
     /// What a pressure count is.
     pub sensor: Option<Sensor>,
     /// What a full drive is in counts.
     pub controller: Option<Controller>,
     /// Air pressure that absolute pressures are reduced by, kPa.
     pub ambient_kpa_abs: f64,
+}
+
+impl UnitContext {
+    /// For a column of a channel, or of the whole rig.
+    pub(crate) fn of(rig: &Rig, channel: Option<ChannelId>) -> Self {
+        let rig = channel.map_or_else(|| rig.clone(), |channel| rig.at(channel));
+        let ambient_kpa_abs = rig.ambient_or_standard().pressure_kpa_abs;
+        Self { sensor: rig.sensor, controller: rig.controller, ambient_kpa_abs }
+    }
 }
 
 /// Named factors. Pressures to kPa: 1 psi = 1 lbf/in^2, cmH2O at 4 degrees Celsius and mmHg as defined in ISO 80000-4's

@@ -197,7 +197,8 @@ fn range(channels: &[ChannelData], rig: &Rig, highest_kpa: Option<f64>) -> [f64;
         (low, high) = (low.min(seen.0), high.max(seen.1));
     }
     let supply = rig.supply.as_ref().map_or(f64::INFINITY, |s| OF_SUPPLY * s.pressure_kpa);
-    let sensor = rig.sensor.as_ref().map_or(f64::INFINITY, |s| 0.95 * s.kpa(s.full_scale_counts()));
+    let sensors = channels.iter().filter_map(|data| rig.sensor_limits(data.id));
+    let sensor = sensors.map(|limits| 0.95 * limits.high_kpa).fold(f64::INFINITY, f64::min);
     let limit = rig.highest_set_point_kpa.unwrap_or(f64::INFINITY);
     let high = highest_kpa.unwrap_or(high).min(supply).min(sensor).min(limit);
     let low = low.clamp(0.0, 0.15 * high);

@@ -8,16 +8,19 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline, SparklineBar};
 
-/// Columns that numbers take: mark, channel, name, pressure, set point, deviation.
-const NUMBERS: u16 = 46;
-/// Columns of a name.
-const NAME: usize = 12;
+/// Columns that numbers take beside the name: mark, channel, pressure, set point, deviation.
+const NUMBERS: u16 = 34;
 /// Deviations of more than this are coloured, kPa.
 const FAR_KPA: f64 = 5.0;
 
+/// Columns of a name on a terminal of this width: a whole one where there is room.
+fn name_columns(width: u16) -> u16 {
+    if width >= 100 { 24 } else { 12 }
+}
+
 /// Whether a terminal of this width has room for bars.
 pub fn has_bars(width: u16) -> bool {
-    width >= NUMBERS + 16
+    width >= NUMBERS + name_columns(width) + 16
 }
 
 /// What is known of a channel now.
@@ -36,7 +39,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, index: usize, chan
         return frame.render_widget(Paragraph::new(numbers), area);
     }
     let [label, bar, _, past] = Layout::horizontal([
-        Constraint::Length(NUMBERS),
+        Constraint::Length(NUMBERS + name_columns(area.width)),
         Constraint::Fill(3),
         Constraint::Length(1),
         Constraint::Fill(2),
@@ -83,7 +86,8 @@ fn numbers(model: &Model, index: usize, channel: usize, now: &Now, width: u16) -
     if width < 40 {
         return Line::raw(format!("{mark}{board}.{channel} {pressure:>6}/{command}"));
     }
-    let name: String = setup.channel(board, channel).unwrap_or_default().chars().take(NAME).collect();
+    let columns = usize::from(name_columns(width));
+    let name: String = setup.channel(board, channel).unwrap_or_default().chars().take(columns).collect();
     let moving = (now.wanted - now.command).abs() > 0.5;
     let command = if moving { format!("→{}", unit.number(now.wanted)) } else { format!(" {command}") };
     let deviation = now.pressure.map(|kpa| kpa - now.command);
@@ -95,7 +99,7 @@ fn numbers(model: &Model, index: usize, channel: usize, now: &Now, width: u16) -
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let style = if selected { bold.add_modifier(Modifier::REVERSED) } else { Style::new() };
     Line::from(vec![
-        Span::styled(format!("{mark}{channel} {name:<NAME$}"), style),
+        Span::styled(format!("{mark}{channel} {name:<columns$}"), style),
         Span::styled(format!(" {pressure:>6}"), bold),
         Span::styled(format!(" {command:<7}"), Style::new().fg(Color::Yellow)),
         Span::raw(format!("{:<3}", unit.name())),
