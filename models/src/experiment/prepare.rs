@@ -30,8 +30,7 @@ impl std::fmt::Debug for Prepared {
 impl Prepared {
     /// Whether `other` is simulated with the same constants: chambers are in the series.
     pub(super) fn same_model(&self, other: &Self) -> bool {
-        let constants =
-            |of: &Self| (of.setup, of.rig.valve.clone(), of.rig.controller.clone(), of.rig.sensor.clone());
+        let constants = |of: &Self| (of.setup, of.rig.valve.clone(), of.rig.controller, of.rig.sensor);
         constants(self) == constants(other)
     }
 }

@@ -75,8 +75,8 @@ impl Rig {
             ambient: self.ambient.clone(),
             chamber: chamber.or_else(|| board?.chamber.clone()).or_else(|| self.chamber.clone()),
             valve: valve.or_else(|| board?.valve.clone()).or_else(|| self.valve.clone()),
-            controller: board.and_then(|own| own.controller.clone()).or_else(|| self.controller.clone()),
-            sensor: calibration.or_else(|| self.sensor.clone()),
+            controller: board.and_then(|own| own.controller).or(self.controller),
+            sensor: calibration.or(self.sensor),
             boards: BTreeMap::new(),
             highest_set_point_kpa: self.highest_set_point_kpa,
         }
