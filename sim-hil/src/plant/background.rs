@@ -78,7 +78,8 @@ impl Background {
             *exponent = (*exponent - self.exponent * normal(&mut rng).abs()).max(1.0);
         }
         if self.tube > 0.0 {
-            let restriction = self.tube * (0.7 + 0.6 * uniform(&mut rng));
+            // Not less: with a wider tube the pressures at its ends would be one.
+            let restriction = self.tube * (0.9 + 0.4 * uniform(&mut rng));
             channel.chamber.line = Some(SideVolume {
                 conductance: valve.conductance_m3_per_s_pa / restriction,
                 volume_m3: TUBE_M3,
