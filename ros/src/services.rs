@@ -101,6 +101,7 @@ async fn serve(server: &Server<Request, Response>, perform: impl Fn() -> &'stati
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::channel_names::ChannelNames;
     use crate::gate::Joint;
     use crate::pressure::PressureMessage;
     use pneudrive_host::messages::JointState;
@@ -111,7 +112,10 @@ mod tests {
     fn a_release_follows_new_commands_only() {
         let points = SetPoints::new(1);
         let (limits, scales) = (Limits::default(), [SensorScale::ORIGINAL; 4]);
-        let gate = Gate::new(points.clone(), Joint { number: 0, board: 0, index: 0, limits, scales });
+        let gate = Gate::new(
+            points.clone(),
+            Joint { names: ChannelNames::default(), board: 0, index: 0, limits, scales },
+        );
         let target = Target { latches: vec![VentLatch::default(); 2], gates: vec![Arc::new(gate)] };
         let command = JointState { effort: vec![100.0; 4], ..JointState::default() };
         let offer = || target.gates[0].offer(&command.command(), 1, 0);

@@ -47,10 +47,11 @@ pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<us
     own.into_iter().chain(base..model.values.len()).collect()
 }
 
-/// The base model with what sound rigs have in small and no parameter of its own describes.
+/// The base model with what sound rigs have in small and no parameter of its own describes, where the drive of a spool is recorded.
 #[must_use]
 pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
-    let usual = (0..CATALOGUE.len()).filter(|&e| CATALOGUE[e].in_base(&data.plant));
+    let recorded = data.inputs.spool_is_recorded();
+    let usual = (0..CATALOGUE.len()).filter(|&e| recorded && CATALOGUE[e].in_base(&data.plant));
     usual.fold(model.clone(), |model, effect| model.with_usual(&data.plant, effect))
 }
 
@@ -113,7 +114,8 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     match best {
         Some((cost, look)) => {
             let mut model = with_usual(data, &step(look.clone(), EARNEST).0);
-            for _ in 0..=AGAIN {
+            let times = if data.inputs.spool_is_recorded() { AGAIN } else { 0 };
+            for _ in 0..=times {
                 let (next, spent) = step(model, EARNEST);
                 model = next;
                 if spent <= FEW {

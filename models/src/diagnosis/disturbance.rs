@@ -53,9 +53,10 @@ const WORK_EXPONENT: f64 = 1.3;
 /// What deviations of the flow add to the pressure's rate in every row's interval, kPa/s: the inflow's and the outflow's slope over
 /// the valve's opening and over the pressure ratio, and the outflow's level. The inflow's level does what the supply's does.
 ///
-/// A regulator has no flow that the model knows.
+/// Only where the drive of a spool is recorded: a regulator has no flow that the model knows, behind the board's loop they would hide
+/// what little of an effect is left there, and two valves that are driven apart name worse with them.
 fn flow_deviations(data: &ChannelData, model: &Extended) -> Vec<[f64; FLOWS]> {
-    if data.plant.model.is_regulator() {
+    if !data.inputs.spool_is_recorded() {
         return Vec::new();
     }
     let (inputs, trace) = (&data.inputs, data.rough().trace(model));

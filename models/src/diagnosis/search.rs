@@ -201,7 +201,8 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
         staged(channels, fitted, fixed)
     };
     let mut stages = settled(channels, models);
-    for _ in 0..AGAIN {
+    let times = if channels.iter().all(|data| data.inputs.spool_is_recorded()) { AGAIN } else { 0 };
+    for _ in 0..times {
         let further = settled(channels, &models_of(&stages));
         let (before, after) = (kept_total(channels, &stages), kept_total(channels, &further));
         if after < before {

@@ -69,6 +69,12 @@ impl ChannelInputs {
         self.time_s.len()
     }
 
+    /// Is what moves one spool recorded?
+    #[must_use]
+    pub fn spool_is_recorded(&self) -> bool {
+        matches!(self.drive, DriveInput::Spool(_))
+    }
+
     /// Whether a board's loop, which follows the sensor, is part of the simulation.
     #[must_use]
     pub fn in_loop(&self) -> bool {

@@ -19,6 +19,7 @@ const KNOWN: &[(&str, &str, &[&str])] = &[
     ("host-driver/page", "", &["api", "download", "picture", "sampler", "server", "stream"]),
     ("sim-hil", "", &["bus", "fault"]),
     ("ros", "", &["bus", "diagnostics", "node", "run", "services"]),
+    ("models", "", &["data", "rig"]),
     ("models", "data", &["bag", "csv", "error"]),
     (
         "models",
