@@ -1,7 +1,7 @@
 //! Generalised least squares for what is allowed to wander.
 //!
 //! In every block the start pressure is uncertain (what happened before it), the supply wanders by about 1 %, and flows are not
-//! known to better than half a percent. All are low-rank contributions to the residual's covariance, `sigma^2 I + D T D^T` with `D`
+//! known to better than a percent. All are low-rank contributions to the residual's covariance, `sigma^2 I + D T D^T` with `D`
 //! the derivatives of the readings, so that a block is whitened by shrinking its part within the span of `D`:
 //! `v - U (1 - sqrt(sigma^2 / (sigma^2 + s_i))) U^T v`. It is the model's discrepancy in the sense of Kennedy and O'Hagan (J. R.
 //! Stat. Soc. B 63, 2001), where physics puts it: without it parameters move to imitate what the model lacks.
@@ -21,7 +21,7 @@ const LEVEL: f64 = 0.012;
 const SLOPE: f64 = 0.008;
 
 /// Standard deviation of a deviation of the flow in a block, as a part of it: no valve's curve and no orifice's is known better.
-const FLOW: f64 = 0.005;
+const FLOW: f64 = 0.01;
 
 /// Number of disturbances beside a block's start pressure.
 pub const WANDERS: usize = DISTURBANCES - 1;

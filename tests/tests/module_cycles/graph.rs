@@ -62,7 +62,9 @@ pub fn graph(sources: &[Source], parent: &[String]) -> Graph {
                 continue;
             }
             let name = &path[depth];
-            let to = if modules.contains(name) { Some(name) } else { passed_on.get(name) };
+            // What is passed on from another crate is of no module here.
+            let passed = || passed_on.get(name).filter(|module| modules.contains(module));
+            let to = if modules.contains(name) { Some(name) } else { passed() };
             if let Some(to) = to.filter(|to| *to != from)
                 && let Some(targets) = graph.get_mut(from)
             {
