@@ -23,7 +23,7 @@ const SHARP_MM2: f64 = 1e-3;
 const ASTRAY: f64 = 1.5;
 /// Evaluations spent on each of the best starts.
 const LOOK: usize = 6;
-/// Evaluations spent, twice, on the better one.
+/// Evaluations spent at a time on the better one.
 const EARNEST: usize = 12;
 
 /// Times that a fit goes on at most with the weights of where it stands, unless so few evaluations end it.

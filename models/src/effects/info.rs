@@ -89,17 +89,9 @@ impl EffectParameter {
         (lower, null, upper): (f64, f64, f64),
         meaning: &'static str,
     ) -> Self {
-        Self {
-            name,
-            unit,
-            lower,
-            upper,
-            null,
-            scale: Scale::Logarithmic,
-            usual: f64::INFINITY,
-            in_base: false,
-            meaning,
-        }
+        let mut parameter = Self::linear(name, unit, (lower, null, upper), meaning);
+        parameter.scale = Scale::Logarithmic;
+        parameter
     }
 }
 
