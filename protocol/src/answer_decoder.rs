@@ -1,6 +1,9 @@
 use crate::false_address::GUARD;
 use crate::frame::{Frame, FrameFinder};
-use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Sequence};
+use crate::{
+    Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Seal, Sequence,
+    Session,
+};
 
 /// Whether the host hears its own bytes.
 ///
@@ -31,7 +34,22 @@ pub enum Heard {
 enum Wanted {
     Unchecked,
     Checked(Sequence),
+    Sealed(Seal),
     Page(Sequence),
+    SealedPage(Seal),
+}
+
+impl Wanted {
+    fn page(sequence: Sequence, seal: Option<Seal>) -> Self {
+        seal.map_or(Self::Page(sequence), Self::SealedPage)
+    }
+
+    fn seal(self) -> Option<Seal> {
+        match self {
+            Self::Sealed(seal) | Self::SealedPage(seal) => Some(seal),
+            Self::Unchecked | Self::Checked(_) | Self::Page(_) => None,
+        }
+    }
 }
 
 /// The host's ear for one exchange: made when a request has been sent, fed until the answer or the timeout.
@@ -45,6 +63,7 @@ pub struct AnswerDecoder {
     /// The echo of a guard byte may come before that of the request.
     guard_echo: bool,
     answered_unchecked: bool,
+    session: Option<Session>,
     finder: FrameFinder,
 }
 
@@ -60,9 +79,28 @@ impl AnswerDecoder {
         Self::waiting_for(wanted, request.packet, request.encode(Direction::Request), echo)
     }
 
+    /// For the answer to `request` with this seal.
+    pub fn for_sealed(request: Packet, seal: Seal, echo: Echo) -> Self {
+        let checked = CheckedPacket { packet: request, sequence: seal.number().sequence() };
+        let sent = checked.encode_sealed(Direction::Request, seal);
+        Self::waiting_for(Wanted::Sealed(seal), request, sent, echo)
+    }
+
     /// For the answer to a page request.
     pub fn for_page(request: PageRequest, echo: Echo) -> Self {
-        Self::waiting_for(Wanted::Page(request.sequence), request.packet(), request.encode(), echo)
+        let wanted = Wanted::page(request.sequence, request.seal);
+        Self::waiting_for(wanted, request.packet(), request.encode(), echo)
+    }
+
+    /// The session that the request is of, if it is of one: late answers in it are then known for what they are.
+    #[must_use]
+    pub fn in_session(self, session: Option<Session>) -> Self {
+        Self { session, ..self }
+    }
+
+    /// The ten bytes of the request.
+    pub fn request_bytes(&self) -> [u8; PACKET_LEN] {
+        self.sent
     }
 
     fn waiting_for(wanted: Wanted, request: Packet, sent: [u8; PACKET_LEN], echo: Echo) -> Self {
@@ -78,6 +116,7 @@ impl AnswerDecoder {
             echo_damaged: false,
             guard_echo: false,
             answered_unchecked: false,
+            session: None,
             finder: FrameFinder::new(),
         }
     }
@@ -99,14 +138,25 @@ impl AnswerDecoder {
             self.echo_left -= 1;
             return None;
         }
-        let frame = self.finder.push(byte)?;
+        let (asked, wanted, session) = (self.request.address, self.wanted.seal(), self.session);
+        let seal = |address, sequence| {
+            let wanted = wanted.filter(|_| address == asked)?;
+            match wanted.number().latest(sequence) {
+                number if number == wanted.number() => Some(wanted),
+                earlier => Some(session?.seal(earlier)),
+            }
+        };
+        let frame = self.finder.push_with(byte, None, seal)?;
         let packet = frame.packet();
         let came = match frame {
             Frame::Unchecked(_) => Wanted::Unchecked,
             Frame::Checked(checked, Direction::Answer) => Wanted::Checked(checked.sequence),
-            Frame::PageAnswer(answer) => Wanted::Page(answer.sequence),
+            Frame::Sealed(_, Direction::Answer, seal) => Wanted::Sealed(seal),
+            Frame::PageAnswer(answer) => Wanted::page(answer.sequence, answer.seal),
             // An echo that nobody expected says what it is.
-            Frame::Checked(_, Direction::Request) | Frame::PageRequest(_) => return None,
+            Frame::Checked(_, Direction::Request)
+            | Frame::Sealed(_, Direction::Request, _)
+            | Frame::PageRequest(_) => return None,
         };
         Some(if packet.address == self.request.address && came == self.wanted {
             Heard::Answer(packet.values)
@@ -133,7 +183,7 @@ impl AnswerDecoder {
 
     /// Bytes heard that belong to no valid packet so far (a started packet included).
     pub fn stray_bytes(&self) -> usize {
-        self.finder.statistics().discarded_bytes as usize + self.finder.pending()
+        self.finder.unpacked_bytes()
     }
 
     /// The board whose answer is awaited.

@@ -26,7 +26,7 @@
 //! obeyed at once. Firmware that does not know of it takes them for four commands of 0 counts, which vent.
 
 use crate::spare_bits::{CRC_BITS, Kind, SPARE_BITS, bytes_of, gather, request_crc, spread};
-use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet, PacketError};
+use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet, PacketError, Seal, Sequence};
 use thiserror::Error;
 
 /// Who sends a checked packet. Part of what the CRC covers, so a host's own echo is never taken for an answer.
@@ -44,31 +44,6 @@ impl Direction {
             Self::Request => Kind::Request,
             Self::Answer => Kind::Answer,
         }
-    }
-}
-
-/// A 4-bit counter: an answer carries that of its request, so late, repeated and crossed answers are told apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Sequence(u8);
-
-impl Sequence {
-    /// The number of different values.
-    pub const MODULUS: u8 = 16;
-
-    /// `number` modulo 16.
-    pub const fn new(number: u8) -> Self {
-        Self(number % Self::MODULUS)
-    }
-
-    /// 0 to 15.
-    pub const fn get(self) -> u8 {
-        self.0
-    }
-
-    /// The one after it; 15 is followed by 0.
-    #[must_use]
-    pub const fn next(self) -> Self {
-        Self::new(self.0 + 1)
     }
 }
 
@@ -113,14 +88,22 @@ impl CheckedPacket {
 
     /// The ten bytes on the wire.
     pub fn encode(&self, direction: Direction) -> [u8; PACKET_LEN] {
-        self.encode_as(direction.kind())
+        self.encode_as(direction.kind(), None)
+    }
+
+    /// The ten bytes on the wire, with `seal` in the CRC. Their number is that of the seal.
+    pub fn encode_sealed(&self, direction: Direction, seal: Seal) -> [u8; PACKET_LEN] {
+        let numbered = Self { sequence: seal.number().sequence(), ..*self };
+        numbered.encode_as(direction.kind(), Some(seal))
     }
 
     /// The ten bytes on the wire, sent as `kind`.
-    pub(crate) fn encode_as(&self, kind: Kind) -> [u8; PACKET_LEN] {
+    pub(crate) fn encode_as(&self, kind: Kind, seal: Option<Seal>) -> [u8; PACKET_LEN] {
         let mut words = self.packet.values.map(Counts::get);
-        spread(&mut words, u32::from(self.sequence.0) << CRC_BITS);
-        let crc = request_crc(self.packet.address, words) ^ kind.crc_difference();
+        spread(&mut words, u32::from(self.sequence.get()) << CRC_BITS);
+        let crc = request_crc(self.packet.address, words)
+            ^ kind.crc_difference()
+            ^ seal.map_or(0, Seal::crc_difference);
         spread(&mut words, u32::from(crc));
         bytes_of(self.packet.address, words)
     }
@@ -143,11 +126,23 @@ impl CheckedPacket {
         direction.map(|direction| (checked, direction)).ok_or(CheckedError::Crc { expected, got })
     }
 
-    /// Reads ten bytes as a packet with a CRC of any kind.
-    pub(crate) fn decode_any(bytes: &[u8; PACKET_LEN]) -> Result<(Self, Kind), CheckedError> {
+    /// Reads ten bytes as a packet with a CRC of any kind, in a session if `seal` knows a seal for their address and number.
+    /// The session's CRC goes first: what fits it is of the session, whatever else it fits.
+    #[inline]
+    pub(crate) fn decode_any(
+        bytes: &[u8; PACKET_LEN],
+        seal: impl FnOnce(Address, Sequence) -> Option<Seal>,
+    ) -> Result<(Self, Kind, Option<Seal>), CheckedError> {
         let (checked, got, expected) = Self::parse(bytes)?;
-        let kind = Kind::ALL.into_iter().find(|kind| got == expected ^ kind.crc_difference());
-        kind.map(|kind| (checked, kind)).ok_or(CheckedError::Crc { expected, got })
+        let kind_at =
+            |offset: u16| Kind::ALL.into_iter().find(|kind| got == expected ^ kind.crc_difference() ^ offset);
+        let seal = seal(checked.packet.address, checked.sequence);
+        if let Some(seal) = seal
+            && let Some(kind) = kind_at(seal.crc_difference())
+        {
+            return Ok((checked, kind, Some(seal)));
+        }
+        kind_at(0).map(|kind| (checked, kind, None)).ok_or(CheckedError::Crc { expected, got })
     }
 
     /// The packet, the CRC that came with it, and the CRC that it should have as a request.
@@ -162,10 +157,10 @@ impl CheckedPacket {
             }
         }
         let spare = gather(words);
-        let (sequence, got) = (Sequence((spare >> CRC_BITS) as u8), spare as u16);
+        let (sequence, got) = (Sequence::new((spare >> CRC_BITS) as u8), spare as u16);
         let mut values = words.map(|word| word & !SPARE_BITS);
         let packet = Packet { address, values: values.map(Counts::saturating) };
-        spread(&mut values, u32::from(sequence.0) << CRC_BITS);
+        spread(&mut values, u32::from(sequence.get()) << CRC_BITS);
         Ok((Self { packet, sequence }, got, request_crc(address, values)))
     }
 }

@@ -7,7 +7,7 @@
 //! a data word with bit 15 clear is required.
 
 use crate::spare_bits::Kind;
-use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet, PageAnswer, PageRequest};
+use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet, PageAnswer, PageRequest, Seal, Sequence};
 
 /// A line that was silent for this many characters starts a new frame.
 ///
@@ -20,8 +20,10 @@ pub const IDLE_GAP_CHARACTERS: u16 = 3;
 pub struct FrameStatistics {
     /// Valid packets of either format, whoever's they were.
     pub packets: u32,
-    /// Bytes that belonged to no valid packet.
+    /// Bytes that belonged to no packet.
     pub discarded_bytes: u32,
+    /// Ten bytes of a packet's form whose CRC fits nothing that the listener knows: of others' sessions, or damaged.
+    pub unverified: u32,
 }
 
 /// Ten bytes that are a packet.
@@ -31,6 +33,8 @@ pub enum Frame {
     Unchecked(Packet),
     /// With a CRC that fits this direction.
     Checked(CheckedPacket, Direction),
+    /// The same in a session that the listener knows.
+    Sealed(CheckedPacket, Direction, Seal),
     /// A host asks for an entry of a page.
     PageRequest(PageRequest),
     /// A board answers with an entry of a page.
@@ -42,23 +46,48 @@ impl Frame {
     pub fn packet(&self) -> Packet {
         match self {
             Self::Unchecked(packet) => *packet,
-            Self::Checked(checked, _) => checked.packet,
+            Self::Checked(checked, _) | Self::Sealed(checked, _, _) => checked.packet,
             Self::PageRequest(request) => request.packet(),
             Self::PageAnswer(answer) => Packet { address: answer.address, values: answer.words },
         }
     }
 
-    /// Reads ten bytes as a packet of any kind. The spare bits of an unchecked packet are 0, and then no CRC is looked for.
-    fn decode(bytes: &[u8; PACKET_LEN]) -> Option<Self> {
+    fn is_checked_of(&self, own: Address) -> bool {
+        self.packet().address == own && !matches!(self, Self::Unchecked(_))
+    }
+
+    /// Reads ten bytes as a packet of any kind. The spare bits of an unchecked packet are 0.
+    #[inline]
+    fn decode(
+        bytes: &[u8; PACKET_LEN],
+        seal: impl FnOnce(Address, Sequence) -> Option<Seal>,
+    ) -> Result<Self, Option<Address>> {
+        let address = Address::from_word(u16::from_be_bytes([bytes[0], bytes[1]]));
         if let Ok(packet) = Packet::decode(bytes) {
-            return Some(Self::Unchecked(packet));
+            // Without a session, spare bits of 0 say that there is no CRC. In one, number and CRC may be 0.
+            let Some(seal) = seal(packet.address, Sequence::default()) else {
+                return Ok(Self::Unchecked(packet));
+            };
+            return match CheckedPacket::decode_any(bytes, |_, _| Some(seal)) {
+                Ok((checked, kind, Some(seal))) => Self::with_crc(checked, kind, Some(seal)),
+                _ => Ok(Self::Unchecked(packet)),
+            };
         }
-        let (checked, kind) = CheckedPacket::decode_any(bytes).ok()?;
-        Some(match kind {
-            Kind::Request => Self::Checked(checked, Direction::Request),
-            Kind::Answer => Self::Checked(checked, Direction::Answer),
-            Kind::PageRequest => Self::PageRequest(PageRequest::of_packet(&checked)?),
-            Kind::PageAnswer => Self::PageAnswer(PageAnswer::of_packet(&checked)),
+        let (checked, kind, seal) = CheckedPacket::decode_any(bytes, seal).map_err(|_| address)?;
+        Self::with_crc(checked, kind, seal)
+    }
+
+    #[inline]
+    fn with_crc(checked: CheckedPacket, kind: Kind, seal: Option<Seal>) -> Result<Self, Option<Address>> {
+        let checked_packet = |direction| match seal {
+            Some(seal) => Self::Sealed(checked, direction, seal),
+            None => Self::Checked(checked, direction),
+        };
+        Ok(match kind {
+            Kind::Request => checked_packet(Direction::Request),
+            Kind::Answer => checked_packet(Direction::Answer),
+            Kind::PageRequest => Self::PageRequest(PageRequest::of_packet(&checked, seal).ok_or(None)?),
+            Kind::PageAnswer => Self::PageAnswer(PageAnswer::of_packet(&checked, seal)),
         })
     }
 }
@@ -70,6 +99,12 @@ pub struct FrameFinder {
     bytes: [u8; PACKET_LEN],
     len: usize,
     statistics: FrameStatistics,
+    /// How many of the ten bytes that were last found to be unverified are still to be dropped.
+    unverified_left: usize,
+    /// The address of the last ten bytes that were unverified.
+    unverified: Option<Address>,
+    /// An idle gap or a whole packet was right before the first of the bytes.
+    aligned: bool,
 }
 
 impl FrameFinder {
@@ -80,36 +115,79 @@ impl FrameFinder {
 
     /// Takes one byte; gives the packet that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Frame> {
+        self.push_with(byte, None, |_, _| None)
+    }
+
+    /// The same for a listener that knows sessions: `seal` gives the seal that a packet with this address and sequence has.
+    ///
+    /// Such a listener cannot verify the packets of others' sessions, so that nothing aligns the next frame. Of board 0's all bytes but
+    /// the first, and the first of the next frame, can look like a packet to nobody's board. Who searches for a frame with a CRC and the address
+    /// `only` takes none but these; such an address begins nowhere inside frames that are whole (see `fits_at`).
+    pub fn push_with(
+        &mut self,
+        byte: u8,
+        only: Option<Address>,
+        seal: impl Fn(Address, Sequence) -> Option<Seal>,
+    ) -> Option<Frame> {
         self.bytes[self.len] = byte;
         self.len += 1;
         // The bytes before it could become a packet, so only the new one needs a look.
         let mut fits = fits_at(self.len - 1, byte);
         loop {
             while !fits {
+                self.aligned = false;
                 self.drop_first();
                 fits = self.could_become_a_packet();
             }
             if self.len < PACKET_LEN {
                 return None;
             }
-            if let Some(frame) = Frame::decode(&self.bytes) {
-                self.len = 0;
-                self.statistics.packets = self.statistics.packets.saturating_add(1);
-                return Some(frame);
+            match Frame::decode(&self.bytes, &seal) {
+                Ok(frame) if !self.aligned && only.is_some_and(|own| !frame.is_checked_of(own)) => {
+                    fits = false
+                }
+                Ok(frame) => {
+                    self.aligned = true;
+                    self.decide_unverified();
+                    self.len = 0;
+                    self.statistics.packets = self.statistics.packets.saturating_add(1);
+                    return Some(frame);
+                }
+                Err(address) => {
+                    self.decide_unverified();
+                    self.unverified_left = PACKET_LEN;
+                    self.unverified = address;
+                    fits = false;
+                }
             }
-            fits = false;
         }
+    }
+
+    /// The address of ten bytes whose CRC fitted nothing, if there have been any since this was last asked.
+    pub fn take_unverified(&mut self) -> Option<Address> {
+        self.unverified.take()
     }
 
     /// The line was silent, or a byte arrived damaged: what has been collected is not the start of a packet.
     pub fn restart(&mut self) {
-        self.count_discarded(self.len);
+        for _ in 0..self.len {
+            self.count_dropped();
+        }
+        self.decide_unverified();
         self.len = 0;
+        self.aligned = true;
     }
 
     /// Packets and discarded bytes so far.
     pub fn statistics(&self) -> FrameStatistics {
         self.statistics
+    }
+
+    /// Bytes heard that belong to no packet whose CRC fits, a started one included.
+    pub(crate) fn unpacked_bytes(&self) -> usize {
+        let FrameStatistics { discarded_bytes, unverified, .. } = self.statistics;
+        let dropped = PACKET_LEN.saturating_sub(self.unverified_left) % PACKET_LEN;
+        discarded_bytes as usize + PACKET_LEN * unverified as usize + dropped + self.len
     }
 
     /// Bytes that wait for the rest of their packet, 0 to 9.
@@ -124,7 +202,26 @@ impl FrameFinder {
     fn drop_first(&mut self) {
         self.bytes.copy_within(1..self.len, 0);
         self.len -= 1;
-        self.count_discarded(1);
+        self.count_dropped();
+    }
+
+    fn count_dropped(&mut self) {
+        match self.unverified_left {
+            0 => self.count_discarded(1),
+            1 => {
+                self.unverified_left = 0;
+                self.statistics.unverified = self.statistics.unverified.saturating_add(1);
+            }
+            _ => self.unverified_left -= 1,
+        }
+    }
+
+    /// A packet has begun before the unverified one's end: then that was none, and its bytes count as discarded.
+    fn decide_unverified(&mut self) {
+        if self.unverified_left > 0 {
+            self.count_discarded(PACKET_LEN - self.unverified_left);
+            self.unverified_left = 0;
+        }
     }
 
     fn count_discarded(&mut self, count: usize) {

@@ -13,6 +13,7 @@
 //!
 //! - [`Address`], [`Counts`], [`Packet`]: what is on the wire. The bytes are frozen by `tests/wire_format.rs`.
 //! - [`CheckedPacket`]: the same words with a sequence number and a CRC in their spare bits.
+//! - [`Session`], [`RequestNumber`]: what keeps a checked request from being obeyed twice, or by another board.
 //! - [`pages`]: what a board can be asked besides its pressures, in the same ten bytes.
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
 //! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment;
@@ -41,15 +42,19 @@ pub mod pages;
 pub mod pulse;
 mod request_decoder;
 mod scale;
+mod sequence;
+mod session;
 mod spare_bits;
 
 pub use address::Address;
 pub use answer_decoder::{AnswerDecoder, Echo, Heard};
 pub use baud::{BITS_PER_CHARACTER, Baud, BaudError};
-pub use checked::{CheckedError, CheckedPacket, Direction, Sequence};
+pub use checked::{CheckedError, CheckedPacket, Direction};
 pub use counts::{Counts, CountsError};
 pub use frame::{Frame, FrameFinder, FrameStatistics, IDLE_GAP_CHARACTERS};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
 pub use pages::{PageAnswer, PageRequest};
 pub use request_decoder::{Asked, Format, Request, RequestDecoder};
 pub use scale::{PressureError, ScaleError, SensorScale};
+pub use sequence::Sequence;
+pub use session::{RequestNumber, Seal, Session};

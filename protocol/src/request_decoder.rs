@@ -1,13 +1,18 @@
 use crate::frame::{Frame, FrameFinder, FrameStatistics};
-use crate::{Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, Sequence};
+use crate::{
+    Address, CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, PageRequest, RequestNumber,
+    Seal, Sequence, Session,
+};
 
-/// In which of the two formats a request came, and its answer goes.
+/// In which format a request came, and its answer goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Format {
     /// The original's: nothing guards the values.
     Unchecked,
     /// With a CRC and this sequence number.
     Checked(Sequence),
+    /// The same in a session.
+    Sealed(Seal),
 }
 
 /// What a board has been asked for.
@@ -39,12 +44,21 @@ pub struct Request {
 }
 
 impl Request {
+    /// Whether the host says with it that it leaves: see [`CheckedPacket::leave`].
+    pub fn is_leave(&self) -> bool {
+        self.format != Format::Unchecked && self.commands == CheckedPacket::LEAVE
+    }
+
     /// The ten bytes of the answer to it: the board's pressures, in the request's own format and with its number.
     pub fn answer(&self, address: Address, pressures: [Counts; CHANNELS]) -> [u8; PACKET_LEN] {
         let packet = Packet { address, values: pressures };
         match self.format {
             Format::Unchecked => packet.encode(),
             Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Answer),
+            Format::Sealed(seal) => {
+                let sequence = seal.number().sequence();
+                CheckedPacket { packet, sequence }.encode_sealed(Direction::Answer, seal)
+            }
         }
     }
 }
@@ -55,25 +69,50 @@ impl Request {
 /// and when the receiver flagged a byte as damaged.
 ///
 /// It never mixes formats. The first checked request shows that the host speaks the checked format, and from then on
-/// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The host is
-/// forgotten by [`forget_host`](Self::forget_host), and when it says that it leaves ([`CheckedPacket::leave`]): that request is
-/// given like any other, as four commands of 0 counts, which vent. A page request leaves this as it is.
+/// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The first command of a
+/// [`Session`] that was [offered](Self::offer) shows that the host knows sessions, and from then on only requests of that
+/// session are given, each once. The host is forgotten by [`forget_host`](Self::forget_host), and when it says that it leaves
+/// ([`CheckedPacket::leave`]): that request is given like any other, as four commands of 0 counts, which vent. A page request leaves
+/// this as it is.
 #[derive(Debug, Clone)]
 pub struct RequestDecoder {
     own: Address,
     finder: FrameFinder,
     host_checks: bool,
+    session: Option<HeldSession>,
+    damaged: u32,
+}
+
+/// A session that was offered to a host.
+#[derive(Debug, Clone, Copy)]
+struct HeldSession {
+    session: Session,
+    /// Number of the last request in it.
+    last: RequestNumber,
+    /// The host has taken it up.
+    begun: bool,
+}
+
+impl HeldSession {
+    fn seal(&self, sequence: Sequence) -> Option<Seal> {
+        Some(self.session.seal(self.last.following(sequence)?))
+    }
 }
 
 impl RequestDecoder {
     /// For the board with this address.
     pub fn new(own: Address) -> Self {
-        Self { own, finder: FrameFinder::new(), host_checks: false }
+        Self { own, finder: FrameFinder::new(), host_checks: false, session: None, damaged: 0 }
     }
 
     /// Takes one byte; gives the request to this board that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Asked> {
-        let frame = self.finder.push(byte)?;
+        let (own, held) = (self.own, self.session);
+        let seal = |address, sequence| held.filter(|_| address == own)?.seal(sequence);
+        let Some(frame) = self.finder.push_with(byte, self.host_checks.then_some(own), seal) else {
+            self.note_damage();
+            return None;
+        };
         let packet = frame.packet();
         if packet.address != self.own {
             return None;
@@ -81,14 +120,63 @@ impl RequestDecoder {
         let format = match frame {
             Frame::Unchecked(_) if self.host_checks => return None,
             Frame::Unchecked(_) => Format::Unchecked,
+            Frame::Checked(_, Direction::Request) if self.in_session() => return None,
             Frame::Checked(checked, Direction::Request) => {
                 self.host_checks = !checked.is_leave();
                 Format::Checked(checked.sequence)
             }
-            Frame::PageRequest(request) => return Some(Asked::Page(request)),
-            Frame::Checked(_, Direction::Answer) | Frame::PageAnswer(_) => return None,
+            Frame::Sealed(checked, Direction::Request, seal) => {
+                self.host_checks = !checked.is_leave();
+                let session = held.filter(|_| !checked.is_leave());
+                self.session = session.map(|held| HeldSession { last: seal.number(), begun: true, ..held });
+                Format::Sealed(seal)
+            }
+            Frame::PageRequest(request) => return self.page(request),
+            Frame::Checked(_, Direction::Answer)
+            | Frame::Sealed(_, Direction::Answer, _)
+            | Frame::PageAnswer(_) => return None,
         };
         Some(Asked::Pressures(Request { commands: packet.values, format }))
+    }
+
+    /// A session begins with a command: until then its host could be silent for ever without being forgotten.
+    fn page(&mut self, request: PageRequest) -> Option<Asked> {
+        if let Some(seal) = request.seal {
+            let held = self.session.as_mut().filter(|held| held.begun)?;
+            held.last = seal.number();
+        }
+        Some(Asked::Page(request))
+    }
+
+    fn note_damage(&mut self) {
+        let own = self.finder.take_unverified() == Some(self.own);
+        // Of a host that does not check any bytes may be meant.
+        if own && self.host_checks {
+            self.damaged = self.damaged.saturating_add(1);
+        }
+    }
+
+    /// Gives the session with this number to whoever asked for one, unless a host is in one: then this is false.
+    ///
+    /// Until the host begins it with a command, requests without a session are given as before.
+    pub fn offer(&mut self, number: u32) -> bool {
+        if self.in_session() {
+            return false;
+        }
+        let session = Session::new(self.own, number);
+        self.session = Some(HeldSession { session, last: RequestNumber::default(), begun: false });
+        true
+    }
+
+    /// Whether a host has begun the session that it was given.
+    pub fn in_session(&self) -> bool {
+        self.session.is_some_and(|held| held.begun)
+    }
+
+    /// Packets with this board's address whose CRC did not fit, since a host that checks was heard: damaged, repeated, of another
+    /// session, or meant for another board.
+    pub fn damaged_requests(&self) -> u32 {
+        self.damaged
     }
 
     /// The line was silent: the next byte starts a frame.
@@ -104,6 +192,7 @@ impl RequestDecoder {
     /// The host has been silent for so long that the next one may be another, of either kind.
     pub fn forget_host(&mut self) {
         self.host_checks = false;
+        self.session = None;
     }
 
     /// The address it listens to.

@@ -85,3 +85,9 @@ pub(crate) fn request_crc(address: Address, words: [u16; CHANNELS]) -> u16 {
     digest.update(&bytes_of(address, words));
     digest.finalize()
 }
+
+/// What a session's number and its board's number change in the CRC of its packets.
+pub(crate) fn session_crc(address: Address, number: u32) -> u16 {
+    let [a, b, c, d] = number.to_be_bytes();
+    CRC.checksum(&[a, b, c, d, address.board()])
+}

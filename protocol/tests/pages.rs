@@ -110,9 +110,13 @@ fn entries_keep_their_numbers() {
         (PageEntry::Counter(Counter::SensorFaults), (1, 11)),
         (PageEntry::Counter(Counter::UptimeS), (1, 12)),
         (PageEntry::Counter(Counter::WatchdogResets), (1, 13)),
+        (PageEntry::Counter(Counter::DamagedRequests), (1, 14)),
+        (PageEntry::Counter(Counter::UnverifiedPackets), (1, 15)),
         (PageEntry::About, (2, 0)),
         (PageEntry::PostMortemWord(0), (3, 0)),
         (PageEntry::PostMortemWord(12), (3, 12)),
+        (PageEntry::Session(0), (4, 0)),
+        (PageEntry::Session(101), (4, 101)),
     ];
     for (entry, expected) in numbers {
         assert_eq!((entry.numbers(), PageEntry::of_numbers(expected.0, expected.1)), (expected, Some(entry)));
@@ -135,9 +139,9 @@ fn entries_keep_their_words() {
 
 proptest! {
     #[test]
-    fn entries_come_back(state in 0u8..4, channels in [0usize..5, 0..5, 0..5, 0..5], drives in [-400i16..=400, -400..=400, -400..=400, -400..=400], chip in 0u8..=255, version in [0u16..=1023, 0..=1023, 0..=1023]) {
+    fn entries_come_back(state in 0u8..5, channels in [0usize..5, 0..5, 0..5, 0..5], drives in [-400i16..=400, -400..=400, -400..=400, -400..=400], chip in 0u8..=255, version in [0u16..=1023, 0..=1023, 0..=1023]) {
         use ChannelNow::{Disabled, Regulating, SensorAboveRange, SensorBelowRange, Venting};
-        let board = [StateNow::PowerUpVent, StateNow::Running, StateNow::Hold, StateNow::Vent][usize::from(state)];
+        let board = [StateNow::PowerUpVent, StateNow::Running, StateNow::Hold, StateNow::Vent, StateNow::DamageVent][usize::from(state)];
         let known = [Regulating, Venting, SensorBelowRange, SensorAboveRange, Disabled];
         let now = NowState { board, channels: channels.map(|channel| known[channel]) };
         prop_assert_eq!(NowState::from_entry(now.to_entry()), Some(now));

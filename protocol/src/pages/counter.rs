@@ -30,11 +30,15 @@ pub enum Counter {
     UptimeS = 12,
     /// Resets by the watchdog since power-on.
     WatchdogResets = 13,
+    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another host.
+    DamagedRequests = 14,
+    /// Packets whose CRC fitted nothing that this board knows: of other boards' sessions, or damaged.
+    UnverifiedPackets = 15,
 }
 
 impl Counter {
     /// In the order of their entries.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Requests,
         Self::Answers,
         Self::PageRequests,
@@ -49,6 +53,8 @@ impl Counter {
         Self::SensorFaults,
         Self::UptimeS,
         Self::WatchdogResets,
+        Self::DamagedRequests,
+        Self::UnverifiedPackets,
     ];
 
     /// Its name in JSON: that of the variant, in lower case.
@@ -68,6 +74,8 @@ impl Counter {
             Self::SensorFaults => "sensor_faults",
             Self::UptimeS => "uptime_s",
             Self::WatchdogResets => "watchdog_resets",
+            Self::DamagedRequests => "damaged_requests",
+            Self::UnverifiedPackets => "unverified_packets",
         }
     }
 

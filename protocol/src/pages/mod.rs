@@ -8,8 +8,8 @@
 //!  word      page request                   page answer
 //!    0       page, 0 to 101                 the entry's word 0, 0 to 1023
 //!    1       entry in the page, 0 to 101    word 1
-//!    2       0                              word 2
-//!    3       0                              word 3
+//!    2       0; of a value 0 to 101         word 2
+//!    3       0; of a value 0 to 101         word 3
 //! ```
 //!
 //! The words of a request stay below 102 counts, 0 kPa: damage that makes a command of it (five flipped bits of 68 at
@@ -20,24 +20,38 @@
 //! | --- | --- | --- |
 //! | 0, now | 0 | state of the board and of each channel ([`NowState`]) |
 //! | | 1 | drive of each valve ([`Drives`]) |
-//! | 1, counters | 0 to 13 | [`Counter`]s since power-up, one each |
+//! | 1, counters | 0 to 15 | [`Counter`]s since power-up, one each |
 //! | 2, the board | 0 | chip and version ([`About`]) |
 //! | 3, post-mortem | 0 to 12 | words of the [`PostMortem`], all 0 if there is none |
+//! | 4, session | 0 to 101 | a [`SessionOffer`]; the entry is a number of the host's |
+//! | 5, parameters | 0 to 18 | value in effect of a [`Parameter`] |
+//! | 6, as compiled | 0 to 18 | value that its firmware was compiled with |
+//! | 7, store | 0 | a [`StoreState`] |
+//! | 8, change | 0 to 2 | begin, begin from what was compiled, commit: a [`ChangeAnswer`] |
+//! | 10 to 19, set | 0 to 18 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//!
+//! Pages 8 and above change something, see [`Change`]; a board obeys them in a session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
 //! different moments; each by itself is of one.
 
 mod about;
+mod change;
 mod counter;
 mod now;
 mod packets;
+mod parameter;
 mod post_mortem;
+mod session;
 
 pub use about::{About, ChipKind};
+pub use change::{Change, ChangeAnswer, CommitOutcome, ParameterSource, StoreState};
 pub use counter::Counter;
 pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
+pub use parameter::{Parameter, ParameterInfo};
 pub use post_mortem::{FaultRegisters, FileName, PostMortem, StopCause};
+pub use session::SessionOffer;
 
 use crate::{CHANNELS, Counts};
 
@@ -60,28 +74,68 @@ pub enum PageEntry {
     About,
     /// A word of the [`PostMortem`], 0 to [`PostMortem::WORDS`] - 1; a number.
     PostMortemWord(u8),
+    /// A [`SessionOffer`], with the host's number.
+    Session(u8),
+    /// The value in effect; a number.
+    Parameter(Parameter),
+    /// The value that the firmware was compiled with; a number.
+    Compiled(Parameter),
+    /// A [`StoreState`].
+    Store,
+    /// A [`ChangeAnswer`].
+    Change(Change),
 }
 
 impl PageEntry {
     /// Page and entry in it, as they stand in a request.
     pub const fn numbers(self) -> (u8, u8) {
-        match self {
+        let [page, entry, ..] = self.words();
+        (page, entry)
+    }
+
+    /// The words of a request for it.
+    pub(crate) const fn words(self) -> [u8; 4] {
+        let (page, entry) = match self {
             Self::State => (0, 0),
             Self::Drives => (0, 1),
             Self::Counter(counter) => (1, counter as u8),
             Self::About => (2, 0),
             Self::PostMortemWord(word) => (3, word),
-        }
+            Self::Session(host) => (4, host),
+            Self::Parameter(parameter) => (5, parameter as u8),
+            Self::Compiled(parameter) => (6, parameter as u8),
+            Self::Store => (7, 0),
+            Self::Change(change) => return change.words(),
+        };
+        [page, entry, 0, 0]
     }
 
-    /// The entry with these numbers, if there is one.
+    /// The entry with these numbers, if there is one. A value that is to be set has its last two digits 0.
     pub fn of_numbers(page: u8, entry: u8) -> Option<Self> {
+        Self::of_words([page, entry, 0, 0])
+    }
+
+    /// Whether a request for an entry of this page has digits of a value in its last two words.
+    pub(crate) const fn carries_value(page: u8) -> bool {
+        page >= Change::FIRST_SET_PAGE && page < Change::FIRST_SET_PAGE + Change::SET_PAGES
+    }
+
+    #[inline]
+    pub(crate) fn of_words(words: [u8; 4]) -> Option<Self> {
+        let [page, entry, ..] = words;
+        if page >= Change::PAGE {
+            return Change::of_words(words).map(Self::Change);
+        }
         match (page, entry) {
             (0, 0) => Some(Self::State),
             (0, 1) => Some(Self::Drives),
             (1, number) => Counter::of_number(number).map(Self::Counter),
             (2, 0) => Some(Self::About),
             (3, word) if usize::from(word) < PostMortem::WORDS => Some(Self::PostMortemWord(word)),
+            (4, host) if host < SessionOffer::HOST_NUMBERS => Some(Self::Session(host)),
+            (5, number) => Parameter::of_number(number).map(Self::Parameter),
+            (6, number) => Parameter::of_number(number).map(Self::Compiled),
+            (7, 0) => Some(Self::Store),
             _ => None,
         }
     }
@@ -121,7 +175,8 @@ mod tests {
             .into_iter()
             .filter_map(|(page, entry)| Some(((page, entry), PageEntry::of_numbers(page, entry)?)))
             .collect();
-        assert_eq!(known.len(), 2 + Counter::ALL.len() + 1 + PostMortem::WORDS);
+        let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
+        assert_eq!(known.len(), 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters);
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
             assert!(numbers.0 < 102 && numbers.1 < 102, "a request stays below 0 kPa");

@@ -3,7 +3,7 @@ use crate::{CHANNELS, Counts};
 
 /// What a board and its channels did in the last control step: page 0, entry 0.
 ///
-/// Word k has the status of channel k in its lowest 3 bits; word 0 has the board's state in the 2 bits above them.
+/// Word k has the status of channel k in its lowest 3 bits; word 0 has the board's state in the 3 bits above them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct NowState {
     /// The board as a whole.
@@ -24,6 +24,8 @@ pub enum StateNow {
     Hold = 2,
     /// The host has been silent for too long; all channels vent.
     Vent = 3,
+    /// Too many requests came damaged; all channels vent until the host leaves, or until power-up.
+    DamageVent = 4,
 }
 
 /// What a channel does.
@@ -50,6 +52,7 @@ impl StateNow {
             Self::Running => "running",
             Self::Hold => "hold",
             Self::Vent => "vent",
+            Self::DamageVent => "damage_vent",
         }
     }
 }
@@ -85,6 +88,7 @@ impl NowState {
             1 => StateNow::Running,
             2 => StateNow::Hold,
             3 => StateNow::Vent,
+            4 => StateNow::DamageVent,
             _ => return None,
         };
         words[0] &= (1 << Self::CHANNEL_BITS) - 1;
