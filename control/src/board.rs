@@ -1,6 +1,6 @@
 use crate::{
     AdcSample, Answer, BoardConfig, BoardStatus, BusPort, ConfigError, ControlLoop, ControlStatus, Counters,
-    Micros, ValveDrive,
+    Identity, Micros, ValveDrive,
 };
 use pneudrive_protocol::{Address, CHANNELS};
 
@@ -60,6 +60,16 @@ impl Board {
         step.drives
     }
 
+    /// What its pages say of it from now on: see [`BusPort::identify`].
+    pub fn identify(&mut self, identity: Identity) {
+        self.port.identify(identity);
+    }
+
+    /// Its bus side, for what only that knows.
+    pub fn port(&mut self) -> &mut BusPort {
+        &mut self.port
+    }
+
     /// The address it answers to.
     pub fn address(&self) -> Address {
         self.port.address()
@@ -84,6 +94,7 @@ impl BoardStatus {
                 answers: port.answers(),
                 page_requests: port.page_requests(),
                 line_errors: port.line_errors(),
+                damaged_requests: port.damaged_requests(),
                 frames: port.frames(),
                 steps: control.steps,
                 late_steps: control.late_steps,

@@ -77,6 +77,16 @@ pub struct BoardConfig {
     /// does not switch its chamber at every touch.
     pub recover_after_steps: u16,
 
+    /// So many damaged requests in a [`damage_window`](Self::damage_window) make the board vent until its host leaves or its supply is
+    /// switched off ([`BoardState::DamageVent`](crate::BoardState::DamageVent)): 1 to 10,000. Default 50: at 1 kHz one in twenty.
+    pub damage_limit: u16,
+
+    /// The window, us: 1 ms to 60 s. Default 1 s.
+    pub damage_window: Micros,
+
+    /// Whether a set point rises only as far as two requests in a row want; it falls at once. Default false.
+    pub rise_needs_two: bool,
+
     /// Channels in use. Default all. A channel that is not in use vents, its sensor is not judged, and the answer
     /// carries whatever its input reads.
     pub enabled: [bool; CHANNELS],
@@ -102,6 +112,9 @@ impl BoardConfig {
         sensor_margin: 51,
         fault_after_steps: 10,
         recover_after_steps: 1_000,
+        damage_limit: 50,
+        damage_window: Micros::from_millis(1_000),
+        rise_needs_two: false,
         enabled: [true; CHANNELS],
     };
 
@@ -113,7 +126,7 @@ impl BoardConfig {
         const MINUTE: u64 = 60_000_000;
         let sensor_low = (self.sensor_min.get() as u64).wrapping_sub(self.sensor_margin as u64);
         let sensor_high = self.sensor_max.get() as u64 + self.sensor_margin as u64;
-        let limits: [(&'static str, &'static str, u64, u64, u64); 12] = [
+        let limits: [(&'static str, &'static str, u64, u64, u64); 14] = [
             ("answer_delay", "us", self.answer_delay.get(), 0, 20),
             ("loop_period", "us", self.loop_period.get(), 100, 10_000),
             ("kp", "drive counts per count", self.kp as u64, 1, ControlLaw::GAIN_MAX as u64),
@@ -124,6 +137,8 @@ impl BoardConfig {
             ("hold_time", "us", self.hold_time.get(), 0, MINUTE),
             ("fault_after_steps", "steps", self.fault_after_steps as u64, 1, 1_000),
             ("recover_after_steps", "steps", self.recover_after_steps as u64, 1, 60_000),
+            ("damage_limit", "requests", self.damage_limit as u64, 1, 10_000),
+            ("damage_window", "us", self.damage_window.get(), 1_000, MINUTE),
             ("sensor_min - sensor_margin", "counts", sensor_low, 1, self.sensor_min.get() as u64),
             ("sensor_max + sensor_margin", "counts", sensor_high, self.sensor_min.get() as u64 + 1, 1_022),
         ];
@@ -209,6 +224,10 @@ mod tests {
             ("hold_time", BoardConfig { hold_time: Micros::new(60_000_001), ..GOOD }),
             ("fault_after_steps", BoardConfig { fault_after_steps: 0, ..GOOD }),
             ("recover_after_steps", BoardConfig { recover_after_steps: 60_001, ..GOOD }),
+            ("damage_limit", BoardConfig { damage_limit: 0, ..GOOD }),
+            ("damage_limit", BoardConfig { damage_limit: 10_001, ..GOOD }),
+            ("damage_window", BoardConfig { damage_window: Micros::new(999), ..GOOD }),
+            ("damage_window", BoardConfig { damage_window: Micros::new(60_000_001), ..GOOD }),
             ("sensor_min - sensor_margin", BoardConfig { sensor_margin: 102, ..GOOD }),
             ("sensor_min - sensor_margin", BoardConfig { sensor_margin: 103, ..GOOD }),
             ("sensor_max + sensor_margin", BoardConfig { sensor_max: counts(972), ..GOOD }),

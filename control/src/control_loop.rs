@@ -54,17 +54,16 @@ impl ControlLoop {
     /// One control step: see [`Board::control_step`](crate::Board::control_step).
     pub fn step(&mut self, now: Micros, samples: [AdcSample; CHANNELS], orders: Orders) -> Step {
         self.count_step(now);
-        let before = self.supervisor.state();
-        let state = self.supervisor.step(now, orders.last_request);
-        let silent = |state| matches!(state, BoardState::Hold | BoardState::Vent);
+        let was_silent = self.supervisor.host_is_silent();
+        let state = self.supervisor.step(now, orders.last_request, orders.too_much_damage);
         // From whatever state: steps that come very late can skip the one in between.
-        let host_lost = !silent(before) && silent(state);
+        let host_lost = !was_silent && self.supervisor.host_is_silent();
         if host_lost {
             count(&mut self.command_timeouts);
         }
         let mode = match state {
             BoardState::Running | BoardState::Hold => Mode::Regulate,
-            BoardState::PowerUpVent | BoardState::Vent => Mode::Vent,
+            BoardState::PowerUpVent | BoardState::Vent | BoardState::DamageVent => Mode::Vent,
         };
         for (index, channel) in self.channels.iter_mut().enumerate() {
             let had_fault = matches!(channel.status(), ChannelStatus::SensorFault(_));

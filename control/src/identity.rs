@@ -9,6 +9,8 @@ pub struct Identity {
     pub about: About,
     /// Resets by the watchdog since power-on.
     pub watchdog_resets: u32,
+    /// What the numbers of its sessions are made from beside its clock: other than in the run before, so that they do not come again.
+    pub session_seed: u32,
     /// The words of the run before this one, all 0 if nothing is known of it.
     pub post_mortem: [u32; PostMortem::WORDS],
 }
@@ -19,6 +21,7 @@ impl Identity {
         Self {
             about: About { chip, version: VERSION },
             watchdog_resets: 0,
+            session_seed: 0,
             post_mortem: [0; PostMortem::WORDS],
         }
     }

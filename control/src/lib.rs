@@ -32,6 +32,8 @@
 //! # Ok::<(), pneudrive_control::ConfigError>(())
 //! ```
 //!
+//! What of its configuration a host can change, and how flash keeps it, is in [`BoardStart`] and [`store`].
+//!
 //! Inside, a board is two halves, which firmware runs at two priorities: the [`BusPort`] and the [`ControlLoop`]. The
 //! loop has the supervisor ([`BoardState`]) and per channel the sensor monitor ([`SensorFault`]), the low-pass, the
 //! control law and the valve drive ([`ValveDrive`], [`DirPwm`]): one file each.
@@ -44,10 +46,13 @@
 #[cfg(test)]
 extern crate std;
 
+mod agreement;
 mod board;
 mod channel;
 mod config;
 mod control_loop;
+mod damage;
+mod desk;
 mod drive;
 mod filter;
 mod identity;
@@ -55,11 +60,14 @@ mod indicator;
 mod law;
 mod liveness;
 mod pages;
+mod parameters;
 mod port;
 mod responder;
 mod sample;
 mod sensor;
+mod start;
 mod status;
+pub mod store;
 mod supervisor;
 mod time;
 
@@ -69,9 +77,12 @@ pub use control_loop::{ControlLoop, Step};
 pub use drive::{DirPwm, Direction, ValveDrive};
 pub use identity::Identity;
 pub use liveness::Liveness;
+pub use parameters::ParameterSet;
 pub use port::{Answer, BusPort, Orders, Report};
 pub use sample::{AdcSample, FRACTION_BITS};
 pub use sensor::SensorFault;
+pub use start::BoardStart;
 pub use status::{BoardStatus, ChannelStatus, ControlStatus, Counters};
+pub use store::Stored;
 pub use supervisor::BoardState;
 pub use time::Micros;

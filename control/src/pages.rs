@@ -4,17 +4,28 @@ use pneudrive_protocol::pages::{
 };
 
 impl BusPort {
-    /// The words of an entry at `now`, where `control` is what the last control step did.
-    pub(crate) fn entry(&self, entry: PageEntry, control: &ControlStatus, now: Micros) -> Entry {
+    /// The words of an entry at `now`, where `control` is what the last control step did. What changes something is obeyed in a session.
+    pub(crate) fn entry(
+        &mut self,
+        entry: PageEntry,
+        control: &ControlStatus,
+        now: Micros,
+        in_session: bool,
+    ) -> Entry {
         match entry {
             PageEntry::State => state_of(control).to_entry(),
             PageEntry::Drives => Drives::new(control.drives.map(|drive| drive.get())).to_entry(),
             PageEntry::Counter(counter) => number_entry(self.counter(counter, control, now)),
             PageEntry::About => self.identity().about.to_entry(),
+            PageEntry::Session(host) => self.offer_session(now, host).to_entry(),
             PageEntry::PostMortemWord(word) => {
                 let word = self.identity().post_mortem.get(usize::from(word));
                 number_entry(word.copied().unwrap_or(0))
             }
+            PageEntry::Parameter(parameter) => self.desk().in_effect(parameter),
+            PageEntry::Compiled(parameter) => self.desk().compiled(parameter),
+            PageEntry::Store => self.desk().state().to_entry(),
+            PageEntry::Change(change) => self.desk().change(change, in_session).to_entry(),
         }
     }
 
@@ -35,6 +46,8 @@ impl BusPort {
             Counter::SensorFaults => control.sensor_faults,
             Counter::UptimeS => u32::try_from(now.get() / 1_000_000).unwrap_or(u32::MAX),
             Counter::WatchdogResets => self.identity().watchdog_resets,
+            Counter::DamagedRequests => self.damaged_requests(),
+            Counter::UnverifiedPackets => self.frames().unverified,
         }
     }
 }
@@ -45,6 +58,7 @@ fn state_of(control: &ControlStatus) -> NowState {
         BoardState::Running => StateNow::Running,
         BoardState::Hold => StateNow::Hold,
         BoardState::Vent => StateNow::Vent,
+        BoardState::DamageVent => StateNow::DamageVent,
     };
     let channels = control.channels.map(|channel| match channel {
         ChannelStatus::Regulating => ChannelNow::Regulating,

@@ -1,9 +1,15 @@
+use crate::agreement::Agreement;
+use crate::damage::DamageMonitor;
+use crate::desk::ParameterDesk;
 use crate::responder::Responder;
-use crate::{BoardConfig, ConfigError, ControlStatus, Identity, Micros};
-use pneudrive_protocol::pages::ChipKind;
+use crate::{BoardConfig, ChannelStatus, ConfigError, ControlStatus, Identity, Micros, ParameterSet, Stored};
+use pneudrive_protocol::pages::{ChipKind, CommitOutcome, SessionOffer};
 use pneudrive_protocol::{
     Address, Asked, CHANNELS, Counts, FrameStatistics, PACKET_LEN, PageRequest, Request,
 };
+
+/// Counts above atmosphere that a vented chamber's sensor may read.
+const VENTED_MARGIN: u16 = 20;
 
 /// The ten bytes of an answer, to be sent back to back at once.
 pub type Answer = [u8; PACKET_LEN];
@@ -21,6 +27,10 @@ pub struct BusPort {
     control: Option<ControlStatus>,
     identity: Identity,
     longest_loop: Micros,
+    agreement: Agreement,
+    damage: DamageMonitor,
+    desk: ParameterDesk,
+    sessions: u32,
     requests: u32,
     answers: u32,
     page_requests: u32,
@@ -34,6 +44,8 @@ pub struct Orders {
     pub commands: [Counts; CHANNELS],
     /// When the last request to this board ended.
     pub last_request: Option<Micros>,
+    /// Too many requests came damaged.
+    pub too_much_damage: bool,
 }
 
 /// What a control step has to tell the bus side.
@@ -52,7 +64,15 @@ impl BusPort {
         config.check()?;
         Ok(Self {
             responder: Responder::new(config, address),
-            orders: Orders { commands: [config.initial_command; CHANNELS], last_request: None },
+            orders: Orders {
+                commands: [config.initial_command; CHANNELS],
+                last_request: None,
+                too_much_damage: false,
+            },
+            agreement: Agreement::new(config.rise_needs_two, config.initial_command),
+            damage: DamageMonitor::new(config),
+            desk: ParameterDesk::new(ParameterSet::of(config)),
+            sessions: 0,
             control: None,
             identity: Identity::of_chip(ChipKind::Native),
             longest_loop: Micros::ZERO,
@@ -65,7 +85,13 @@ impl BusPort {
 
     /// A byte was heard on the bus: see [`Board::receive_byte`](crate::Board::receive_byte).
     pub fn receive_byte(&mut self, now: Micros, byte: u8) -> Option<Answer> {
-        let answer = match self.responder.byte(now, byte)? {
+        let damaged = self.responder.damaged_requests();
+        let asked = self.responder.byte(now, byte);
+        if self.responder.damaged_requests() != damaged {
+            self.damage.damaged(now);
+            self.orders.too_much_damage = self.damage.latched();
+        }
+        let answer = match asked? {
             Asked::Pressures(request) => self.obey(now, &request),
             Asked::Page(request) => self.look_up(now, &request),
         }?;
@@ -75,7 +101,13 @@ impl BusPort {
 
     /// Takes over the commands and answers with the pressures.
     fn obey(&mut self, now: Micros, request: &Request) -> Option<Answer> {
-        self.orders = Orders { commands: request.commands, last_request: Some(now) };
+        let commands = self.agreement.take(request.commands);
+        if request.is_leave() {
+            self.damage.release();
+            self.desk.forget();
+        }
+        let too_much_damage = self.damage.latched();
+        self.orders = Orders { commands, last_request: Some(now), too_much_damage };
         self.requests = self.requests.saturating_add(1);
         let answer = request.answer(self.address(), self.control?.pressures);
         self.answers = self.answers.saturating_add(1);
@@ -86,8 +118,23 @@ impl BusPort {
     fn look_up(&mut self, now: Micros, request: &PageRequest) -> Option<Answer> {
         self.page_requests = self.page_requests.saturating_add(1);
         let control = self.control?;
-        let words = request.entry().map(|entry| self.entry(entry, &control, now));
+        let in_session = request.seal.is_some();
+        let words = request.entry().map(|entry| self.entry(entry, &control, now, in_session));
         Some(request.answer(words).encode())
+    }
+
+    /// Gives a session to the host that asks with this number of its own, unless the board is in one.
+    ///
+    /// The session's number is a hash of the seed, of the sessions so far and of when it was asked for: nothing that was sent in an
+    /// earlier session, or before a reset, fits it.
+    pub(crate) fn offer_session(&mut self, now: Micros, host: u8) -> SessionOffer {
+        let words = [self.identity.session_seed, self.sessions, now.get() as u32, host.into()];
+        let number = words.into_iter().fold(0, |hash: u32, word| {
+            let mixed = (hash ^ word).wrapping_mul(0x85EB_CA6B);
+            (mixed ^ mixed >> 15).wrapping_mul(0xC2B2_AE35)
+        });
+        self.sessions = self.sessions.wrapping_add(1);
+        if self.responder.offer_session(number) { SessionOffer::Number(number) } else { SessionOffer::Busy }
     }
 
     /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the frame is lost.
@@ -111,6 +158,7 @@ impl BusPort {
         self.control = Some(report.status);
         if report.host_lost {
             self.responder.forget_host();
+            self.desk.forget();
         }
     }
 
@@ -143,6 +191,49 @@ impl BusPort {
         &self.identity
     }
 
+    /// What its pages say of its parameters from now on: the values that it was compiled with, those in effect, and the record that they
+    /// come from. Until then there is none, and both are those of its configuration.
+    pub fn install_parameters(&mut self, compiled: ParameterSet, in_effect: ParameterSet, stored: &Stored) {
+        self.desk.install(compiled, in_effect, stored);
+    }
+
+    /// The values that a host wants from now on, once after it has committed them. Whoever runs the board checks them
+    /// ([`ParameterSet::apply_to`]), keeps them ([`Stored::save`]) and restarts it, or says why not ([`end_commit`](Self::end_commit)).
+    ///
+    /// A commit ends here, with nothing to be kept, if it changes nothing or the board [is not vented](Self::is_vented).
+    pub fn take_commit(&mut self) -> Option<ParameterSet> {
+        // All interrupts wait while a board looks, many times a second.
+        if !self.desk.is_committed() {
+            return None;
+        }
+        let vented = self.is_vented();
+        self.desk.take_commit(vented)
+    }
+
+    /// Why what [`take_commit`](Self::take_commit) gave does not take effect.
+    pub fn end_commit(&mut self, outcome: CommitOutcome) {
+        self.desk.end_commit(outcome);
+    }
+
+    pub(crate) fn desk(&mut self) -> &mut ParameterDesk {
+        &mut self.desk
+    }
+
+    /// Whether a restart, which vents, changes nothing for the robot: every set point is at most 0 kPa, and every chamber whose sensor is
+    /// believed has at most 20 counts (17 kPa) more, as much as a sensor's offset may be. A channel with a sensor fault, or that is not
+    /// in use, vents already.
+    pub fn is_vented(&self) -> bool {
+        let Some(control) = self.control else { return false };
+        let at_rest = Counts::ATMOSPHERE.get() + VENTED_MARGIN;
+        let no_set_point = self.orders.commands.iter().all(|command| *command <= Counts::ATMOSPHERE);
+        let no_pressure =
+            control.channels.iter().zip(control.pressures).all(|(status, pressure)| match status {
+                ChannelStatus::Regulating | ChannelStatus::Venting => pressure.get() <= at_rest,
+                ChannelStatus::SensorFault(_) | ChannelStatus::Disabled => true,
+            });
+        no_set_point && no_pressure
+    }
+
     /// A loop, from its start to the valve pins, took so long. For its pages.
     pub fn loop_took(&mut self, time: Micros) {
         self.longest_loop = self.longest_loop.max(time);
@@ -150,6 +241,11 @@ impl BusPort {
 
     pub(crate) fn longest_loop(&self) -> Micros {
         self.longest_loop
+    }
+
+    /// Packets with this board's address whose CRC did not fit.
+    pub fn damaged_requests(&self) -> u32 {
+        self.responder.damaged_requests()
     }
 
     /// Bytes the receiver flagged as damaged.

@@ -65,6 +65,15 @@ impl Responder {
         self.decoder.forget_host();
     }
 
+    /// Gives a session to whoever asked for one; false if a host is in one.
+    pub(crate) fn offer_session(&mut self, number: u32) -> bool {
+        self.decoder.offer(number)
+    }
+
+    pub(crate) fn damaged_requests(&self) -> u32 {
+        self.decoder.damaged_requests()
+    }
+
     pub(crate) fn address(&self) -> Address {
         self.decoder.address()
     }

@@ -26,6 +26,8 @@ pub struct Counters {
     pub page_requests: u32,
     /// Bytes the receiver flagged as damaged.
     pub line_errors: u32,
+    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another host.
+    pub damaged_requests: u32,
     /// Packets on the bus (anybody's), and bytes that belonged to none.
     pub frames: FrameStatistics,
     /// Control steps.

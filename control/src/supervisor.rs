@@ -6,6 +6,8 @@ use crate::{BoardConfig, Micros};
 ///  PowerUpVent --power_up_vent--> Running --command_timeout--> Hold --hold_time--> Vent
 ///                                   ^                           |                   |
 ///                                   +------ a valid request ----+-------------------+
+///
+///  Running, Hold or Vent --too many damaged requests--> DamageVent --the host leaves--> Running, Hold or Vent
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -18,6 +20,8 @@ pub enum BoardState {
     Hold,
     /// The host has been silent for too long; all channels vent.
     Vent,
+    /// Too many requests came damaged; all channels vent until the host leaves, or until power-up. Requests are answered.
+    DamageVent,
 }
 
 /// Decides the [`BoardState`] from the times of control steps and valid requests.
@@ -28,6 +32,7 @@ pub(crate) struct Supervisor {
     hold_time: Micros,
     first_step: Option<Micros>,
     state: BoardState,
+    host_is_silent: bool,
 }
 
 impl Supervisor {
@@ -38,18 +43,27 @@ impl Supervisor {
             hold_time: config.hold_time,
             first_step: None,
             state: BoardState::PowerUpVent,
+            host_is_silent: false,
         }
     }
 
-    /// The state for the control step at `now`, given the time of the last valid request.
-    pub(crate) fn step(&mut self, now: Micros, last_request: Option<Micros>) -> BoardState {
+    /// The state for the control step at `now`, given the time of the last valid request and whether too many were damaged.
+    pub(crate) fn step(
+        &mut self,
+        now: Micros,
+        last_request: Option<Micros>,
+        too_much_damage: bool,
+    ) -> BoardState {
         let first_step = *self.first_step.get_or_insert(now);
         let power_up_end = first_step.after(self.power_up_vent);
         // The silence of a host that is still booting counts from the end of the power-up vent.
         let silent_since = last_request.map_or(power_up_end, |time| time.max(power_up_end));
         let silence = now.since(silent_since);
+        self.host_is_silent = now >= power_up_end && silence >= self.command_timeout;
         self.state = if now < power_up_end {
             BoardState::PowerUpVent
+        } else if too_much_damage {
+            BoardState::DamageVent
         } else if silence < self.command_timeout {
             BoardState::Running
         } else if silence < self.command_timeout.after(self.hold_time) {
@@ -62,6 +76,11 @@ impl Supervisor {
 
     pub(crate) fn state(&self) -> BoardState {
         self.state
+    }
+
+    /// Whether the command timeout has passed since the last valid request.
+    pub(crate) fn host_is_silent(&self) -> bool {
+        self.host_is_silent
     }
 }
 
@@ -89,17 +108,17 @@ mod tests {
             (1_000_000_000_000, Vent),
         ];
         for (micros, state) in edges {
-            assert_eq!(supervisor.step(at(micros), None), state, "at {micros} us");
+            assert_eq!(supervisor.step(at(micros), None, false), state, "at {micros} us");
         }
     }
 
     #[test]
     fn a_request_in_any_state_starts_the_silence_anew() {
         let mut supervisor = Supervisor::new(&BoardConfig::default());
-        supervisor.step(at(0), None);
+        supervisor.step(at(0), None, false);
         // While it runs, holds, and vents.
         for heard in [2_100_000, 2_900_000, 60_000_000] {
-            let mut step = |micros| supervisor.step(at(micros), Some(at(heard)));
+            let mut step = |micros| supervisor.step(at(micros), Some(at(heard)), false);
             assert_eq!(step(heard), Running);
             assert_eq!(step(heard + 499_999), Running);
             assert_eq!(step(heard + 500_000), Hold);
@@ -110,8 +129,8 @@ mod tests {
     #[test]
     fn a_request_does_not_shorten_the_power_up_vent() {
         let mut supervisor = Supervisor::new(&BoardConfig::default());
-        supervisor.step(at(0), None);
-        let mut step = |micros| supervisor.step(at(micros), Some(at(1_000)));
+        supervisor.step(at(0), None, false);
+        let mut step = |micros| supervisor.step(at(micros), Some(at(1_000)), false);
         assert_eq!(step(1_999_999), PowerUpVent);
         assert_eq!(step(2_499_999), Running);
         assert_eq!(step(2_500_000), Hold);
@@ -122,7 +141,7 @@ mod tests {
         let config =
             BoardConfig { power_up_vent: Micros::ZERO, hold_time: Micros::ZERO, ..BoardConfig::default() };
         let mut supervisor = Supervisor::new(&config);
-        assert_eq!(supervisor.step(at(0), None), Running);
-        assert_eq!(supervisor.step(at(500_000), None), Vent);
+        assert_eq!(supervisor.step(at(0), None, false), Running);
+        assert_eq!(supervisor.step(at(500_000), None, false), Vent);
     }
 }

@@ -89,6 +89,36 @@ fn the_board_takes_every_drawn_edge_and_no_other() {
     assert_eq!(seen, drawn(&expected));
 }
 
+/// A host that checks, whose requests are now and then damaged, and that leaves now and then.
+#[test]
+fn the_board_takes_every_edge_of_damage_and_no_other() {
+    let mut host = a_moody_host();
+    let config = BoardConfig { damage_limit: 2, damage_window: Micros::from_millis(5), ..quick() };
+    let act = |bench: &mut Bench, rng: &mut Pcg32| {
+        let checked = CheckedPacket { packet: packet(0, [500; 4]), sequence: Sequence::new(3) };
+        let mut bytes = checked.encode(Direction::Request);
+        match rng.random_range(0..60) {
+            0..6 => bytes[5] ^= 1,
+            6 => {
+                bytes =
+                    CheckedPacket::leave(checked.packet.address, checked.sequence).encode(Direction::Request)
+            }
+            7 => bench.wait_us(20_000),
+            8..20 => {}
+            _ => return host(bench, rng),
+        }
+        bench.raw_bytes(&bytes);
+        bench.wait_us(150);
+    };
+    let seen = edges(config, 4_000, act, board_state);
+    let damage: BTreeSet<_> =
+        seen.into_iter().filter(|(from, to)| from == "DamageVent" || to == "DamageVent").collect();
+    assert_eq!(
+        damage,
+        drawn(&[("PowerUpVent", "DamageVent"), ("Running", "DamageVent"), ("DamageVent", "Running"),])
+    );
+}
+
 #[test]
 fn a_board_that_does_not_hold_goes_from_running_to_vent() {
     let config = BoardConfig { hold_time: Micros::ZERO, ..quick() };
