@@ -131,6 +131,8 @@ impl Chip {
             self.core.reclock(&self.bus);
         }
         self.core_event = self.core.next_event();
+        // The boot ROM waits for the flash chip.
+        self.stalled_until = self.stalled_until.max(self.bus.flash_busy_until());
         if self.core.take_system_reset_request() {
             self.drain_log();
             self.start(ResetReason::SystemResetRequest);
@@ -163,7 +165,7 @@ impl Chip {
     }
 
     /// Switches the power off and on again: registers and RAM are lost, the program starts from its reset vector. Time
-    /// goes on; flash, levels on the pins and logs stay.
+    /// goes on; flash, levels on the pins and logs stay. An erase or a program that is going on ends half done.
     pub fn power_cycle(&mut self) {
         self.drain_log();
         self.bus.power_cycle();
@@ -234,6 +236,12 @@ impl Chip {
     pub fn flash_accesses(&self) -> FlashAccesses {
         let (total, hits) = self.bus.flash_accesses();
         FlashAccesses { total, hits }
+    }
+
+    /// When the flash chip has done, or will have done, what the program last told it to (a sector erase or page programs, through the boot
+    /// ROM); zero if nothing since power-on. [`Chip::power_cycle`] before that leaves the change half done.
+    pub fn flash_busy_until(&self) -> Ticks {
+        self.bus.flash_busy_until()
     }
 
     /// Empties the XIP cache, as other code does that has run meanwhile. What is in flash is slow again the first time.

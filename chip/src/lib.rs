@@ -23,9 +23,10 @@
 //!
 //! - **Boot ROM.** The core starts where the ROM hands over: in the second-stage boot loader, which it has copied to SRAM, or from the
 //!   vector table at 0x1000_0100 if the boot block is blank; at 6.5 MHz from the ring oscillator. On the board the ROM adds some
-//!   milliseconds before it. There is no ROM image: calls of its functions (fast floating point, flash programming) fault, reads
-//!   give zero and are reported.
-//! - **Flash programming**, and other flash chips than those that boot loaders for the W25Q080 family start; XIP streams, the cache
+//!   milliseconds before it. There is no ROM image: its functions that change flash do so, with typical times of a W25Q16JV, and a power cut
+//!   leaves the change half done; calls of the others (fast floating point) fault. Reads beyond the table of functions give zero
+//!   and are reported.
+//! - **Flash programming** through the SSI, and other flash chips than those that boot loaders for the W25Q080 family start; XIP streams, the cache
 //!   as SRAM. Which way of the cache a miss replaces is not documented; here it is the one used less recently.
 //! - **Bus contention** between the core and the DMA, and the DMA's own latency beyond one transfer a cycle.
 //! - **Core 1**, USB, PIO, RTC, the interpolators, the DMA sniffer, the MPU, unprivileged mode, NMI, debug, sleep and

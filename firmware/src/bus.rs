@@ -7,7 +7,7 @@ mod receiver;
 mod transmitter;
 
 use crate::shared::Shared;
-use crate::{chip, config, shared};
+use crate::{chip, shared};
 use core::cell::RefCell;
 use cortex_m::interrupt::{CriticalSection, Mutex};
 use embassy_rp::Peri;
@@ -16,6 +16,7 @@ use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, PIN_0, PIN_1, UART0};
 use embassy_rp::uart::{self, Blocking, Uart};
+use pneudrive_control::{BoardConfig, Micros};
 use receiver::Receiver;
 use transmitter::Transmitter;
 
@@ -38,6 +39,7 @@ pub struct BusHardware {
 struct Bus {
     receiver: Receiver,
     transmitter: Transmitter,
+    answer_delay: Micros,
     /// Dropping it would switch the UART off.
     _uart: Uart<'static, Blocking>,
 }
@@ -45,13 +47,14 @@ struct Bus {
 static BUS: Mutex<RefCell<Option<Bus>>> = Mutex::new(RefCell::new(None));
 
 /// Listens from now on. The board must have been installed.
-pub fn start(hardware: BusHardware) {
+pub fn start(hardware: BusHardware, config: &BoardConfig) {
     let mut uart_config = uart::Config::default();
-    uart_config.baudrate = config::BOARD.baud.get();
+    uart_config.baudrate = config.baud.get();
     let bus = Bus {
         _uart: Uart::new_blocking(hardware.uart, hardware.transmit, hardware.receive, uart_config),
         receiver: Receiver::start(hardware.characters, hardware.stamps),
         transmitter: Transmitter::new(hardware.driver_enable),
+        answer_delay: config.answer_delay,
     };
     cortex_m::interrupt::free(|masked| BUS.borrow(masked).replace(Some(bus)));
 
@@ -85,7 +88,7 @@ fn pass_on(bus: &mut Bus, shared: &mut Shared) {
             Err(receiver::Damaged) => shared.port.line_error(heard),
             Ok(byte) => {
                 if let Some(answer) = shared.port.receive_byte(heard, byte) {
-                    bus.transmitter.send_at(heard.after(config::BOARD.answer_delay), answer);
+                    bus.transmitter.send_at(heard.after(bus.answer_delay), answer);
                 }
             }
         }

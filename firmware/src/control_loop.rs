@@ -1,15 +1,20 @@
 //! The control loop: samples to the board, its drives to the valves.
 
 use crate::sensors::Sensors;
+use crate::shared;
 use crate::valves::Valve;
-use crate::{config, shared};
 use embassy_time::{Duration, Ticker};
-use pneudrive_control::{ControlLoop, DirPwm};
+use pneudrive_control::{ControlLoop, DirPwm, Micros};
 
-/// One control step every loop period, at absolute times.
+/// One control step every `period`, at absolute times.
 #[embassy_executor::task]
-pub async fn run(mut control: ControlLoop, mut sensors: Sensors, mut valves: [Valve; 4]) -> ! {
-    let mut ticker = Ticker::every(Duration::from_micros(config::BOARD.loop_period.get()));
+pub async fn run(
+    mut control: ControlLoop,
+    period: Micros,
+    mut sensors: Sensors,
+    mut valves: [Valve; 4],
+) -> ! {
+    let mut ticker = Ticker::every(Duration::from_micros(period.get()));
     loop {
         ticker.next().await;
         let started = shared::now();

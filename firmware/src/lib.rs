@@ -24,6 +24,7 @@ pub mod chip;
 pub mod config;
 pub mod control_loop;
 mod masking;
+pub mod parameters;
 pub mod pins;
 pub mod post_mortem;
 pub mod safe_state;
@@ -63,20 +64,22 @@ pub async fn run(spawner: Spawner) {
     let hardware = pins::Hardware::split(unsafe { start() });
     let watchdog = supervision::start_watchdog(hardware.watchdog);
 
-    let address = hardware.switch.read().await;
-    // The configuration was checked at compile time (config.rs).
-    let Ok(board) = Board::new(config::BOARD, address) else { defmt::unreachable!() };
+    let parameters = parameters::Parameters::load(hardware.flash, hardware.switch.read().await);
+    let (config, address) = (*parameters.start().config(), parameters.start().address());
+    // Checked when it compiled (config.rs), and with what flash keeps when that was loaded.
+    let Ok(board) = Board::new(config, address) else { defmt::unreachable!() };
     let (mut port, control) = board.split();
     port.identify(Identity {
         watchdog_resets: post_mortem::watchdog_resets(),
         post_mortem: post_mortem::last(),
         ..Identity::of_chip(chip::KIND)
     });
+    parameters.start().tell(&mut port);
     shared::install(port, control.status());
     defmt::info!("board {=u8}", address.board());
 
     let sensors = sensors::Sensors::new(hardware.sensors);
-    bus::start(hardware.bus);
+    bus::start(hardware.bus, &config);
 
     chip::EMBASSY_TIMER_IRQ.set_priority(Priority::P1);
     interrupt::DMA_IRQ_0.set_priority(Priority::P1);
@@ -84,9 +87,10 @@ pub async fn run(spawner: Spawner) {
     let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
 
     // A task can be spawned once, and is.
-    let (Ok(control_loop), Ok(supervision)) =
-        (control_loop::run(control, sensors, hardware.valves), supervision::run(watchdog, hardware.led))
-    else {
+    let (Ok(control_loop), Ok(supervision)) = (
+        control_loop::run(control, config.loop_period, sensors, hardware.valves),
+        supervision::run(watchdog, hardware.led, parameters),
+    ) else {
         defmt::unreachable!()
     };
     control_spawner.spawn(control_loop);

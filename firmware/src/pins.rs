@@ -17,7 +17,7 @@ use crate::sensors::SensorHardware;
 use crate::valves::Valve;
 use embassy_rp::adc::Channel;
 use embassy_rp::gpio::{Input, Level, Output, Pull};
-use embassy_rp::peripherals::WATCHDOG;
+use embassy_rp::peripherals::{FLASH, WATCHDOG};
 use embassy_rp::{Peri, Peripherals};
 use embassy_time::Timer;
 use pneudrive_protocol::Address;
@@ -36,6 +36,8 @@ pub struct Hardware {
     pub led: Output<'static>,
     /// The watchdog.
     pub watchdog: Peri<'static, WATCHDOG>,
+    /// The flash, whose last two sectors keep the parameters.
+    pub flash: Peri<'static, FLASH>,
 }
 
 impl Hardware {
@@ -72,6 +74,7 @@ impl Hardware {
             },
             led: Output::new(p.PIN_25, Level::Low),
             watchdog: p.WATCHDOG,
+            flash: p.FLASH,
         }
     }
 }

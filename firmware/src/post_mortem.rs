@@ -3,6 +3,7 @@
 use crate::shared;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU32, Ordering};
+use embassy_rp::watchdog::ResetReason;
 use pneudrive_protocol::pages::{PostMortem, StopCause};
 
 type Words = [AtomicU32; PostMortem::WORDS];
@@ -26,13 +27,18 @@ pub fn keep(cause: StopCause) {
 #[unsafe(link_section = ".uninit.watchdog_resets")]
 static WATCHDOG_RESETS: MaybeUninit<[AtomicU32; 2]> = MaybeUninit::uninit();
 
-/// Logs what was kept before this reset, if it was the watchdog's, and forgets it; counts the reset. Once a run.
-pub fn report(reset_by_watchdog: bool) {
+/// Logs what was kept before this reset, if the watchdog was not fed, and forgets it; counts the reset. Once a run. A reset that the board has
+/// asked for, to start with other parameters, is none of these.
+pub fn report(reason: Option<ResetReason>) {
     let words = core::array::from_fn(|n| kept()[n].load(Ordering::Relaxed));
     write(kept(), [0; PostMortem::WORDS]);
-    let before = if reset_by_watchdog { watchdog_resets() } else { 0 };
-    count_resets(before.saturating_add(reset_by_watchdog.into()));
-    if !reset_by_watchdog {
+    let resets = match reason {
+        None => 0,
+        Some(ResetReason::Forced) => watchdog_resets(),
+        Some(ResetReason::TimedOut) => watchdog_resets().saturating_add(1),
+    };
+    count_resets(resets);
+    if reason != Some(ResetReason::TimedOut) {
         return;
     }
     match PostMortem::from_words(&words) {

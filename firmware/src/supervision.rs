@@ -1,5 +1,6 @@
 //! Watchdog, status LED, log.
 
+use crate::parameters::Parameters;
 use crate::{bus, post_mortem, shared};
 use embassy_rp::Peri;
 use embassy_rp::gpio::Output;
@@ -16,14 +17,15 @@ const CHECKS_PER_REPORT: u8 = 100;
 /// Starts the watchdog; from here on something must feed it.
 pub fn start_watchdog(watchdog: Peri<'static, WATCHDOG>) -> Watchdog {
     let mut watchdog = Watchdog::new(watchdog);
-    post_mortem::report(watchdog.reset_reason().is_some());
+    post_mortem::report(watchdog.reset_reason());
     watchdog.start(WATCHDOG_TIMEOUT);
     watchdog
 }
 
-/// Feeds the watchdog if control loop and bus responder have both run since the last check.
+/// Feeds the watchdog if control loop and bus responder have both run since the last check; restarts with other parameters when a host has
+/// committed them.
 #[embassy_executor::task]
-pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>) -> ! {
+pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>, mut parameters: Parameters) -> ! {
     let mut ticker = Ticker::every(CHECK_PERIOD);
     loop {
         for _ in 0..CHECKS_PER_REPORT {
@@ -39,6 +41,7 @@ pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>) -> ! {
             }
             let status = shared::with(|shared| shared.status());
             led.set_level(status.led_is_on(shared::now()).into());
+            parameters.obey(&mut watchdog).await;
         }
         report();
     }

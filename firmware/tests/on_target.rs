@@ -145,7 +145,7 @@ mod tests {
         };
         let (port, control) = board.split();
         shared::install(port, control.status());
-        bus::start(hardware.bus);
+        bus::start(hardware.bus, &config::BOARD);
         interrupt::DMA_IRQ_0.set_priority(Priority::P1);
         let ran = critical_section::with(|_| {
             shared::with(|shared| shared.liveness.take());

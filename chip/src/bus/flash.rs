@@ -10,7 +10,7 @@ use crate::ticks::Ticks;
 /// Flash through the cache, and its three aliases that differ in caching only.
 const XIP: u32 = 0x1000_0000;
 const XIP_END: u32 = 0x1400_0000;
-const XIP_OFFSET: u32 = 0x00ff_ffff;
+pub(super) const XIP_OFFSET: u32 = 0x00ff_ffff;
 /// XIP_CTRL with its atomic aliases, and the SSI, which has none.
 pub(super) const XIP_CONTROL: u32 = 0x1400_0000;
 const XIP_CONTROL_REGISTERS_END: u32 = 0x1400_4000;

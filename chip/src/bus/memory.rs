@@ -152,8 +152,11 @@ impl Bus {
             SIO..SIO_END => Ok(self.read_sio(address)),
             PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),
             XIP_CONTROL..XIP_CONTROL_END => Ok(self.read_flash_register(address)),
-            // There is no boot ROM image.
+            // There is no boot ROM image, but its table of functions.
             0..ROM_END => {
+                if let Some(word) = Bus::read_rom(address) {
+                    return Ok(word);
+                }
                 self.note_unmodelled(address, Access::Read, Concern::NotModelled);
                 Ok(0)
             }

@@ -2,6 +2,7 @@
 //!
 //! - `memory.rs`: the address map and accesses of the core and the DMA;
 //! - `flash.rs`: flash behind its cache, and the waits for it;
+//! - `rom.rs`: the boot ROM's functions that change flash;
 //! - `registers.rs`: which peripheral answers where, and what a register access sets in motion;
 //! - `events.rs`: what peripherals do by themselves as time goes on;
 //! - `dma_engine.rs`: DMA requests and transfers;
@@ -16,6 +17,7 @@ mod memory;
 mod pins;
 mod registers;
 mod resets;
+mod rom;
 
 #[cfg(test)]
 mod tests;
@@ -50,6 +52,7 @@ use flash::FlashPort;
 pub(crate) use memory::access_cycles;
 use pins::PinState;
 pub use pins::{Edge, Level};
+use rom::FlashChange;
 
 /// The whole chip but the core.
 #[derive(Clone, Debug)]
@@ -73,6 +76,7 @@ pub(crate) struct Bus {
     next_event: Ticks,
     cycle_clock: CycleClock,
     flash: Arc<[u8]>,
+    flash_change: Option<FlashChange>,
     sram: Box<[u8; memory::SRAM_SIZE]>,
     reset_request: Option<ResetReason>,
     unmodelled: UnmodelledLog,
@@ -123,6 +127,7 @@ impl Bus {
             next_event: Ticks::NEVER,
             cycle_clock: CycleClock::default(),
             flash,
+            flash_change: None,
             sram: memory::power_on_sram(),
             reset_request: None,
             unmodelled: UnmodelledLog::default(),

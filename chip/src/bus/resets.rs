@@ -94,6 +94,7 @@ impl Bus {
     /// Power off and on: registers and SRAM are lost. Time, flash, the world outside the pins, the logs and what is
     /// already on the wires stay.
     pub fn power_cycle(&mut self) {
+        self.cut_flash();
         let mut fresh = Bus::new(self.flash.clone());
         fresh.now = self.now;
         fresh.sram = memory::power_on_sram();

@@ -33,6 +33,8 @@ use systick::SysTick;
 const SP: usize = 13;
 const LR: usize = 14;
 const PC: usize = 15;
+/// Cycles of a call of the boot ROM, besides those that the flash chip takes. Not measured: nothing here depends on them.
+const ROM_CALL: u32 = 100;
 
 /// Whether the core executes, and if not, what would make it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -283,8 +285,22 @@ impl Core {
         if bus.must_wait() {
             // Time goes on first; the instruction is there when the core comes back.
             self.spend(bus, 0);
+        } else if let Some(result) = bus.call_rom(pc, [self.r[0], self.r[1], self.r[2], self.r[3]]) {
+            self.return_from_rom(bus, pc, result);
         } else {
             self.hard_fault(bus, pc, Fault::Bus(pc));
+        }
+    }
+
+    /// A function of the boot ROM has been called and returns.
+    fn return_from_rom(&mut self, bus: &mut Bus, pc: u32, result: Result<u32, Fault>) {
+        match result {
+            Ok(value) => {
+                self.r[0] = value;
+                self.r[PC] = self.r[LR] & !1;
+                self.spend(bus, ROM_CALL);
+            }
+            Err(fault) => self.hard_fault(bus, pc, fault),
         }
     }
 

@@ -101,6 +101,11 @@ impl Ssi {
         self.enabled && self.flash.is_continuous() == (self.instruction_bits() == 0)
     }
 
+    /// Whether the flash chip takes the next byte for an instruction.
+    pub fn flash_takes_instructions(&self) -> bool {
+        !self.flash.is_continuous()
+    }
+
     pub fn read(&mut self, offset: u32, now: Ticks) -> Option<u32> {
         Some(match offset {
             CTRLR0 => self.control0,

@@ -12,6 +12,7 @@ const FLUSH: u32 = 0x04;
 const STAT: u32 = 0x08;
 const CTR_HIT: u32 = 0x0c;
 const CTR_ACC: u32 = 0x10;
+const STREAM_CTR: u32 = 0x18;
 
 /// CTRL.
 const ENABLE: u32 = 1 << 0;
@@ -163,6 +164,8 @@ impl Xip {
             CTRL => self.control,
             // On the chip this read waits for the end of a flush; the wait is not modelled.
             FLUSH => 0,
+            // No stream can be started.
+            STREAM_CTR => 0,
             STAT => STREAM_FIFO_EMPTY | if now >= self.flushed_at { FLUSH_READY } else { 0 },
             CTR_HIT => self.hits,
             CTR_ACC => self.accesses,

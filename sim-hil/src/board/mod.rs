@@ -6,6 +6,7 @@
 
 mod air;
 mod chip;
+mod memory_flash;
 mod native;
 mod original;
 mod pin_map;

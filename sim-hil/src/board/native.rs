@@ -1,18 +1,25 @@
 use super::Turnaround;
+use super::memory_flash::MemoryFlash;
 use crate::bus::{Air, BusNode, Character, Heard, Line};
-use pneudrive_control::{AdcSample, Board, BoardConfig, BoardStatus, ConfigError, DirPwm, Micros};
+use pneudrive_control::{
+    AdcSample, Board, BoardConfig, BoardStart, BoardStatus, ConfigError, DirPwm, Identity, Micros,
+};
 use pneudrive_protocol::Address;
+use pneudrive_protocol::pages::ChipKind;
 use std::collections::VecDeque;
 
 /// A board that runs the control crate natively, with its own loop and its own clock.
 ///
-/// It reads its four sensors once a loop, at the beginning; the drives that the control step computes act at once, with
+/// Parameters that a host changes are kept as long as the simulator runs. It reads its four sensors once a loop, at the beginning; the drives that the control step computes act at once, with
 /// the resolution of the PWM. Its clock counts microseconds since its own power-up, as the chip's does.
 #[derive(Debug)]
 pub struct NativeBoard {
     board: Board,
     config: NativeBoardConfig,
-    address: Address,
+    /// Where its address switch stands.
+    switch: Address,
+    flash: MemoryFlash,
+    start: BoardStart,
     position: u8,
     line: Line,
     /// `None` while it has no supply.
@@ -23,6 +30,9 @@ pub struct NativeBoard {
     idle_told: bool,
     answer: VecDeque<Character>,
 }
+
+/// What an erase and a program of flash take on the chip.
+const FLASH_NS: u64 = 45_400_000;
 
 /// How a native board behaves beyond what the control crate decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,10 +70,13 @@ impl NativeBoard {
         position: u8,
         line: Line,
     ) -> Result<Self, ConfigError> {
+        let flash = MemoryFlash::new();
         Ok(Self {
             board: Board::new(config.control, address)?,
             config,
-            address,
+            switch: address,
+            start: BoardStart::load(&flash, config.control, address),
+            flash,
             position,
             line,
             powered_since_ns: Some(0),
@@ -95,13 +108,28 @@ impl NativeBoard {
         let drives = self.board.control_step(clock, samples);
         let coil = drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
         air.drive(self.position, step_ns, coil);
-        self.next_step_ns += self.config.control.loop_period.get() * 1_000;
+        self.next_step_ns += self.start.config().loop_period.get() * 1_000;
+        self.obey_commit(step_ns, air);
+    }
+
+    /// Keeps what a host has committed, and restarts with it; or says why not.
+    fn obey_commit(&mut self, now_ns: u64, air: &mut dyn Air) {
+        let Some(set) = self.board.port().take_commit() else { return };
+        match self.start.check(&set) {
+            Err(refusal) => self.board.port().end_commit(refusal),
+            Ok(()) => {
+                // As on the chip, a flash that fails shows in the record's number after the restart.
+                let _ = self.start.keep(&mut self.flash, &set);
+                self.set_powered(false, now_ns, air);
+                self.set_powered(true, now_ns + FLASH_NS, air);
+            }
+        }
     }
 }
 
 impl BusNode for NativeBoard {
     fn address(&self) -> Address {
-        self.address
+        self.start.address()
     }
 
     fn next_event_ns(&self) -> u64 {
@@ -160,8 +188,13 @@ impl BusNode for NativeBoard {
         self.powered_since_ns = Some(now_ns);
         self.next_step_ns = now_ns + self.config.boot_ns;
         self.idle_told = true;
-        // Its configuration was accepted once, so it is accepted again.
-        if let Ok(board) = Board::new(self.config.control, self.address) {
+        self.start = BoardStart::load(&self.flash, self.config.control, self.switch);
+        // Its configuration was accepted once, or when it was loaded.
+        if let Ok(mut board) = Board::new(*self.start.config(), self.start.address()) {
+            self.start.tell(board.port());
+            // Its clock starts anew, and its sessions' numbers do not.
+            let session_seed = (now_ns / 1_000) as u32;
+            board.identify(Identity { session_seed, ..Identity::of_chip(ChipKind::Native) });
             self.board = board;
         }
     }

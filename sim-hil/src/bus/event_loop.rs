@@ -204,6 +204,8 @@ impl Bus {
         match talker {
             Talker::Host => self.referee.host_begins(&mut self.counters, character.byte, character.start_ns),
             Talker::Board(index) => {
+                // A host can have changed it.
+                self.referee.set_address(index, self.boards[index].node.address());
                 let verdict = self.referee.board_begins(&mut self.counters, index, character.start_ns);
                 if verdict == Verdict::CutOff {
                     self.wire.cut_off_last(talker);

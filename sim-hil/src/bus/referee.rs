@@ -105,6 +105,11 @@ impl Referee {
         if spoken_ns > pulse.nominal_ns { Verdict::CutOff } else { Verdict::Driven }
     }
 
+    /// The board's address is this from now on.
+    pub fn set_address(&mut self, index: usize, address: Address) {
+        self.boards[index].address = address;
+    }
+
     /// When the answer that is being given ends, if it has ten characters.
     pub fn answer_ends_at_ns(&self, now_ns: u64) -> Option<u64> {
         let speaking = |speech: &&Speech| speech.last_end_ns > now_ns && speech.characters < PACKET_LEN;

@@ -61,10 +61,10 @@ fn narrow_writes_to_a_register_fill_all_lanes_and_narrow_reads_pick_theirs() {
 #[test]
 fn the_missing_rom_and_flash_streams_are_reported() {
     let mut bus = bus();
-    assert_eq!(read(&mut bus, 0x18), 0);
+    assert_eq!(read(&mut bus, 0x1018), 0);
     write(&mut bus, 0x1400_0014, 1);
-    assert_eq!(reports(&bus), ["Read of 0x00000018: NotModelled x1", "Write of 0x14000014: NotModelled x1"]);
-    assert_eq!(bus.fetch(0x18), None, "and cannot be executed");
+    assert_eq!(reports(&bus), ["Read of 0x00001018: NotModelled x1", "Write of 0x14000014: NotModelled x1"]);
+    assert_eq!(bus.fetch(0x1018), None, "and cannot be executed");
     assert_eq!(bus.read32(0x6000_0000), Err(Fault::Bus(0x6000_0000)));
     assert_ne!(read(&mut bus, RESETS + 8), 0);
 }
