@@ -11,7 +11,8 @@ use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use support::{answer, counts};
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+    let options =
+        BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: false, ..BusOptions::default() };
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 

@@ -14,7 +14,7 @@ use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use support::{answer, counts};
 
 fn options(frames: FrameMode) -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), frames, ..BusOptions::default() }
+    BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() }
 }
 
 fn bus(frames: FrameMode, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {

@@ -12,8 +12,8 @@ use pneudrive_host::poller::{
 };
 use pneudrive_host::record::{Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
-    About, ChannelNow, ChipKind, Counter, Drives, NowState, PageEntry, PostMortem, StateNow, StopCause,
-    number_entry,
+    About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
+    StopCause, number_entry,
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
@@ -45,6 +45,8 @@ fn board(pages: bool, asked: &Arc<Mutex<Vec<Asked>>>) -> impl FnMut(usize, &[u8]
                     PageEntry::About => About { chip: ChipKind::Rp2040, version: [1, 2, 3] }.to_entry(),
                     PageEntry::Counter(counter) => number_entry(1_000_000_000 + counter as u32),
                     PageEntry::PostMortemWord(word) => number_entry(record[usize::from(word)]),
+                    // Firmware of before sessions and parameters.
+                    _ => NO_SUCH_ENTRY,
                 });
                 request.answer(entry).encode()
             }
@@ -57,6 +59,7 @@ fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<Virtua
     let options = BusOptions {
         echo: EchoMode::Known(Echo::Absent),
         frames: FrameMode::Negotiate,
+        sessions: false,
         ..BusOptions::default()
     };
     Bus::new(VirtualLine::new(script), options).unwrap()

@@ -14,7 +14,8 @@ use support::{answer, counts};
 const MS: u64 = 1_000_000;
 
 fn bus(frames: FrameMode, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), frames, ..BusOptions::default() };
+    let options =
+        BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() };
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 

@@ -24,6 +24,9 @@ impl NewRig {
         let mut port = toml_edit::Value::from(self.port.as_str());
         port.decor_mut().clear();
         let (baud, count, unit) = (self.baud, self.boards.len(), self.unit.name());
+        // Of virtual boards all is known.
+        let (off, virtual_note) =
+            if self.port == "sim" { ("", " Virtual boards have these:") } else { ("# ", "") };
         let mut text = format!(
             "\
 # A PneuDrive rig. docs/rig.md of the project explains every key. Lines that begin with # are off.
@@ -46,13 +49,20 @@ bits = 10
 zero_counts = 102.4             # reading at 0 kPa gauge
 kpa_per_count = 0.841645        # pressure of one count; nominal for the 100 psi sensor
 
-# What the toolkit wants to know of the machine; it need not be known to run it.
-# [supply]
-# pressure_kpa = 550.0          # gauge
-# [chamber]
-# radius_m = 0.024
-# length_m = 0.20
-# offset_m = 0.045
+[controller]                    # the loop on the boards as the firmware has it by default
+rate_hz = 1000.0
+kp = 10.0
+kd = 20.0
+saturation = 400.0
+filter = 0.8203125
+
+# What the toolkit wants to know of the machine; it need not be known to run it.{virtual_note}
+{off}[supply]
+{off}pressure_kpa = 550.0            # gauge
+{off}[chamber]
+{off}radius_m = 0.024
+{off}length_m = 0.20
+{off}offset_m = 0.045
 "
         );
         for (board, known) in self.boards.iter().enumerate() {
@@ -139,6 +149,21 @@ mod tests {
         assert_eq!((rig.unit(), rig.board_name(1)), (Unit::Bar, Some("board 1")));
         assert_eq!(rig.channel_name(1, 3), Some("1.3"));
         assert_eq!(rig.boards().len(), 2);
+    }
+
+    /// A fit to a recording of virtual boards needs no editor in between.
+    #[test]
+    fn what_virtual_boards_are_made_of_is_known() {
+        let new = |port: &str| NewRig {
+            port: port.into(),
+            baud: 1_000_000,
+            boards: vec!["no chip".into()],
+            unit: Unit::Kpa,
+        };
+        let rig = |port: &str| Rig::parse("new.toml", &new(port).text()).unwrap();
+        assert_eq!(rig("sim").number("supply.pressure_kpa"), Some(550.0));
+        assert_eq!(rig("sim").number("chamber.radius_m"), Some(0.024));
+        assert_eq!(rig("/dev/ttyUSB0").number("supply.pressure_kpa"), None);
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl Dialect {
     pub(super) fn answered(&mut self, format: Format) {
         self.silent = 0;
         self.frames = match format {
-            Format::Checked(_) => Frames::Checked,
+            Format::Checked(_) | Format::Sealed(_) => Frames::Checked,
             Format::Unchecked => Frames::Unchecked,
         };
     }

@@ -97,6 +97,15 @@ pub enum ExchangeError {
         /// From the request until the answer, us.
         waited_us: u64,
     },
+    /// The board is in a session, with another host or with this one before it was started anew, and obeys nobody else.
+    #[error(
+        "{asked}: it is in a session with another host, or with this one before it was restarted; it is free when that has \
+         been silent for the board's command timeout"
+    )]
+    InSession {
+        /// The board that was asked.
+        asked: Address,
+    },
     /// The answer came, but the host read it only now: it was stopped, or the machine is overloaded. Its pressures are history.
     #[error(
         "{asked}: its answer was read only after {waited_us} us, too old to be used; the host was stopped, or the machine is overloaded"
@@ -135,13 +144,13 @@ impl ExchangeError {
             | Self::OriginalFormat { waited_us, .. }
             | Self::TooOld { waited_us, .. }
             | Self::LineBusy { waited_us, .. } => *waited_us,
-            Self::Line(_) => 0,
+            Self::InSession { .. } | Self::Line(_) => 0,
         }
     }
 
     /// Whether bytes came that were refused.
     pub fn something_came(&self) -> bool {
-        !matches!(self, Self::NoAnswer { .. } | Self::Line(_))
+        !matches!(self, Self::NoAnswer { .. } | Self::InSession { .. } | Self::Line(_))
     }
 
     /// Whether the board can be assumed to have said what it had to say: as many bytes came as its answer has. If not, it may
@@ -153,7 +162,11 @@ impl ExchangeError {
                 heard.count() >= 2 * PACKET_LEN
             }
             // A busy line was never asked; a late answer has come.
-            Self::OriginalFormat { .. } | Self::TooOld { .. } | Self::LineBusy { .. } | Self::Line(_) => true,
+            Self::OriginalFormat { .. }
+            | Self::InSession { .. }
+            | Self::TooOld { .. }
+            | Self::LineBusy { .. }
+            | Self::Line(_) => true,
             Self::NoAnswer { .. } | Self::OtherBoard { .. } | Self::Stale { .. } => false,
         }
     }

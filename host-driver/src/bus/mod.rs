@@ -1,7 +1,8 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
 //! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC guards the values, and a
-//! sequence number tells whose answer an answer is (it repeats after 16 requests; no board answers the first of them after the last). Boards of the original kind answer unchecked packets, which do not say
+//! sequence number tells whose answer an answer is (it repeats after 16 requests; no board answers the first of them after the last).
+//! A board that knows sessions gives one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the original kind answer unchecked packets, which do not say
 //! which request they belong to. With those, three rules keep a late answer from being taken for that to a later request:
 //!
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.
@@ -26,8 +27,10 @@ mod guard;
 mod heard;
 mod options;
 mod pages;
+mod parameters;
 mod peer;
 mod safe_state;
+mod session;
 mod transaction;
 mod usual_delay;
 
@@ -37,13 +40,15 @@ pub use error::{ExchangeError, OpenBusError};
 pub use heard::HeardBytes;
 pub use options::{BusOptions, EchoMode};
 pub use pages::{PageError, PageReply};
+pub use parameters::{ChangeFrom, ParameterChange, ParameterError};
 pub use peer::Counters;
 pub use safe_state::SafeStateOptions;
 
 use crate::line::{Line, SerialPort};
 use dialect::Dialect;
 use peer::Peer;
-use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet};
+use pneudrive_protocol::pages::SessionOffer;
+use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet, Sequence};
 use std::path::Path;
 use transaction::Question;
 
@@ -76,6 +81,8 @@ pub struct Bus<L: Line = SerialPort> {
     unsolicited_bytes: u64,
     /// When the line was last read empty, ns, if nothing has been sent since.
     emptied_ns: Option<u64>,
+    /// What it asks for sessions with, 0 to 101.
+    host_number: u8,
     /// The last byte on the wire, if it is known.
     last_byte: Option<u8>,
 }
@@ -101,9 +108,19 @@ impl<L: Line> Bus<L> {
             EchoMode::Detect { unused_board } => echo::detect(&mut line, &options, unused_board)?,
         };
         line.expect_bytes(transaction::expected_bytes(echo));
-        let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames));
+        let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames), options.sessions);
         let peers = vec![peer; usize::from(u8::MAX) + 1];
-        Ok(Self { line, options, echo, peers, unsolicited_bytes: 0, emptied_ns: None, last_byte: None })
+        let host_number = (line.now_ns() / 1_000 % u64::from(SessionOffer::HOST_NUMBERS)) as u8;
+        Ok(Self {
+            line,
+            options,
+            echo,
+            peers,
+            unsolicited_bytes: 0,
+            emptied_ns: None,
+            host_number,
+            last_byte: None,
+        })
     }
 
     /// After the line failed: tries once to open it again. What was known of the boards' packet formats and of the echo is found out
@@ -120,7 +137,7 @@ impl<L: Line> Bus<L> {
         self.emptied_ns = None;
         self.last_byte = None;
         for peer in &mut self.peers {
-            peer.renew(Dialect::new(self.options.frames));
+            peer.renew(Dialect::new(self.options.frames), self.options.sessions);
         }
         Ok(())
     }
@@ -143,6 +160,11 @@ impl<L: Line> Bus<L> {
             }
             result = self.exchange(board, [self.options.vent; CHANNELS]);
         }
+        // Firmware of before pages does not answer when it is asked for a session: found out here, it costs no command its time.
+        while result.is_ok() && self.session_is_due(board) {
+            self.wait_until_quiet(board)?;
+            self.ask_for_session(board)?;
+        }
         result
     }
 
@@ -161,10 +183,17 @@ impl<L: Line> Bus<L> {
     fn request(&mut self, board: u8, values: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
         self.wait_until_quiet(board)?;
         let request = Packet { address: Address::of_board(board), values };
-        let format = self.peers[usize::from(board)].dialect.next();
         self.peers[usize::from(board)].note_command(&values);
         let started_ns = self.line.now_ns();
-        let result = self.transact(Question::Pressures(request, format));
+        let (format, result) = match self.ask_for_session(board) {
+            Ok(()) => {
+                let peer = &mut self.peers[usize::from(board)];
+                let seal = peer.session.seal_request(started_ns);
+                let format = seal.map_or_else(|| peer.dialect.next(), Format::Sealed);
+                (format, self.transact(Question::Pressures(request, format)))
+            }
+            Err(error) => (Format::Checked(Sequence::default()), Err(error)),
+        };
         let peer = &mut self.peers[usize::from(board)];
         match &result {
             Ok(answer) => {

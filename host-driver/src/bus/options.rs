@@ -28,6 +28,9 @@ pub struct BusOptions {
     pub late_answer_limit_ns: u64,
     /// Which packet formats may be used.
     pub frames: FrameMode,
+    /// Whether to ask boards that check for a session, in which each request is obeyed once. Boards of before sessions go on without.
+    /// On by default.
+    pub sessions: bool,
     /// Whether the adapter echoes.
     pub echo: EchoMode,
     /// Whether to look for answers without sleeping.
@@ -95,6 +98,7 @@ impl Default for BusOptions {
             answer_allowance_ns: 2_000_000,
             late_answer_limit_ns: 10_000_000,
             frames: FrameMode::default(),
+            sessions: true,
             echo: EchoMode::Detect { unused_board: u8::MAX },
             spin: Spin::Never,
             safe_state: SafeStateOptions::default(),

@@ -61,10 +61,17 @@ impl<L: Line> Bus<L> {
             return Err(PageError::NotChecked { asked });
         }
         self.wait_until_quiet(board)?;
-        let sequence = self.peers[usize::from(board)].dialect.next_sequence();
-        let result = self.transact(Question::Page(PageRequest::new(asked, entry, sequence)));
+        let now_ns = self.line.now_ns();
+        let peer = &mut self.peers[usize::from(board)];
+        let sequence = peer.dialect.next_sequence();
+        let plain = PageRequest::new(asked, entry, sequence);
+        let request = peer.session.seal_page(now_ns).map_or(plain, |seal| plain.sealed(seal));
+        let result = self.transact(Question::Page(request));
         let peer = &mut self.peers[usize::from(board)];
         peer.asked_for_page(result.is_ok());
+        if let (Ok(_), Some(seal)) = (&result, request.seal) {
+            peer.session.was_answered(seal.number());
+        }
         match result {
             Ok(answer) => {
                 peer.dialect.answered(Format::Checked(sequence));

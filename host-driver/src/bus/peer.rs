@@ -1,6 +1,7 @@
 use super::ExchangeError;
 use super::delays::{Delays, Window};
 use super::dialect::Dialect;
+use super::session::HostSession;
 use super::usual_delay::UsualDelay;
 use pneudrive_protocol::{CHANNELS, Counts, Format};
 
@@ -19,7 +20,8 @@ pub struct Counters {
     pub echo: u64,
     /// Only another board answered.
     pub other_board: u64,
-    /// Only an answer to an earlier request, or one in the other format, came from it; or its answer was read too late.
+    /// Only an answer to an earlier request, or one in the other format, came from it; its answer was read too late; or it is in a
+    /// session with another host.
     pub stale: u64,
     /// The line was busy or failed.
     pub line: u64,
@@ -48,6 +50,7 @@ impl Counters {
 #[derive(Debug, Clone)]
 pub(super) struct Peer {
     pub(super) dialect: Dialect,
+    pub(super) session: HostSession,
     pub(super) usual_delay: UsualDelay,
     counters: Counters,
     /// Last request that may still be answered, ns.
@@ -76,9 +79,10 @@ impl Peer {
     /// After so many failures in a row the whole limit is waited for: by then more is wrong than a lost packet.
     const EARLY_TRIES: u32 = 3;
 
-    pub(super) fn new(late_limit_ns: u64, dialect: Dialect) -> Self {
+    pub(super) fn new(late_limit_ns: u64, dialect: Dialect, sessions: bool) -> Self {
         Self {
             dialect,
+            session: HostSession::new(sessions),
             usual_delay: UsualDelay::default(),
             counters: Counters::default(),
             owes_since_ns: None,
@@ -94,11 +98,11 @@ impl Peer {
     }
 
     /// Forgets everything but the counters, and that it may hold a set point.
-    pub(super) fn renew(&mut self, dialect: Dialect) {
+    pub(super) fn renew(&mut self, dialect: Dialect, sessions: bool) {
         *self = Self {
             counters: self.counters,
             pressurised: self.pressurised,
-            ..Self::new(self.usual_late_limit_ns, dialect)
+            ..Self::new(self.usual_late_limit_ns, dialect, sessions)
         };
     }
 
@@ -130,6 +134,9 @@ impl Peer {
     /// It answered a request in `format`, so long after it.
     pub(super) fn answered(&mut self, format: Format, delay_ns: u64) {
         self.dialect.answered(format);
+        if let Format::Sealed(seal) = format {
+            self.session.was_answered(seal.number());
+        }
         self.delays.seen(delay_ns);
         self.usual_delay.seen(delay_ns);
         self.early = 0;
@@ -153,6 +160,7 @@ impl Peer {
             ExchangeError::OtherBoard { .. } => &mut self.counters.other_board,
             ExchangeError::Stale { .. }
             | ExchangeError::OriginalFormat { .. }
+            | ExchangeError::InSession { .. }
             | ExchangeError::TooOld { .. } => &mut self.counters.stale,
             ExchangeError::LineBusy { .. } | ExchangeError::Line(_) => &mut self.counters.line,
         };
@@ -161,6 +169,7 @@ impl Peer {
             ExchangeError::OriginalFormat { .. } => self.dialect.answered(Format::Unchecked),
             _ => self.dialect.failed(),
         }
+        self.session.failed();
         self.prompt = 0;
         self.owes_since_ns = owed_since_ns;
         if let Some(since) = owed_since_ns {
@@ -233,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_silent_board_is_left_alone_for_the_limit() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
         peer.failed(&silent(), Some(1_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 1_000 + TIMEOUT + LIMIT);
         peer.heard_late(3_200_000);
@@ -242,7 +251,7 @@ mod tests {
 
     #[test]
     fn the_limit_follows_a_board_that_is_later_than_expected() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(11_000_000);
         assert_eq!(peer.quiet_until_ns(), 22_000_000);
@@ -256,7 +265,7 @@ mod tests {
     /// Learnt: it is asked again after its timeout, three times; then it is left alone for the limit as before.
     #[test]
     fn a_board_whose_delays_are_known_is_asked_again_soon() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
         (0..500).for_each(|_| peer.answered(Format::Unchecked, 1_060_000));
         let mut since_ns = 0;
         for _ in 0..3 {
@@ -272,7 +281,7 @@ mod tests {
 
     #[test]
     fn every_request_is_counted_once() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked));
+        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
         peer.answered(Format::Unchecked, 300_000);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(3_000_000);

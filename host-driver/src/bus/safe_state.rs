@@ -148,7 +148,10 @@ impl<L: Line> Bus<L> {
         }
         for _ in 0..BusOptions::SAFE_STATE_REPEATS {
             match self.request(board, CheckedPacket::LEAVE) {
-                Ok(_) => break,
+                Ok(_) => {
+                    self.peers[usize::from(board)].session.end();
+                    break;
+                }
                 Err(ExchangeError::Line(error)) => return Err(error),
                 Err(_) => {}
             }

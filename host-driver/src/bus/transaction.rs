@@ -5,8 +5,8 @@ use super::guard::with_guard;
 use super::{Answer, Bus, ExchangeError, Frames, HeardBytes};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::{
-    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard,
-    PACKET_LEN, Packet, PageRequest,
+    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo, Format, FrameFinder, Heard, PACKET_LEN,
+    Packet, PageRequest, Session,
 };
 
 /// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an adapter may have held back. Of
@@ -48,8 +48,9 @@ impl<L: Line> Bus<L> {
     /// Asks, and listens until the answer is complete or the time is up.
     pub(super) fn transact(&mut self, question: Question) -> Result<Answer, ExchangeError> {
         let guard_echo_due = self.prepare()?;
-        let (bytes, mut ear) = Ear::for_answer_to(question, self.echo, guard_echo_due);
         let asked = question.address();
+        let session = self.peers[usize::from(asked.board())].session.current();
+        let (bytes, mut ear) = Ear::for_answer_to(question, session, self.echo, guard_echo_due);
         let sent_ns = self.line.now_ns();
         let doubt = self.peers[usize::from(asked.board())].doubt(sent_ns);
         self.line.send(&bytes)?;
@@ -206,18 +207,25 @@ struct Ear {
 
 impl Ear {
     /// The request's bytes, and the ear for what follows them.
-    fn for_answer_to(question: Question, echo: Echo, guard_echo_due: bool) -> ([u8; PACKET_LEN], Self) {
-        let (bytes, decoder) = match question {
-            Question::Pressures(request, Format::Unchecked) => {
-                (request.encode(), AnswerDecoder::new(request, echo))
-            }
+    fn for_answer_to(
+        question: Question,
+        session: Option<Session>,
+        echo: Echo,
+        guard_echo_due: bool,
+    ) -> ([u8; PACKET_LEN], Self) {
+        let decoder = match question {
+            Question::Pressures(request, Format::Unchecked) => AnswerDecoder::new(request, echo),
             Question::Pressures(packet, Format::Checked(sequence)) => {
-                let checked = CheckedPacket { packet, sequence };
-                (checked.encode(Direction::Request), AnswerDecoder::for_checked(checked, echo))
+                AnswerDecoder::for_checked(CheckedPacket { packet, sequence }, echo)
             }
-            Question::Page(request) => (request.encode(), AnswerDecoder::for_page(request, echo)),
+            Question::Pressures(packet, Format::Sealed(seal)) => {
+                AnswerDecoder::for_sealed(packet, seal, echo)
+            }
+            Question::Page(request) => AnswerDecoder::for_page(request, echo),
         };
-        let (asked, decoder) = (question.address(), with_guard(decoder, guard_echo_due));
+        let bytes = decoder.request_bytes();
+        let decoder = with_guard(decoder.in_session(session), guard_echo_due);
+        let asked = question.address();
         (bytes, Self { asked, decoder, heard: HeardBytes::default(), answer: None, other: None })
     }
 

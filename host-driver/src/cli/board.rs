@@ -1,7 +1,8 @@
-//! `board status`: what a board says of itself, by page requests. Nothing is commanded.
+//! `board`: what a board says of itself, by page requests. `status` commands nothing.
 
 use crate::cli::args::{BoardArgs, BoardCommand, BoardStatusArgs, BusArgs};
-use crate::cli::connect::{connect, devices as devices_of};
+use crate::cli::board_parameters;
+use crate::cli::connect::{Connection, connect, devices as devices_of};
 use crate::cli::failure::Failure;
 use crate::cli::output::{outln, print_json};
 use crate::cli::setup::Setup;
@@ -19,13 +20,13 @@ struct StatusReport {
     chip: String,
     /// Version of its firmware.
     firmware: String,
-    /// `power_up_vent`, `running`, `hold` or `vent`.
+    /// `power_up_vent`, `running`, `hold`, `vent` or `damage_vent`.
     state: &'static str,
     /// Of each channel: `regulating`, `venting`, `sensor_below_range`, `sensor_above_range` or `disabled`.
     channels: [&'static str; 4],
     /// Of each valve: -1 (vent fully) to 1 (fill fully).
     drives: [f64; 4],
-    /// By name; us where the name says so, s where it says so.
+    /// By name, those that its firmware has; us where the name says so, s where it says so.
     counters: BTreeMap<&'static str, u32>,
     /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing is known.
     post_mortem: Option<String>,
@@ -35,12 +36,16 @@ struct StatusReport {
 const TRIES: u32 = 100;
 
 pub fn run(args: &BusArgs, board: &BoardArgs, setup: &Setup) -> Result<(), Failure> {
-    match board.command {
-        BoardCommand::Status(status) => show(args, status, setup),
+    match &board.command {
+        BoardCommand::Status(status) => show(args, *status, setup),
+        BoardCommand::Show(status) => board_parameters::show(args, status.board, setup),
+        BoardCommand::Set(set) => board_parameters::set(args, set, setup),
+        BoardCommand::Reset(status) => board_parameters::reset(args, status.board, setup),
     }
 }
 
-fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setup) -> Result<(), Failure> {
+/// A bus with this board on it.
+pub fn connect_to(args: &BusArgs, board: u8, setup: &Setup) -> Result<Connection, Failure> {
     if u16::from(board) >= args.max_devices {
         return Err(Failure::input(format!(
             "--board {board}: boards with more than a two-way address switch need --max-devices, up to 256"
@@ -50,7 +55,11 @@ fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setu
     let least = u16::from(board) + 1;
     let devices = Some(args.devices.unwrap_or(least).max(least));
     let devices = devices_of(&BusArgs { devices, ..args.clone() }, least)?;
-    let mut connection = connect(args, devices, &setup.calibration)?;
+    connect(args, devices, &setup.calibration)
+}
+
+fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setup) -> Result<(), Failure> {
+    let mut connection = connect_to(args, board, setup)?;
     let bus = &mut connection.bus;
     let report = ask(bus, board, args.wait).map_err(|error| Failure::running(explained(&error)))?;
     if args.json {
@@ -63,7 +72,7 @@ fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setu
 }
 
 /// Firmware that knows no pages keeps silent, as a board that is not there does.
-fn explained(error: &PageError) -> String {
+pub fn explained(error: &PageError) -> String {
     match error {
         PageError::Exchange(ExchangeError::NoAnswer { .. }) => {
             format!(
@@ -83,7 +92,12 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
     let (drives, _): (Drives, u64) = persist(until, || bus.drives(board))?;
     let mut counters = BTreeMap::new();
     for counter in Counter::ALL {
-        counters.insert(counter.name(), persist(until, || bus.counter(board, counter))?);
+        match persist(until, || bus.counter(board, counter)) {
+            Ok(value) => drop(counters.insert(counter.name(), value)),
+            // Firmware of before this counter.
+            Err(PageError::NoSuchEntry { .. }) => {}
+            Err(error) => return Err(error),
+        }
     }
     let post_mortem: Option<PostMortem> = bus.post_mortem(board, TRIES)?;
     Ok(StatusReport {
@@ -100,7 +114,7 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
 }
 
 /// Asks again where the exchange failed, but not where the line did, or nothing would change.
-fn persist<T>(until: Instant, mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
+pub fn persist<T>(until: Instant, mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
     loop {
         match ask() {
             Err(PageError::Exchange(error))

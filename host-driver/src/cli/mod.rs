@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod bench_table;
 mod board;
+mod board_parameters;
 mod calibrate;
 mod check;
 mod command_arg;

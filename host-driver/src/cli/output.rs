@@ -96,7 +96,7 @@ pub fn statistics_text(statistics: &Statistics) -> String {
         };
         let _ = writeln!(
             text,
-            "  board {}: {state}, {} answered, {} lost, {} rejected, {} rows without a reading, {frames}",
+            "  board {}: {state}, {} answered, {} lost, {} rejected, rows without a reading: {}, {frames}",
             board.board, board.answered, board.lost, board.rejected, board.rows_without_reading
         );
     }

@@ -78,22 +78,24 @@ impl Plan {
         times.map(|t| (t, self.at(0.5 + 0.5 * (2.0 * PI * turns(t)).sin()))).collect()
     }
 
+    /// In whole milliseconds, as tables have their times: two steps less than one apart would be two rows at the same time.
     fn aprbs(&self) -> Vec<(f64, Vec<f64>)> {
         let mut random = Pcg32::seed_from_u64(self.seed);
         let mut now: Vec<f64> = self.at(0.0);
-        let mut until = vec![0.0; now.len()];
+        let mut until_ms = vec![0_u64; now.len()];
         let mut rows = Vec::new();
-        let mut t = 0.0;
-        while t < self.seconds {
+        let mut at_ms = 0;
+        while at_ms as f64 * 1e-3 < self.seconds {
             for (channel, (low, high)) in self.channels.iter().enumerate() {
-                if until[channel] <= t {
+                if until_ms[channel] <= at_ms {
                     now[channel] = low + random.random::<f64>() * (high - low);
                     // From half to one and a half of the mean, so that channels do not step together.
-                    until[channel] = t + self.hold_s * (0.5 + random.random::<f64>());
+                    let held_ms = 1e3 * self.hold_s * (0.5 + random.random::<f64>());
+                    until_ms[channel] = at_ms + (held_ms.round() as u64).max(1);
                 }
             }
-            rows.push((t, now.clone()));
-            t = until.iter().copied().fold(f64::INFINITY, f64::min);
+            rows.push((at_ms as f64 * 1e-3, now.clone()));
+            at_ms = until_ms.iter().copied().min().unwrap_or(u64::MAX);
         }
         rows
     }
@@ -139,6 +141,15 @@ mod tests {
         assert_eq!(passages(Shape::Sine), 19);
         // The mean of 1 to 4 Hz, exponentially: 3 / ln 4 = 2.164 Hz, 43.3 periods.
         assert_eq!(passages(Shape::Sweep), 43);
+    }
+
+    /// As written to a table. 16 channels of 60 s: some step within the same millisecond.
+    #[test]
+    fn times_rise_in_milliseconds_too() {
+        let channels = vec![(40.0, 250.0); 16];
+        let plan = Plan { seconds: 60.0, channels, hold_s: 2.0, ..plan(Shape::Aprbs) };
+        let times: Vec<u64> = plan.rows().iter().map(|(t, _)| (t * 1e3).round() as u64).collect();
+        assert!(times.len() > 400 && times.windows(2).all(|pair| pair[1] > pair[0]), "{times:?}");
     }
 
     #[test]

@@ -31,7 +31,7 @@ fn a_virtual_board_tells_state_drives_and_version() {
     let counters = json["counters"].as_object().unwrap();
     assert_eq!(
         (counters.len(), &counters["requests"], &counters["watchdog_resets"]),
-        (14, &0.into(), &0.into())
+        (16, &0.into(), &0.into())
     );
     assert!(counters["page_requests"].as_u64().unwrap() > 0, "{stdout}");
 

@@ -18,7 +18,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Ask each board whether it is there (commands 0 kPa)
     Ping(PingArgs),
-    /// What a board says of itself: state, faults, firmware, resets
+    /// What a board says of itself, and its parameters
     Board(BoardArgs),
     /// Measure the loop rate for 1 to --devices boards (commands 0 kPa)
     Bench(BenchArgs),
@@ -172,16 +172,31 @@ pub struct ManArgs {
     pub folder: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct BoardArgs {
     #[command(subcommand)]
     pub command: BoardCommand,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Subcommand)]
+#[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
 pub enum BoardCommand {
     /// State, channels, drives, firmware, counters, and why it was last reset
     Status(BoardStatusArgs),
+    /// Its parameters, with range and compiled value
+    Show(BoardStatusArgs),
+    /// Change parameters: all or none, kept in flash; commands 0 kPa and restarts the board
+    Set(BoardSetArgs),
+    /// Back to the parameters it was compiled with; commands 0 kPa and restarts the board
+    Reset(BoardStatusArgs),
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct BoardSetArgs {
+    /// Parameters, as `board show` names them; `address=switch` for that of its switch
+    #[arg(value_name = "NAME=VALUE", required = true)]
+    pub changes: Vec<String>,
+    #[command(flatten)]
+    pub board: BoardStatusArgs,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Args)]

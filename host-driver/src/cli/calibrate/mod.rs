@@ -16,6 +16,7 @@ use pneudrive_host::poller::{Poller, PollerOptions, SetPoints, VENTED};
 use pneudrive_host::rig::{Sensor, with_sensor};
 use pneudrive_protocol::CHANNELS;
 use points::{Point, through};
+use settle::Unread;
 use std::io::{BufRead, Write as _};
 use std::path::Path;
 use std::time::SystemTime;
@@ -119,9 +120,21 @@ impl Bench<'_> {
         let scale = self.nominal.channel(board, channel);
         command[channel] = scale.counts(kpa).map_err(Failure::input)?;
         self.points.set(usize::from(board), command).map_err(Failure::running)?;
+        let commanded = f64::from(command[channel].get());
+        let settle = self.calibrate.settle;
         let reading =
-            settle::reading(self.poller, (board, channel), self.calibrate.settle, || self.stop.came());
-        let reading = reading.map_err(Failure::running)?;
+            match settle::reading(self.poller, (board, channel), commanded, settle, || self.stop.came()) {
+                Ok(reading) => reading,
+                Err(Unread::Ended(why)) => return Err(Failure::running(why)),
+                Err(Unread::Restless(why)) => {
+                    outln!(
+                        "  set to {} {}: {why}; the channel is left as it is",
+                        self.setup.unit.number(kpa),
+                        self.setup.unit.name()
+                    );
+                    return Ok(None);
+                }
+            };
         let unit = self.setup.unit;
         loop {
             out!(

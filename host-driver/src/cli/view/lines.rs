@@ -96,7 +96,7 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], s
         let _ = write!(line, "  b{}", board.board);
         put_board(&mut line, board, now_ns, setup);
         if let Some((_, rows)) = without.iter().find(|(one, _)| *one == board.board) {
-            let _ = write!(line, " ({rows} rows without a reading)");
+            let _ = write!(line, " (rows without a reading: {rows})");
         }
     }
     line
@@ -148,6 +148,6 @@ mod tests {
         let fresh = line(&before, &now, 1_000_200_000, &[], &Setup::default());
         assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0.0 2.0/0.0 3.0/0.0 4.0/0.0");
         let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)], &Setup::default());
-        assert!(old.ends_with("4.0/0.0 (1.5 s old) (37 rows without a reading)"), "{old}");
+        assert!(old.ends_with("4.0/0.0 (1.5 s old) (rows without a reading: 37)"), "{old}");
     }
 }

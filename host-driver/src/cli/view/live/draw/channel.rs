@@ -1,7 +1,7 @@
 //! A channel: name, pressure, set point, deviation, a bar and its past.
 
 use crate::cli::view::live::model::Model;
-use pneudrive_protocol::Counts;
+use pneudrive_protocol::{CHANNELS, Counts};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -13,14 +13,21 @@ const NUMBERS: u16 = 34;
 /// Deviations of more than this are coloured, kPa.
 const FAR_KPA: f64 = 5.0;
 
-/// Columns of a name on a terminal of this width: a whole one where there is room.
-fn name_columns(width: u16) -> u16 {
-    if width >= 100 { 24 } else { 12 }
+/// Columns of the names on a terminal of this width: what the longest one takes, where there is room.
+fn name_columns(model: &Model, width: u16) -> u16 {
+    let most = if width >= 100 { 24 } else { 12 };
+    let setup = &model.session.setup;
+    let names = model.snapshot.boards.iter().flat_map(|board| {
+        (0..CHANNELS)
+            .filter_map(|channel| setup.channel(board.board, channel))
+            .map(|name| name.chars().count())
+    });
+    names.max().unwrap_or(0).min(most) as u16
 }
 
 /// Whether a terminal of this width has room for bars.
-pub fn has_bars(width: u16) -> bool {
-    width >= NUMBERS + name_columns(width) + 16
+pub fn has_bars(model: &Model, width: u16) -> bool {
+    width >= NUMBERS + name_columns(model, width) + 16
 }
 
 /// What is known of a channel now.
@@ -35,11 +42,11 @@ struct Now {
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, index: usize, channel: usize) {
     let Some(now) = now(model, index, channel) else { return };
     let numbers = numbers(model, index, channel, &now, area.width);
-    if !has_bars(area.width) {
+    if !has_bars(model, area.width) {
         return frame.render_widget(Paragraph::new(numbers), area);
     }
     let [label, bar, _, past] = Layout::horizontal([
-        Constraint::Length(NUMBERS + name_columns(area.width)),
+        Constraint::Length(NUMBERS + name_columns(model, area.width)),
         Constraint::Fill(3),
         Constraint::Length(1),
         Constraint::Fill(2),
@@ -86,7 +93,7 @@ fn numbers(model: &Model, index: usize, channel: usize, now: &Now, width: u16) -
     if width < 40 {
         return Line::raw(format!("{mark}{board}.{channel} {pressure:>6}/{command}"));
     }
-    let columns = usize::from(name_columns(width));
+    let columns = usize::from(name_columns(model, width));
     let name: String = setup.channel(board, channel).unwrap_or_default().chars().take(columns).collect();
     let moving = (now.wanted - now.command).abs() > 0.5;
     let command = if moving { format!("→{}", unit.number(now.wanted)) } else { format!(" {command}") };

@@ -126,13 +126,13 @@ fn title(board: &BoardRow, model: &Model, index: usize, width: u16) -> Line<'sta
     let figures = model.statistics.as_ref().and_then(|s| s.boards.iter().find(|b| b.board == board.board));
     if let Some(figures) = figures.filter(|figures| figures.lost + figures.rows_without_reading > 0) {
         let without = match figures.rows_without_reading {
-            rows if rows > 0 && width >= 100 => format!(", {rows} rows without a reading"),
+            rows if rows > 0 && width >= 100 => format!(", rows without a reading: {rows}"),
             _ => String::new(),
         };
         line.push_span(Span::raw(format!(", {} lost{without}", figures.lost)));
     }
     // Where bars end, above their ends.
-    if channel::has_bars(width) {
+    if channel::has_bars(model, width) {
         let unit = model.session.setup.unit;
         let scale = format!("scale 0 to {} {}", unit.number(model.scale_kpa(index)), unit.name());
         let used = line.width() + scale.len();

@@ -73,7 +73,7 @@ fn every_chamber_is_there_with_pressure_command_and_deviation() {
         &[
             ">0 ",
             "100.0  344.7 kPa  -244.7",
-            &format!("1 {:<24} {:>6}", "left", "200.0"),
+            &format!("1 {:<4} {:>6}", "left", "200.0"),
             "300.0  344.7",
             "344.0  344.7 kPa    -0.7",
         ],
@@ -94,7 +94,7 @@ fn four_boards_fit_80x24_with_keys_and_an_event() {
 #[test]
 fn old_pressures_are_not_shown() {
     let screen = screen(&model(1, 2_000_000_000), 100, 14);
-    has(&screen, &["MISSING, last seen 2.0 s ago", &format!("0 {:<24} {:>6}", "", "---")]);
+    has(&screen, &["MISSING, last seen 2.0 s ago", &format!("0 {:<4} {:>6}", "", "---")]);
     assert!(!screen.contains("100.0"), "{screen}");
 }
 

@@ -1,0 +1,157 @@
+//! Sessions: asked for, kept over losses, taken up again after a board's reset, and never shared. In virtual time.
+
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
+use pneudrive_protocol::pages::{PageEntry, SessionOffer};
+use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
+use std::sync::{Arc, Mutex};
+use support::counts;
+use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+
+/// A board that knows sessions.
+struct Board {
+    ear: RequestDecoder,
+    next_session: u32,
+    /// Numbers of the requests it obeyed in a session; `None` for those outside one.
+    obeyed: Vec<Option<u32>>,
+}
+
+impl Board {
+    fn new() -> Self {
+        Self { ear: RequestDecoder::new(Address::of_board(0)), next_session: 1_000, obeyed: Vec::new() }
+    }
+
+    fn answer(&mut self, request: &[u8]) -> Vec<u8> {
+        let heard = request.iter().filter_map(|&byte| self.ear.push(byte)).last();
+        self.ear.line_idle();
+        match heard {
+            None => Vec::new(),
+            Some(Asked::Page(request)) => {
+                let entry = request.entry().and_then(|entry| match entry {
+                    PageEntry::Session(_) => {
+                        self.next_session += 1;
+                        let number = self.next_session;
+                        let given = self.ear.offer(number);
+                        Some(if given { SessionOffer::Number(number) } else { SessionOffer::Busy }.to_entry())
+                    }
+                    _ => None,
+                });
+                request.answer(entry).encode().to_vec()
+            }
+            Some(Asked::Pressures(request)) => {
+                self.obeyed.push(match request.format {
+                    Format::Sealed(seal) => Some(seal.number().get()),
+                    Format::Unchecked | Format::Checked(_) => None,
+                });
+                request.answer(self.ear.address(), counts(7)).to_vec()
+            }
+        }
+    }
+}
+
+type Shared = Arc<Mutex<Board>>;
+
+/// A host on a line on which the requests and answers with these numbers, counted from 0, are lost.
+fn host(board: &Shared, lost_requests: &'static [usize], lost_answers: &'static [usize]) -> Bus<VirtualLine> {
+    let board = Arc::clone(board);
+    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let line = VirtualLine::new(move |number, request: &[u8]| -> Reply {
+        if lost_requests.contains(&number) {
+            return Vec::new();
+        }
+        let answer = board.lock().unwrap().answer(request);
+        if lost_answers.contains(&number) { Vec::new() } else { vec![(AT_ONCE, answer)] }
+    });
+    Bus::new(line, options).unwrap()
+}
+
+fn board() -> Shared {
+    Arc::new(Mutex::new(Board::new()))
+}
+
+fn obeyed(board: &Shared) -> Vec<Option<u32>> {
+    board.lock().unwrap().obeyed.clone()
+}
+
+#[test]
+fn a_board_that_knows_sessions_is_in_one_after_its_ping() {
+    let board = board();
+    let mut bus = host(&board, &[], &[]);
+    bus.ping(0).unwrap();
+    assert!(bus.in_session(0) && bus.frames(0) == Frames::Checked);
+    (0..20).for_each(|_| assert!(bus.exchange(0, counts(300)).is_ok()));
+    assert!(bus.in_session(0));
+    let expected: Vec<_> = [None].into_iter().chain((1..=20).map(Some)).collect();
+    assert_eq!(obeyed(&board), expected);
+    assert_eq!((bus.counters(0).asked, bus.counters(0).lost()), (21, 0));
+}
+
+/// Requests 0 ping, 1 session, 2.. commands. Whether a request or its answer was lost, the next one has another number.
+#[test]
+fn what_is_lost_is_not_repeated() {
+    for (requests, answers) in [(&[4_usize, 7, 8][..], &[][..]), (&[][..], &[4, 7, 8][..])] {
+        let board = board();
+        let mut bus = host(&board, requests, answers);
+        bus.ping(0).unwrap();
+        let lost = (0..30).filter(|_| bus.exchange(0, counts(300)).is_err()).count();
+        assert_eq!(lost, 3);
+        let mut numbers: Vec<_> = obeyed(&board).into_iter().flatten().collect();
+        assert_eq!(numbers.last(), Some(&30));
+        numbers.dedup();
+        assert_eq!(numbers.len(), 30 - requests.len(), "each once");
+    }
+}
+
+#[test]
+fn after_a_reset_the_board_gives_another_session() {
+    let board = board();
+    let mut bus = host(&board, &[], &[]);
+    bus.ping(0).unwrap();
+    (0..5).for_each(|_| assert!(bus.exchange(0, counts(300)).is_ok()));
+    board.lock().unwrap().ear = RequestDecoder::new(Address::of_board(0));
+    let lost = (0..5).filter(|_| bus.exchange(0, counts(300)).is_err()).count();
+    assert_eq!(lost, 2, "then it is asked whether it still has the session");
+    assert_eq!(obeyed(&board)[6..], [Some(1), Some(2), Some(3)]);
+}
+
+/// The second host is a host like the first one. It is told so, and obeyed in nothing.
+#[test]
+fn a_second_host_is_refused_until_the_first_one_has_left() {
+    let board = board();
+    let mut first = host(&board, &[], &[]);
+    let mut second = host(&board, &[], &[]);
+    second.ping(0).unwrap();
+    first.ping(0).unwrap();
+    first.exchange(0, counts(300)).unwrap();
+    let before = obeyed(&board).len();
+    // It has been offered a session that the first one's took the place of: nobody answers, and when the window is used up, it asks for another.
+    let errors: Vec<_> = (0..10).map(|_| second.exchange(0, counts(900)).unwrap_err()).collect();
+    let refused = |error: &ExchangeError| matches!(error, ExchangeError::InSession { .. });
+    assert!(errors[8..].iter().all(refused), "{errors:?}");
+    assert_eq!(obeyed(&board).len(), before);
+    first.leave(0).unwrap();
+    second.exchange(0, counts(900)).unwrap();
+    assert!(second.in_session(0));
+}
+
+#[test]
+fn a_board_of_before_sessions_is_spoken_to_as_before() {
+    let mut ear = RequestDecoder::new(Address::of_board(0));
+    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let line = VirtualLine::new(move |_, request: &[u8]| {
+        let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
+        let bytes = match heard {
+            Some(Asked::Pressures(request)) => request.answer(Address::of_board(0), counts(7)).to_vec(),
+            Some(Asked::Page(request)) => request.answer(None).encode().to_vec(),
+            None => Vec::new(),
+        };
+        vec![(AT_ONCE, bytes)]
+    });
+    let mut bus = Bus::new(line, options).unwrap();
+    bus.ping(0).unwrap();
+    assert!((0..50).all(|_| bus.exchange(0, counts(300)).is_ok()));
+    assert_eq!((bus.in_session(0), bus.line().requests.len()), (false, 52));
+}
