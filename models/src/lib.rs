@@ -13,6 +13,7 @@
 //! * [`effects`]: the catalogue of physical effects, and channels simulated with them;
 //! * [`diagnosis`]: what a simulation gets wrong, why, and what modelling it gains;
 //! * [`overview`]: a recording at a glance, as a page;
+//! * [`watch`]: a calibrated model beside the rig: what has changed, and since when;
 //! * [`store`]: parameter files;
 //! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
@@ -61,3 +62,4 @@ pub mod rig;
 pub mod rollout;
 pub mod simulation;
 pub mod store;
+pub mod watch;

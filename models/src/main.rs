@@ -10,7 +10,9 @@ fn main() -> ExitCode {
     match cli::Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("error: {failure}");
+            if failure.has_message() {
+                eprintln!("error: {failure}");
+            }
             ExitCode::from(failure.status())
         }
     }

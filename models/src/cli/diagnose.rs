@@ -152,7 +152,7 @@ fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {
         })
         .collect();
     Table::text(
-        &["cause", "channels", "size [95 %]", "test error, kPa", "gain [95 %]", "fits as well"],
+        &["cause", "channels", "size [95 %]", "error without -> with, kPa", "gain [95 %]", "fits as well"],
         &rows,
     )
 }

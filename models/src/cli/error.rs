@@ -26,6 +26,16 @@ impl Failure {
         Self { message: message.to_string(), status: 1 }
     }
 
+    /// Done, and found what the status stands for: it has been said.
+    pub fn finding(status: u8) -> Self {
+        Self { message: String::new(), status }
+    }
+
+    /// Is there anything left to say?
+    pub fn has_message(&self) -> bool {
+        !self.message.is_empty()
+    }
+
     /// The exit status.
     pub fn status(&self) -> u8 {
         self.status

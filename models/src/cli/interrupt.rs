@@ -11,11 +11,20 @@ const ENDED_BY_INTERRUPT: i32 = 130;
 
 /// Catches Ctrl-C (and SIGTERM) from here on; the returned flag is set by the first.
 pub fn watch() -> Result<&'static AtomicBool, Failure> {
-    ctrlc::set_handler(|| {
+    caught("stopping: the best so far is kept (once more to end at once)")
+}
+
+/// As [`watch`], for work that has nothing to keep.
+pub fn watch_quietly() -> Result<&'static AtomicBool, Failure> {
+    caught("stopping (once more to end at once)")
+}
+
+fn caught(says: &'static str) -> Result<&'static AtomicBool, Failure> {
+    ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(ENDED_BY_INTERRUPT);
         }
-        eprintln!("stopping: the best so far is kept (once more to end at once)");
+        eprintln!("{says}");
     })
     .map_err(|e| Failure::running(format!("Ctrl-C cannot be caught: {e}")))?;
     Ok(&STOP)

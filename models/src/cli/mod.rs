@@ -15,6 +15,8 @@ mod output;
 mod progress;
 mod show;
 mod simulate;
+mod watch;
+mod watch_words;
 
 use clap::{Parser, Subcommand};
 
@@ -44,6 +46,7 @@ enum Command {
     Export(export::Command),
     Import(import::Args),
     Show(show::Args),
+    Watch(watch::Args),
 }
 
 impl Cli {
@@ -58,6 +61,7 @@ impl Cli {
             Command::Export(command) => command.run(),
             Command::Import(args) => args.run(),
             Command::Show(args) => args.run(),
+            Command::Watch(args) => args.run(),
         }
     }
 }

@@ -13,19 +13,22 @@
 
 mod bag;
 mod channel;
-mod column;
+pub(crate) mod column;
 mod csv;
 mod cut;
 mod error;
 mod events;
 mod flags;
+mod follow;
 pub mod import;
 mod join;
+mod live;
 mod load;
 pub mod quality;
 mod recording;
 mod rig_copy;
 mod source;
+mod thin;
 pub mod write;
 
 pub use bag::BagError;
@@ -35,6 +38,7 @@ pub use error::DataError;
 pub use events::{Event, events};
 pub use flags::Flags;
 pub use join::JoinError;
+pub use live::{LiveTable, Opening};
 pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
 pub use recording::{Channel, Drive, Joint, Recording};

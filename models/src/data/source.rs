@@ -23,8 +23,8 @@ pub struct Source {
 }
 
 /// Counts and hashes what passes through it.
-struct Tap<R> {
-    inner: R,
+struct Tap {
+    inner: Box<dyn Read>,
     state: Rc<RefCell<TapState>>,
 }
 
@@ -34,7 +34,7 @@ struct TapState {
     bytes: u64,
 }
 
-impl<R: Read> Read for Tap<R> {
+impl Read for Tap {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
         let mut state = self.state.borrow_mut();
@@ -82,6 +82,12 @@ pub(crate) fn open(path: &Path) -> Result<OpenFile, DataError> {
     if metadata.is_dir() {
         return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder; name a file in it")));
     }
+    decode(file, metadata.len(), Box::new(handle))
+}
+
+/// Recognises what `handle` holds by its first bytes; `size` is 0 if unknown.
+pub(crate) fn decode(file: String, size: u64, handle: Box<dyn Read>) -> Result<OpenFile, DataError> {
+    let failed = |source| DataError::Open { file: file.clone(), source };
     let tap = Rc::new(RefCell::new(TapState::default()));
     let mut stored = BufReader::with_capacity(1 << 16, Tap { inner: handle, state: Rc::clone(&tap) });
     let head = stored.fill_buf().map_err(failed)?;
@@ -99,7 +105,7 @@ pub(crate) fn open(path: &Path) -> Result<OpenFile, DataError> {
     } else {
         Box::new(stored)
     };
-    Ok(OpenFile { file, size: metadata.len(), is_bag, text, tap })
+    Ok(OpenFile { file, size, is_bag, text, tap })
 }
 
 /// Tells how far the reading of a file has come while someone else reads it.

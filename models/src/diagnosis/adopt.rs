@@ -44,7 +44,7 @@ fn cause(outcome: &Outcome, channels: &[ChannelData], found: NamedEffect) -> Fou
         p_value: found.p_value,
         equivalent: found.equivalent.iter().map(|rival| rival.0).collect(),
         gained: left(&before) - left(&outcome.stages),
-        before: outcome.base.clone(),
+        without: outcome.base.clone(),
         rivals: found.equivalent.iter().map(rival).collect(),
         errors: Some(found.errors),
     }

@@ -16,12 +16,13 @@ const LEAST_GAIN: f64 = 0.01;
 /// A size up to this many usual ones is no more than usual where its interval says that there may be nothing at all.
 const DOUBTFUL: f64 = 2.0;
 
-/// Parts what was found into causes and what is modelled without a name.
+/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well.
 #[must_use]
-pub fn part(found: Vec<Cause>, change: bool) -> (Vec<Cause>, Vec<Imperfection>) {
+pub fn part(found: Vec<Cause>, imitated: &[&str], change: bool) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
-        match why_not(&cause, change) {
+        let imitated = imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
+        match why_not(&cause, change).or(imitated) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }
@@ -134,6 +135,17 @@ mod tests {
         let mut hidden = cause("transport_delay", "delay", Some([0.011, 0.013]), -0.1);
         hidden.gain.weighted_ci95 = [0.3, 0.5];
         assert_eq!(why_not(&hidden, false), None);
+    }
+
+    #[test]
+    fn what_a_smooth_function_does_as_well_is_modelled_without_a_name() {
+        let found = vec![
+            cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
+            cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
+        ];
+        let (causes, imperfections) = part(found, &["vent_restriction"], false);
+        assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
+        assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
     }
 
     #[test]

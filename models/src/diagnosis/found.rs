@@ -16,9 +16,9 @@ pub struct Found {
     pub p_value: f64,
     /// Numbers of the effects that explain as well.
     pub equivalent: Vec<usize>,
-    /// Models before it was added.
-    pub before: Vec<Extended>,
-    /// By how much it lowered the deviance on the choosing blocks.
+    /// Models without it, all others refitted.
+    pub without: Vec<Extended>,
+    /// By how much it lowers their deviance on the choosing blocks.
     pub gained: f64,
     /// Models of the rivals, for the next experiment.
     pub rivals: Vec<Candidate>,
@@ -41,12 +41,19 @@ impl Found {
             acts: ranked[winner].acts.clone(),
             p_value,
             equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
-            before: stages.iter().map(|s| s.model.clone()).collect(),
+            without: stages.iter().map(|s| s.model.clone()).collect(),
             gained: select_total(channels, stages.iter().map(|s| &s.losses))
                 - select_total(channels, &ranked[winner].losses),
             rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
             errors: None,
         }
+    }
+
+    /// Notes what it adds to the stages `without` it.
+    pub fn adds(&mut self, channels: &[ChannelData], without: &[ChannelStage], with: &[ChannelStage]) {
+        let left = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
+        self.without = without.iter().map(|s| s.model.clone()).collect();
+        self.gained = left(without) - left(with);
     }
 }
 

@@ -71,6 +71,8 @@ pub enum Unnamed {
     Usual,
     /// It gains nothing on the test blocks.
     Gainless,
+    /// Beside what is named, a smooth function of one measured variable does as much.
+    Imitated,
 }
 
 /// The recording.
@@ -160,7 +162,7 @@ pub struct Estimate {
 /// Gain on the test blocks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gain {
-    /// RMS error without the cause, kPa.
+    /// RMS error without the cause, everything else fitted again, kPa.
     pub test_rmse_before_kpa: f64,
     /// RMS error with it, kPa.
     pub test_rmse_after_kpa: f64,

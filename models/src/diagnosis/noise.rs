@@ -1,9 +1,32 @@
 //! The noise of a measurement, quantisation included.
 
-/// Noise of a measurement, in its unit, RMS, from what a parabola over nine samples leaves, in the quieter quarter of the recording (where the
-/// lower quartile of chi-squared with six degrees of freedom, 3.455, stands for its mean).
+/// Values that a converter tells apart repeat: with a new one in fewer than this part of the samples, they are its steps.
+const REPEATED: f64 = 0.25;
+
+/// Noise of a measurement, in its unit, RMS: what varies from sample to sample, and at least what rounding to the converter's steps leaves
+/// (a uniform error, W. R. Bennett, Bell Syst. Tech. J. 27, 1948). A pressure at rest may repeat one value for seconds.
 #[must_use]
 pub fn noise(measured: &[f64], usable: &[bool]) -> f64 {
+    scatter(measured, usable).max(step(measured, usable) / 12.0_f64.sqrt())
+}
+
+/// The step of the converter, as the median distance of values that were measured; 0 where they hardly repeat.
+fn step(measured: &[f64], usable: &[bool]) -> f64 {
+    let mut values: Vec<f64> = measured.iter().zip(usable).filter(|(_, u)| **u).map(|(y, _)| *y).collect();
+    let samples = values.len() as f64;
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let mut steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if steps.is_empty() || values.len() as f64 > REPEATED * samples {
+        return 0.0;
+    }
+    steps.sort_by(f64::total_cmp);
+    steps[steps.len() / 2]
+}
+
+/// Scatter of a measurement, in its unit, RMS, from what a parabola over nine samples leaves, in the quieter quarter of the recording (where the
+/// lower quartile of chi-squared with six degrees of freedom, 3.455, stands for its mean).
+fn scatter(measured: &[f64], usable: &[bool]) -> f64 {
     const N: usize = 9;
     const QUARTILE: f64 = 3.455 / 6.0;
     let x: Vec<f64> = (0..N).map(|k| k as f64 - 4.0).collect();
@@ -25,4 +48,29 @@ pub fn noise(measured: &[f64], usable: &[bool]) -> f64 {
     }
     variances.sort_by(f64::total_cmp);
     (variances[variances.len() / 4] / QUARTILE).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pressure that rises and rests, every 10 ms, rounded to steps of 0.84.
+    #[test]
+    fn what_rests_on_one_step_is_still_rounded() {
+        let measured: Vec<f64> = (0..4000)
+            .map(|k| f64::from(k) * 0.01)
+            .map(|t| 100.0 * (0.5 * t).sin().clamp(-0.7, 0.7))
+            .map(|kpa| (kpa / 0.84).round() * 0.84)
+            .collect();
+        let usable = vec![true; measured.len()];
+        assert!(scatter(&measured, &usable) < 0.1);
+        assert!((noise(&measured, &usable) - 0.84 / 12.0_f64.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn values_that_never_repeat_have_no_steps() {
+        let measured: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        assert_eq!(step(&measured, &vec![true; measured.len()]), 0.0);
+        assert_eq!(step(&[], &[]), 0.0);
+    }
 }

@@ -124,8 +124,18 @@ impl<'a> Probing<'a> {
         tried
     }
 
+    /// What another channel's readings are beyond this one's with the same model, whitened, in standard deviations of the noise.
+    pub fn change_of(&self, other: &ChannelData) -> Vec<f64> {
+        let (data, stage) = (self.data, self.stage);
+        let before = self.at_rest.as_deref().unwrap_or(&self.readings);
+        let mut change = other.rough().readings(&at_rest(data, &stage.model));
+        change.iter_mut().zip(before).for_each(|(y, y0)| *y = (*y - y0) / data.noise_kpa);
+        stage.whitening.apply(&mut change);
+        change
+    }
+
     /// What an effect changes in the whitened readings, in standard deviations of the noise.
-    fn changes(&self, effect: usize, models: &[Extended]) -> Vec<Vec<f64>> {
+    pub fn changes(&self, effect: usize, models: &[Extended]) -> Vec<Vec<f64>> {
         let (data, stage) = (self.data, self.stage);
         let (mut changes, before) = match &self.at_rest {
             Some(readings) if !is_hunting(effect) => {

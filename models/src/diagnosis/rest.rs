@@ -12,8 +12,9 @@ use super::gain::BlockErrors;
 use super::hunting::is_hunting;
 use super::json::{Corrected, Symptom};
 use super::losses::{row_count, select_total, total};
-use super::search::Outcome;
+use super::search::{Outcome, staged};
 use super::stage::ChannelStage;
+use crate::effects::catalogue::CATALOGUE;
 
 /// A dependence that accounts for less than this part of the squared residual is not worth mention.
 const DEPENDENCE_SHARE: f64 = 0.03;
@@ -82,6 +83,26 @@ impl Rest {
             clear.map(|d| d.explained.max(0.0)).sum::<f64>() > gained
         })
     }
+}
+
+/// Effects beside the first for which a smooth function of one measured variable, in their place, explains more. Where something large
+/// is named, what is left of it has some pattern, and some other effect always has a part of that.
+#[must_use]
+pub fn imitated_beside(channels: &[ChannelData], outcome: &Outcome) -> Vec<&'static str> {
+    let most = outcome.causes.iter().map(|cause| cause.gained).fold(0.0, f64::max);
+    let looped =
+        |cause: &Found| channels.iter().zip(&cause.acts).any(|(data, acts)| *acts && data.inputs.in_loop());
+    let beside = outcome.causes.iter().filter(|cause| cause.gained < most && !looped(cause));
+    let imitated = beside.filter(|cause| {
+        let stages = staged(channels, cause.without.clone(), false);
+        let found = dependences(channels, &stages);
+        let smooth = |variable: Variable| -> f64 {
+            let clear = found.iter().filter(|d| d.variable == variable && d.p_value <= DEPENDENCE_LEVEL);
+            clear.map(|d| d.explained.max(0.0)).sum()
+        };
+        Variable::ALL.into_iter().map(smooth).fold(0.0, f64::max) > cause.gained
+    });
+    imitated.map(|cause| CATALOGUE[cause.effect].id).collect()
 }
 
 /// What passes the test and is worth mention, each variable once.

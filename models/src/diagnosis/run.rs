@@ -18,7 +18,7 @@ use super::json::{
 };
 use super::likelihood;
 use super::prepare::{Purpose, prepare_for};
-use super::rest::{Rest, corrected, correction_gain, significant};
+use super::rest::{self, Rest, corrected, correction_gain, significant};
 use super::search::{Outcome, Progress, search, staged};
 use super::stage::ChannelStage;
 use super::steps::{halved, simulate_coarsely};
@@ -31,6 +31,9 @@ pub const EXTENDED_FILE: &str = "extended.toml";
 
 /// How models were fitted where the usual way leaves too much.
 const BY_LIKELIHOOD: &str = "The base model is so far from this recording that errors of rollouts say little about single causes. All models were fitted by a likelihood instead that has room for what none of them describes, and a cause is named only if it is the likeliest of the catalogue and its rollouts are the closest.";
+
+/// Rate at which the likelihood looks at a recording: what it compares lasts a tenth of a second and more, and its work goes with the rows.
+const LIKELIHOOD_HZ: f64 = 100.0;
 
 /// Everything a report is made of.
 #[derive(Debug, Clone)]
@@ -108,7 +111,10 @@ pub fn diagnose(
     }
     if !change && outcome.causes.is_empty() && adequacy::astray(&channels, &outcome.base) {
         progress("fitting the catalogue by likelihood", 0);
-        if let Some(named) = likelihood::name(&channels, &outcome.base, &|| progress("", 1)) {
+        // A channel that has too few rows to be looked at slowly is looked at as it is.
+        let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
+        let looked_at = slowly.as_ref().unwrap_or(&channels);
+        if let Some(named) = likelihood::name(looked_at, &outcome.base, &|| progress("", 1)) {
             adopt(&mut outcome, &mut channels, named);
             rest = Rest::new(&channels, &outcome, change);
             notes.push(BY_LIKELIHOOD.to_owned());
@@ -120,6 +126,14 @@ pub fn diagnose(
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)
+}
+
+/// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.
+fn slowly(recording: &Recording, rig: &Rig) -> Result<Vec<ChannelData>, DiagnosisError> {
+    let factor = (recording.rate_hz() / LIKELIHOOD_HZ).floor();
+    let (mut channels, _) = prepare_for(&recording.thinned(factor as usize), rig, Purpose::Compare)?;
+    simulate_coarsely(&mut channels, true);
+    Ok(channels)
 }
 
 impl Diagnosis {
@@ -150,34 +164,32 @@ fn assemble(
     let errors_of = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
     let finals: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
     let base_errors = errors_of(&outcome.base);
-    let mut steps: Vec<BlockErrors> = outcome.causes.iter().map(|c| errors_of(&c.before)).collect();
-    steps.push(errors_of(&finals));
+    let final_errors = errors_of(&finals);
     let Rest { base_stages, symptoms, left, share } = rest;
     let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(&channels, stages);
-    let mut weighted: Vec<BlockErrors> =
-        outcome.causes.iter().map(|c| weighed(&staged(&channels, c.before.clone(), change))).collect();
-    weighted.push(weighed(&outcome.stages));
+    let final_weighed = weighed(&outcome.stages);
+    let imitated = if change { Vec::new() } else { rest::imitated_beside(&channels, &outcome) };
     let mut causes: Vec<Cause> = outcome
         .causes
         .iter()
-        .enumerate()
-        .map(|(k, found)| {
-            let weighted_ci95 = weighted[k].gain(&weighted[k + 1]).ci95;
-            let gain = Gain { weighted_ci95, ..steps[k].gain(&steps[k + 1]) };
+        .map(|found| {
+            let without = staged(&channels, found.without.clone(), change);
+            let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
+            let gain = Gain { weighted_ci95, ..errors_of(&found.without).gain(&final_errors) };
             cause(&channels, &outcome, found, gain, change)
         })
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
-    let (causes, imperfections) = earned::part(causes, change);
+    let (causes, imperfections) = earned::part(causes, &imitated, change);
     let mut depends_on = significant(&channels, &left);
     if let Some((cycle, note)) = adequacy::withheld_cycle(&channels, &outcome) {
         depends_on.insert(0, cycle);
         notes.push(note);
     }
     let extended_models = corrected(&channels, &outcome.stages, &left);
-    let correction = steps.last().and_then(|plain| correction_gain(&channels, plain, &extended_models));
+    let correction = correction_gain(&channels, &final_errors, &extended_models);
     let halved = halved_step(&channels, &finals);
-    let gained = base_errors.all() - steps.last().map_or(0.0, BlockErrors::all);
+    let gained = base_errors.all() - final_errors.all();
     if !causes.is_empty() && halved > 0.2 * gained {
         notes.push(format!(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
@@ -186,7 +198,7 @@ fn assemble(
     notes.extend(hunting::note(&channels, &finals));
     notes.extend(adequacy::poor(&channels, base_errors.all()));
     let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
-    let left_kpa = steps.last().map_or(0.0, BlockErrors::all);
+    let left_kpa = final_errors.all();
     let rest = !depends_on.is_empty() || adequacy::beyond(left_kpa, allowed_kpa);
     let verdict = match (causes.is_empty(), rest) {
         (true, false) => Verdict::Adequate,
@@ -227,12 +239,7 @@ fn assemble(
         symptoms: significant(&channels, &symptoms),
         causes,
         imperfections,
-        unexplained: Unexplained {
-            share,
-            test_rmse_kpa: steps.last().map_or(0.0, BlockErrors::all),
-            correction,
-            depends_on,
-        },
+        unexplained: Unexplained { share, test_rmse_kpa: left_kpa, correction, depends_on },
         next_experiment: None,
         extended_model: Some(EXTENDED_FILE.to_owned()),
         notes,

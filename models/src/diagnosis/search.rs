@@ -156,7 +156,7 @@ fn name(
         ));
         *stages = settle_finely(channels, &ranked[winner].models, fixed);
     }
-    eliminate(channels, stages, causes, fixed);
+    eliminate(channels, first, stages, causes, fixed);
     // A rival that turned out to be needed as well is no rival.
     let named: Vec<usize> = causes.iter().map(|c| c.effect).collect();
     for cause in causes.iter_mut() {
@@ -269,8 +269,8 @@ impl Outcome {
             self.base = again(channels, &coarse);
         }
         for cause in &mut self.causes {
-            cause.before =
-                if cause.before == coarse { self.base.clone() } else { again(channels, &cause.before) };
+            cause.without =
+                if cause.without == coarse { self.base.clone() } else { again(channels, &cause.without) };
         }
         let last = if self.causes.is_empty() && !change {
             self.base.clone()
@@ -281,33 +281,53 @@ impl Outcome {
     }
 }
 
-/// Drops causes that are no longer needed once the others are there.
+/// Drops causes that are no longer needed once the others are there, and sees what each that stays adds to the others: whatever was
+/// added first would otherwise have what several describe in part.
 fn eliminate(
     channels: &mut [ChannelData],
+    first: &[ChannelStage],
     stages: &mut Vec<ChannelStage>,
     causes: &mut Vec<Found>,
     fixed: bool,
 ) {
-    let mut k = 0;
-    while causes.len() > 1 && k < causes.len() {
-        let effect = causes[k].effect;
-        let models: Vec<Extended> =
-            channels.iter().zip(stages.iter()).map(|(d, s)| s.model.without(&d.plant, effect)).collect();
-        let reduced = settle(channels, &models, fixed);
-        let losses = |channels: &[ChannelData], stages: &[ChannelStage]| {
-            together(channels, stages.iter().map(|s| &s.losses), &OPEN)
-        };
-        let (with, without) = (losses(channels, stages), losses(channels, &reduced));
-        let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
-        let gain = 1.0 - (with.iter().sum::<f64>() / without.iter().sum::<f64>()).sqrt();
-        if low <= 0.0 || gain < 0.5 * PRACTICAL {
-            causes.remove(k);
-            *stages = reduced;
-        } else {
-            k += 1;
-        }
+    while let Some((needless, reduced)) = without_each(channels, first, stages, causes, fixed) {
+        causes.remove(needless);
+        *stages = reduced;
     }
     share_draws(channels, &models_of(stages));
+}
+
+/// Refits the models without each cause in turn, and notes what it adds. Ends with the first that is not needed, and the stages without it.
+fn without_each(
+    channels: &mut [ChannelData],
+    first: &[ChannelStage],
+    stages: &[ChannelStage],
+    causes: &mut [Found],
+    fixed: bool,
+) -> Option<(usize, Vec<ChannelStage>)> {
+    if let [only] = causes {
+        only.adds(channels, first, stages);
+        return None;
+    }
+    for (k, cause) in causes.iter_mut().enumerate() {
+        let without = channels.iter().zip(stages).map(|(d, s)| s.model.without(&d.plant, cause.effect));
+        let models: Vec<Extended> = without.collect();
+        let reduced = settle(channels, &models, fixed);
+        if !is_needed(channels, stages, &reduced) {
+            return Some((k, reduced));
+        }
+        cause.adds(channels, &reduced, stages);
+    }
+    None
+}
+
+/// Is the error with all causes clearly smaller, and by enough, than that with one less?
+fn is_needed(channels: &[ChannelData], stages: &[ChannelStage], reduced: &[ChannelStage]) -> bool {
+    let losses = |stages: &[ChannelStage]| together(channels, stages.iter().map(|s| &s.losses), &OPEN);
+    let (with, without) = (losses(stages), losses(reduced));
+    let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
+    let gain = 1.0 - (with.iter().sum::<f64>() / without.iter().sum::<f64>()).sqrt();
+    low > 0.0 && gain >= 0.5 * PRACTICAL
 }
 
 #[cfg(test)]

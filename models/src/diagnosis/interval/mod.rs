@@ -8,9 +8,12 @@
 //! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the squared error makes of hunting is alike on
 //! all channels, so this does not average out between them.
 //!
+//! What is taken for known and is not (`considered`) widens both ends, and does not average out either.
+//!
 //! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
 //! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
 
+mod considered;
 mod pool;
 mod profile;
 mod sandwich;
@@ -44,10 +47,12 @@ pub struct Coordinate {
     pub as_likely: [f64; 2],
     /// Change of the value when the integration step is halved.
     pub halving: f64,
+    /// Standard error that what is taken for known adds, the same in all blocks and on all channels.
+    pub considered: f64,
 }
 
 fn quantile(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom).map_or(2.0, |d| d.inverse_cdf(0.975))
+    StudentsT::new(0.0, 1.0, freedom.min(1e6)).map_or(2.0, |d| d.inverse_cdf(0.975))
 }
 
 /// The parameters of one effect on one channel.
@@ -60,6 +65,7 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
     let sandwich = Sandwich::new(data, stage);
     let profile = Profile::new(data, stage);
     let halving = by_halving(data, stage);
+    let added = sandwich.as_ref().map(|s| considered::considered(data, stage, s.on_average().0));
     range
         .map(|position| {
             let raw = stage.model.values[position];
@@ -76,6 +82,7 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 reach: [1.0; 2],
                 as_likely: [0.0; 2],
                 halving: free.map_or(0.0, |k| halving[k]),
+                considered: 0.0,
             };
             let (Some(sandwich), Some(k)) = (&sandwich, free) else {
                 return unknown;
@@ -93,7 +100,8 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 }
                 let as_likely = as_likely.unwrap_or_default();
                 let BlockError { by_block, freedom, .. } = block;
-                return Coordinate { error, by_block, freedom, reach, as_likely, ..unknown };
+                let considered = added.as_ref().map_or(0.0, |variances| variances[k].sqrt());
+                return Coordinate { error, by_block, freedom, reach, as_likely, considered, ..unknown };
             }
             // A threshold has no derivative; the rise is what the other parameters' errors need on average.
             let (ratio, freedom) = sandwich.on_average();
@@ -130,6 +138,7 @@ pub fn as_estimated(
             reach: [1.0; 2],
             as_likely: [0.0; 2],
             halving: 0.0,
+            considered: 0.0,
         }
     };
     range.zip(errors).map(coordinate).collect()
@@ -150,9 +159,10 @@ pub fn interval(coordinate: &Coordinate, scale: Scale) -> Option<[f64; 2]> {
         return None;
     }
     let half = quantile(coordinate.freedom) * coordinate.error;
+    let known = quantile(f64::INFINITY) * coordinate.considered;
     let step = 2.0 * coordinate.halving.abs();
-    let [below, above] =
-        [0, 1].map(|side| (half * coordinate.reach[side]).max(coordinate.as_likely[side]) + step);
+    let [below, above] = [0, 1]
+        .map(|side| (half * coordinate.reach[side]).hypot(known).max(coordinate.as_likely[side]) + step);
     let ends = [coordinate.value - below, coordinate.value + above];
     Some(match scale {
         Scale::Linear => ends,
@@ -174,6 +184,7 @@ mod tests {
             reach,
             as_likely: [0.0; 2],
             halving: 0.0,
+            considered: 0.0,
         };
         let ends = interval(&coordinate([1.0, 2.0]), Scale::Linear);
         let [low, high] = ends.unwrap_or_default();

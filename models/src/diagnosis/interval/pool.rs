@@ -45,8 +45,10 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
         |of: &dyn Fn(&Coordinate) -> f64| weights.iter().zip(&known).map(|(w, c)| w * of(c)).sum::<f64>();
     let as_likely = [0, 1].map(|side| mean(&|c| c.as_likely[side]));
     let halving = mean(&|c| c.halving);
+    let considered = mean(&|c| c.considered);
     let error = (within.variance + between).sqrt();
-    Some(Coordinate { value, error, by_block: within.by_block, freedom, reach, as_likely, halving })
+    let by_block = within.by_block;
+    Some(Coordinate { value, error, by_block, freedom, reach, as_likely, halving, considered })
 }
 
 /// What the channels' own errors leave of a mean. Of channels with the same blocks, by what each block does to all of them; of others, as
@@ -77,6 +79,7 @@ mod tests {
             reach,
             as_likely: [0.0; 2],
             halving: 0.0,
+            considered: 0.0,
         }
     }
 

@@ -46,26 +46,56 @@ fn against_a_reference_what_has_moved_is_named_and_the_base_stays() {
     }
 }
 
-#[test]
-fn a_cause_that_another_has_made_needless_is_dropped() {
-    let (data, base) = channel(false);
-    let truth = with(&data, &base, "valve_lag", &[0.03]);
-    let mut channels = vec![measured(data.clone(), &truth, 1)];
-    let both = with(&data, &truth, "wall_compliance", &[0.001]);
-    let mut stages = settle(&mut channels, &[both], false);
-    let cause = |id: &str| Found {
+fn cause(id: &str, base: &Extended) -> Found {
+    Found {
         effect: crate::effects::catalogue::index_of(id).unwrap(),
         acts: vec![true],
-        before: vec![base.clone()],
+        without: vec![base.clone()],
         equivalent: Vec::new(),
         rivals: Vec::new(),
         gained: 1.0,
         p_value: 0.001,
         errors: None,
-    };
-    let mut causes = vec![cause("wall_compliance"), cause("valve_lag")];
-    eliminate(&mut channels, &mut stages, &mut causes, false);
+    }
+}
+
+/// One channel with `truth`, the stages of the base model and of `model` fitted to it, and what `eliminate` leaves of `causes`.
+fn eliminated(truth: &Extended, model: &Extended, mut causes: Vec<Found>) -> (Vec<Found>, Vec<ChannelStage>) {
+    let (data, base) = channel(false);
+    let mut channels = vec![measured(data, truth, 1)];
+    let first = settle(&mut channels, &[base], false);
+    let mut stages = settle(&mut channels, std::slice::from_ref(model), false);
+    eliminate(&mut channels, &first, &mut stages, &mut causes, false);
+    (causes, stages)
+}
+
+#[test]
+fn a_cause_that_another_has_made_needless_is_dropped() {
+    let (data, base) = channel(false);
+    let truth = with(&data, &base, "valve_lag", &[0.03]);
+    let both = with(&data, &truth, "wall_compliance", &[0.001]);
+    let (causes, stages) =
+        eliminated(&truth, &both, vec![cause("wall_compliance", &base), cause("valve_lag", &base)]);
     let left: Vec<&str> = causes.iter().map(|c| CATALOGUE[c.effect].id).collect();
     assert_eq!(left, ["valve_lag"]);
     assert_eq!(stages[0].model.effects.len(), 1);
+    // Alone, it adds to the base model.
+    assert!(causes[0].without[0].effects.is_empty() && causes[0].gained > 100.0, "{:?}", causes[0]);
+}
+
+#[test]
+fn each_cause_is_measured_beside_all_others_whatever_came_first() {
+    let (data, base) = channel(false);
+    let lag = with(&data, &base, "valve_lag", &[0.03]);
+    let truth = with(&data, &lag, "wall_compliance", &[0.1]);
+    let in_order = |ids: [&str; 2]| eliminated(&truth, &truth, ids.map(|id| cause(id, &base)).to_vec()).0;
+    let (one, other) =
+        (in_order(["valve_lag", "wall_compliance"]), in_order(["wall_compliance", "valve_lag"]));
+    assert_eq!((one.len(), other.len()), (2, 2));
+    for cause in &one {
+        let again = other.iter().find(|c| c.effect == cause.effect).unwrap();
+        assert_eq!((&again.without, again.gained), (&cause.without, cause.gained));
+        assert!(!cause.without[0].has(cause.effect) && cause.without[0].effects.len() == 1);
+        assert!(cause.gained > 100.0, "{cause:?}");
+    }
 }
