@@ -14,7 +14,7 @@ use crate::window::{NEXT, NOW, Window};
 
 const PA_PER_KPA: f64 = 1e3;
 
-/// Calls that bring everything that an effect keeps to its final size.
+/// Calls after which an effect keeps everything that it does not collect call by call.
 const CALLS_TO_SETTLE: usize = 3;
 
 /// The engine: the steps that a simulation with effects makes.
@@ -24,6 +24,8 @@ pub struct ExtendedEngine {
     effects: Vec<AnyEffect<f64>>,
     /// How many numbers each effect remembers once it has begun.
     counts: Vec<usize>,
+    /// Room for what one of them remembers.
+    kept: Vec<f64>,
     window: Window,
     /// Inputs with neighbours: some effects remember nothing without them.
     with_neighbours: Inputs,
@@ -89,6 +91,7 @@ impl ExtendedEngine {
         let mut engine = Self {
             noise_draw: controlled.map_or(0, |board| board.noise_draw),
             counts: Vec::new(),
+            kept: Vec::new(),
             part_s: step_s / parts as f64,
             effects,
             plant,
@@ -102,10 +105,19 @@ impl ExtendedEngine {
         engine.window.set(0.0, &engine.with_neighbours);
         for k in 0..engine.effects.len() {
             (0..CALLS_TO_SETTLE).for_each(|_| engine.begin(k));
-            let count = engine.count(k);
+            // A dead time collects a drive a call, until it spans as many as it is long.
+            let mut count = engine.count(k);
+            loop {
+                engine.begin(k);
+                match engine.count(k) {
+                    same if same == count => break,
+                    more => count = more,
+                }
+            }
             engine.counts.push(count);
             engine.effects[k].reset();
         }
+        engine.kept = vec![0.0; engine.counts.iter().copied().max().unwrap_or(0)];
         engine.window.set(0.0, nominal);
         Ok(engine)
     }
@@ -203,11 +215,14 @@ impl Engine for ExtendedEngine {
         into(self.window.set_point_before());
         self.state.values(&mut |value| into(*value));
         for k in 0..self.effects.len() {
-            if self.count(k) == self.counts[k] {
-                self.effects[k].memory(&mut |_, value| into(*value));
-            } else {
-                (0..self.counts[k]).for_each(|_| into(f64::NAN));
-            }
+            let mut missing = self.counts[k];
+            self.effects[k].memory(&mut |_, value| {
+                if missing > 0 {
+                    missing -= 1;
+                    into(*value);
+                }
+            });
+            (0..missing).for_each(|_| into(f64::NAN));
         }
     }
 
@@ -218,13 +233,26 @@ impl Engine for ExtendedEngine {
             if self.counts[k] == 0 {
                 continue;
             }
-            if self.count(k) != self.counts[k] {
-                self.window.set(0.0, &self.with_neighbours);
-                self.begin(k);
+            // What has not collected everything yet is followed by NaN.
+            let mut known = 0;
+            for (place, kept) in self.kept[..self.counts[k]].iter_mut().enumerate() {
+                *kept = from();
+                known = if kept.is_nan() { known } else { place + 1 };
             }
-            let mut begun = true;
+            if self.count(k) != known {
+                self.effects[k].reset();
+                self.window.set(0.0, &self.with_neighbours);
+                for _ in 0..self.counts[k] {
+                    if self.count(k) >= known {
+                        break;
+                    }
+                    self.begin(k);
+                }
+            }
+            let mut kept = self.kept[..known].iter();
+            let mut begun = known > 0;
             self.effects[k].memory(&mut |_, value| {
-                *value = from();
+                *value = kept.next().copied().unwrap_or(f64::NAN);
                 begun &= !value.is_nan();
             });
             if !begun {

@@ -95,6 +95,32 @@ fn a_restored_channel_goes_on_with_the_same_numbers() {
     });
 }
 
+/// A dead time spans many steps: what is on its way is part of the state, also before all of it has begun.
+#[test]
+fn what_is_on_its_way_comes_back() {
+    for driven in [Driven::Spool, Driven::Separate, Driven::Board] {
+        let mut file = extended(&mut generator(9), driven, 1, &["transport_delay"]);
+        for one in file.channels.values_mut() {
+            one.effects.get_mut("transport_delay").unwrap().insert("delay".to_owned(), 0.05);
+        }
+        let model = CalibratedModel::from(file);
+        for saved_after in [2, 7, 40_u32] {
+            let mut first = channel(&model, ID);
+            first.start(90.0, &inputs(&first, 0)).unwrap();
+            run(&mut first, 0..saved_after);
+            let mut state = vec![0.0; first.state_size()];
+            first.save(&mut state).unwrap();
+            let expected = run(&mut first, saved_after..saved_after + 40);
+            let mut never = channel(&model, ID);
+            for channel in [&mut first, &mut never] {
+                channel.restore(&state).unwrap();
+                let again = run(channel, saved_after..saved_after + 40);
+                assert_eq!(again, expected, "{driven:?} after {saved_after}");
+            }
+        }
+    }
+}
+
 #[test]
 fn nothing_allocates_after_creation() {
     each(|id, driven, model| {

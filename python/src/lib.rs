@@ -23,8 +23,8 @@ mod _pneudrive {
 
     #[pymodule_export]
     use crate::toolkit::{
-        Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, compare, diagnose,
-        effects, fit, load, model_parameters, simulate, simulate_batch,
+        Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, Stepper,
+        batch_gradient, compare, diagnose, effects, fit, load, model_parameters, simulate, simulate_batch,
     };
 
     #[pymodule_export]

@@ -1,6 +1,7 @@
 """Boards on a pty that keep what they were commanded last, and programs that drive them and end in some way.
 
-They understand both packet formats and have no command timeout. So they show how a program left them.
+They understand both packet formats, but know nothing of pages and sessions, and have no command timeout. So they show how a
+program left them.
 """
 
 import os
@@ -29,6 +30,22 @@ def crc_16_dnp(data):
 
 #: A checked answer with the values of its request differs from it by this in its CRC: the direction, `R` or `A`, is covered.
 ANSWER_CRC = crc_16_dnp(b"R" * 11) ^ crc_16_dnp(b"A" + b"R" * 10)
+
+
+def crc_of(words):
+    """What the spare bits of a checked packet's data words say, but for the four highest: its sequence number."""
+    bits = 0
+    for word in words[1:]:
+        bits = bits << 5 | word >> 10
+    return bits & 0xFFFF
+
+
+def fits(words):
+    """Whether it is an unchecked request, or a checked one whose CRC says so. A page request's CRC says something else."""
+    if max(words[1:]) <= 0x3FF:
+        return True
+    bare = [words[0], words[1] & ~(1 << 10)] + [word & 0x3FF for word in words[2:]]
+    return crc_of(words) == crc_16_dnp(b"R" + b"".join(word.to_bytes(2, "big") for word in bare))
 
 
 def answer(words):
@@ -66,6 +83,8 @@ class Boards:
                     continue
                 pending = pending[REQUEST_BYTES:]
                 counts = [word & 0x3FF for word in words[1:]]
+                if not fits(words):
+                    continue
                 if self.obeys(board, counts):
                     self.commands.append((board, counts))
                     os.write(self.master, answer(words))

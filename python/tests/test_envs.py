@@ -1,5 +1,7 @@
 """The Gymnasium environments are registered, seeded, what Gymnasium expects, and the same alone and in lockstep."""
 
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -19,6 +21,35 @@ def test_gymnasium_finds_it_by_name_and_its_checker_finds_nothing():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "make('pneudrive_py.envs:pneudrive/ContinuumJoint-v0', seconds=0.1)",
+        "make_vec('pneudrive_py.envs:pneudrive/ContinuumJoint-v0', num_envs=3, vectorization_mode='vector_entry_point')",
+    ],
+)
+def test_a_name_with_its_module_needs_no_import(call):
+    """Gymnasium 1.0 and later load no entry points of packages: the name has to say where it is."""
+    program = f"import gymnasium; print(gymnasium.{call}.reset(seed=1)[0].shape)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == ("(3, 10)" if "make_vec" in call else "(10,)")
+
+
+def test_every_episode_has_valves_of_its_own_and_a_seed_brings_them_back(fitted):
+    env = gymnasium.make(ID, seconds=0.1, parameters=fitted)
+    drawn = []
+    for seed in (1, None, 2, 1):
+        env.reset(seed=seed)
+        drawn.append(env.unwrapped.joints.parameters)
+    np.testing.assert_array_equal(drawn[0], drawn[3])
+    assert all(np.abs(drawn[0] - other).max() > 0 for other in drawn[1:3])
+    many = gymnasium.make_vec(ID, num_envs=50, vectorization_mode="vector_entry_point", parameters=fitted)
+    many.reset(seed=1)
+    gains = many.unwrapped.joints.parameters[:, 2]
+    assert len(set(gains)) == 200
 
 
 def test_filling_one_side_bends_the_joint_to_the_other():

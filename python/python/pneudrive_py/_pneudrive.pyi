@@ -5,13 +5,13 @@ The compiled part of `pneudrive_py`; import that.
 from _typeshed import SupportsGetItem
 from collections.abc import Iterator
 from numpy import bool_, float64
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 __version__: Final[str]
 
-__all__ = ["__version__", "_record", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
+__all__ = ["__version__", "_record", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "Stepper", "batch_gradient", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
 
 @final
 class Comparison:
@@ -1153,9 +1153,166 @@ class Simulation:
         Time of each row, s; float64 array of shape (rows,).
         """
 
+@final
+class Stepper:
+    """
+    Calibrated channels, simulated step by step: a plant for a controller, or a model that a controller looks ahead with.
+
+    A step is what ``simulate`` does between two rows of a recording, with the same numbers, effects of a diagnosis included. Each channel is
+    simulated for itself: what other channels do to it (``chamber_coupling``, ``sensor_crosstalk``, ``supply_sag`` by others) is left
+    out. It can be pickled and copied, uses no threads of its own, and may be used in a forked child.
+
+    Parameters
+    ----------
+    model : Parameters or ExtendedModel
+        Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``; one without a smooth correction.
+    channels : sequence of str, optional
+        Such as ``["b0c0", "b0c1"]``; by default all of the model's.
+    step_s : float, default 0.01
+        Length of a step, 1e-5 to 1 s; a whole number of the board's loops where a set point drives.
+    control : {"calibrated", "drive", "set_point"}, default "calibrated"
+        What a step is given: the valve's drive, or a set point that the board's loop inside follows (the model's rig needs
+        ``[controller]`` and ``[sensor]``); by default what drove the channel when it was calibrated.
+
+    Raises
+    ------
+    DataError
+        No such channel, or a step or a control that the model cannot have.
+    """
+    def __new__(cls, /, model: Parameters | ExtendedModel, *, channels: SupportsGetItem[int, str] | None = None, step_s: SupportsFloat | SupportsIndex = 0.01, control: str = "calibrated") -> Stepper: ...
+    def __reduce__(self, /) -> tuple[Any, tuple[bytes]]: ...
+    def __repr__(self, /) -> str: ...
+    @staticmethod
+    def _unpickle(state: bytes) -> Stepper: ...
+    @property
+    def channels(self, /) -> list[str]:
+        """
+        Names of the channels, in the order of all arrays.
+        """
+    @property
+    def control(self, /) -> str:
+        """
+        ``"calibrated"``, ``"drive"`` or ``"set_point"``.
+        """
+    @property
+    def drive(self, /) -> NDArray[float64]:
+        """
+        Drives of the valves in the last step, -1 to 1, fill minus vent of separate ones; float64 array of shape (channels,), NaN of the
+        linear model.
+        """
+    @property
+    def pressure_kpa(self, /) -> NDArray[float64]:
+        """
+        Pressures in the chambers, kPa gauge; float64 array of shape (channels,).
+        """
+    @property
+    def reading_kpa(self, /) -> NDArray[float64]:
+        """
+        What the boards report, kPa gauge; float64 array of shape (channels,).
+        """
+    def start(self, /, pressure_kpa: ArrayLike | None = None) -> None:
+        """
+        Begins at rest, at time 0.
+
+        Parameters
+        ----------
+        pressure_kpa : array_like of float, shape () or (channels,), default 0.0
+            kPa gauge.
+        """
+    @property
+    def state(self, /) -> NDArray[float64]:
+        """
+        The whole state, a float64 array of shape (n,): with it a stepper of the same model, channels, step and control goes on with the same
+        numbers.
+        """
+    @state.setter
+    def state(self, /, state: ArrayLike) -> None: ...
+    def step(self, /, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, set_point_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, volume_rate_m3_s: ArrayLike | None = None) -> NDArray[float64]:
+        """
+        Advances by a step over which the inputs hold.
+
+        Parameters
+        ----------
+        drive : array_like of float, shape () or (channels,), optional
+            Of spool valves, -1 (vent) to 1 (fill).
+        fill, vent : array_like of float, shape () or (channels,), optional
+            Of separate valves, 0 (closed) to 1 (open).
+        set_point_kpa : array_like of float, shape () or (channels,), optional
+            For channels that follow set points, kPa gauge. As on the bus, the board follows it from its second loop in the step on.
+        supply_kpa : array_like of float, shape () or (channels,), optional
+            Mean supply pressure over the step, kPa gauge; by default the rig's.
+        volume_m3 : array_like of float, shape () or (channels,), optional
+            Mean chamber volume over the step, m^3; by default the rig's, of the straight joint.
+        volume_rate_m3_s : array_like of float, shape () or (channels,), default 0.0
+            Its rate, m^3/s.
+
+        Returns
+        -------
+        numpy.ndarray of float64, shape (channels,)
+            Pressures in the chambers at the end of the step, kPa gauge.
+
+        Raises
+        ------
+        DataError
+            An input that is missing, not possible, or not used by any channel: nothing was advanced. A pressure that runs away: set
+            ``state`` to one of before, or ``start``.
+        """
+    @property
+    def step_s(self, /) -> float:
+        """
+        Length of a step, s.
+        """
+    @property
+    def time_s(self, /) -> float:
+        """
+        Time since the start, s.
+        """
+
 def _record(out: str | PathLike[str], rig_out: str | PathLike[str], *, seconds: SupportsFloat | SupportsIndex, rate_hz: SupportsFloat | SupportsIndex, channels: SupportsIndex, excitation: str, range_kpa: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], effects: SupportsGetItem[int, str], realistic: bool, drive: bool, open_loop: SupportsFloat | SupportsIndex | None, joints: bool, supply: bool, seed: SupportsIndex) -> int:
     """
     Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
+    """
+
+def batch_gradient(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, weights: ArrayLike, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, progress: Any | None = None) -> dict[str, NDArray[float64]]:
+    """
+    Differentiates a weighted sum of simulated pressures by everything that they follow from.
+
+    With ``pressure_kpa = simulate_batch(...)`` of the same arguments, these are the derivatives of ``(weights * pressure_kpa).sum()``. With
+    the derivatives of a loss by the pressures as weights they are those of the loss: one call, whatever the number of inputs. They are
+    exact for the discretised model (reverse accumulation), not differences.
+
+    Parameters
+    ----------
+    model : {"nonlinear", "parametric", "linear"}
+    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
+        As of ``simulate_batch``, like all that is not described here.
+    interval_s : float
+    weights : array_like of float, shape (), (rows,) or (chambers, rows)
+        Finite.
+    drive, fill, vent, command_kpa, supply_kpa, volume_m3, start_kpa : array_like of float, optional
+    rig : Rig or path, optional
+    controller : bool, default False
+        The converter's rounding of readings passes derivatives through; where the loop's drive is clipped they are 0.
+    substeps : int, default 1
+    progress : callable, optional
+        Called with (chambers done, chambers in all, what is being done).
+
+    Returns
+    -------
+    dict of str to numpy.ndarray of float64
+        ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
+        those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
+        sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
+        (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
+
+    Raises
+    ------
+    DataError
+        As ``simulate_batch``; weights that are not finite.
+
+    Notes
+    -----
+    Ports that close and flows that begin to choke have kinks; there the derivative is one of the two.
     """
 
 def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, models: SupportsGetItem[int, str] | None = None, fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, progress: Any | None = None) -> Comparison:
@@ -1350,7 +1507,7 @@ def simulate(recording: Recording, parameters: Parameters | ExtendedModel, *, ri
         The recording, the rig or the parameters lack something.
     """
 
-def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, progress: Any | None = None) -> Any:
+def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, dtype: DTypeLike | None = None, progress: Any | None = None) -> Any:
     """
     Simulates many chambers at once, each with parameters, inputs and a start of its own.
 
@@ -1384,13 +1541,17 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
     substeps : int, default 1
         Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000.
     sensitivities : bool, default False
-        Return derivatives, too. They are exact for the discretised model, not differences.
+        Return derivatives by the parameters, too. They are exact for the discretised model, not differences. ``batch_gradient`` has those
+        by everything else.
+    dtype : {numpy.float64, numpy.float32}, default numpy.float64
+        Of the result. In float32 the simulation itself is in single precision, about twice as fast: pressures are within 0.02 kPa of those
+        in float64 over 20,000 rows.
     progress : callable, optional
         Called with (parts done, parts in all, what is being done).
 
     Returns
     -------
-    pressure_kpa : numpy.ndarray of float64, shape (chambers, rows)
+    pressure_kpa : numpy.ndarray of ``dtype``, shape (chambers, rows)
         kPa gauge. Not finite where a simulation ran away.
     sensitivity : numpy.ndarray of float64, shape (chambers, rows, parameters), only with ``sensitivities``
         Derivatives of the pressures by the parameters, kPa per unit of the parameter.
@@ -1398,11 +1559,13 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
     Raises
     ------
     DataError
-        Shapes that do not fit, values that are not finite or not possible, something missing.
+        Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities`` or
+        ``controller``.
 
     Notes
     -----
     Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
     many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
-    of float64 are not copied: no other thread may change them meanwhile.
+    of float64, and of float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
     """
+

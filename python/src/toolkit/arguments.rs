@@ -3,6 +3,7 @@
 use super::expected::{Described, Expected, Names};
 use super::rig::Rig;
 use crate::errors;
+use pneudrive_capi::Control;
 use pneudrive_model::experiment::{ControllerUse, DriveKind, ModelKind, Objective, Split};
 use pneudrive_model::fit::{FitOptions, StartPressure};
 use pneudrive_model::model::FlowForm;
@@ -57,6 +58,11 @@ pub fn controller(word: &str) -> PyResult<ControllerUse> {
 pub fn drive(word: &str) -> PyResult<DriveKind> {
     use DriveKind::{Auto, Separate, Spool};
     choice("drive", word, &[("auto", Auto), ("spool", Spool), ("separate", Separate)])
+}
+
+pub fn control(word: &str) -> PyResult<Control> {
+    use Control::{AsCalibrated, Drive, SetPoint};
+    choice("control", word, &[("calibrated", AsCalibrated), ("drive", Drive), ("set_point", SetPoint)])
 }
 
 pub fn flow(word: &str) -> PyResult<FlowForm> {

@@ -18,9 +18,10 @@ mod recording;
 mod rig;
 mod shapes;
 mod simulation;
+mod stepping;
 mod work;
 
-pub use batch::{model_parameters, simulate_batch};
+pub use batch::{batch_gradient, model_parameters, simulate_batch};
 pub use catalogue::effects;
 pub use comparison::{Comparison, compare};
 pub use data_set::record_data_set;
@@ -32,3 +33,4 @@ pub use pool::imported;
 pub use recording::{Recording, load};
 pub use rig::Rig;
 pub use simulation::{Simulation, simulate};
+pub use stepping::Stepper;

@@ -2,10 +2,9 @@
 
 use crate::arrays::{Floats, floats, shape_text};
 use crate::errors;
-use numpy::PyUntypedArrayMethods;
-use pneudrive_model::rollout::BatchColumn;
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pneudrive_model::rollout::{BatchColumn, BatchValues};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::ops::{Deref, Range};
 
 /// Numbers row by row, where NumPy has them if possible: to copy a large array takes a tenth of the time of its simulation.
@@ -27,10 +26,29 @@ impl Deref for Values<'_> {
     }
 }
 
+/// Numbers in the precision that they came in.
+enum Precise<'py> {
+    Double(Values<'py>),
+    /// A contiguous array of shape (chambers, rows).
+    Single(PyReadonlyArrayDyn<'py, f32>),
+}
+
+impl Precise<'_> {
+    fn view(&self) -> BatchValues<'_> {
+        match self {
+            Self::Double(values) => BatchValues::Double(values),
+            // Only contiguous arrays are kept.
+            Self::Single(array) => BatchValues::Single(array.as_slice().unwrap_or_default()),
+        }
+    }
+}
+
 /// A quantity of every chamber at every row; where it does not depend on one of them, it is kept once.
 pub struct Field<'py> {
     name: &'static str,
-    values: Values<'py>,
+    values: Precise<'py>,
+    /// As it was given.
+    shape: Vec<usize>,
     chambers: usize,
     rows: usize,
     /// What the values must be within, as far as that has not been looked at.
@@ -41,7 +59,7 @@ pub struct Field<'py> {
 /// A [`Field`] as other threads may see it.
 #[derive(Clone, Copy)]
 pub struct FieldView<'a> {
-    values: &'a [f64],
+    values: BatchValues<'a>,
     chambers: usize,
     rows: usize,
     range: Option<[f64; 2]>,
@@ -50,7 +68,8 @@ pub struct FieldView<'a> {
 impl<'py> Field<'py> {
     /// One value for all.
     pub fn constant(name: &'static str, value: f64) -> Self {
-        Self { name, values: Values::Own(vec![value]), chambers: 1, rows: 1, range: None, unit: "" }
+        let values = Precise::Double(Values::Own(vec![value]));
+        Self { name, values, shape: vec![], chambers: 1, rows: 1, range: None, unit: "" }
     }
 
     /// An array of shape (), (rows,) or (chambers, rows), whose values are to be finite and within `range`.
@@ -60,7 +79,7 @@ impl<'py> Field<'py> {
         range: [f64; 2],
         unit: &'static str,
     ) -> PyResult<Self> {
-        let (shape, values) = numbers(name, object)?;
+        let (shape, values) = precise_numbers(name, object)?;
         let (chambers, rows) = match shape[..] {
             [] => (1, 1),
             [rows] => (1, rows),
@@ -72,19 +91,23 @@ impl<'py> Field<'py> {
                 )));
             }
         };
-        Ok(Self { name, values, chambers, rows, range: Some(range), unit })
+        Ok(Self { name, values, shape, chambers, rows, range: Some(range), unit })
     }
 
     /// Whether all values are within the range. What a column of the batch is made of is looked at there.
     pub fn check(&self) -> PyResult<()> {
-        let Self { name, values, chambers, rows, range, unit } = self;
+        let Self { name, chambers, rows, range, unit, .. } = self;
         let Some([low, high]) = range else { return Ok(()) };
-        let Some(at) = values.iter().position(|value| !(value >= low && value <= high)) else {
-            return Ok(());
+        let wrong = |value: f64| !(value >= *low && value <= *high);
+        let found = match self.values.view() {
+            BatchValues::Double(values) => values.iter().copied().enumerate().find(|(_, v)| wrong(*v)),
+            BatchValues::Single(values) => {
+                values.iter().map(|v| f64::from(*v)).enumerate().find(|(_, v)| wrong(*v))
+            }
         };
+        let Some((at, value)) = found else { return Ok(()) };
         Err(errors::unusable(format!(
-            "{name} is {} at row {}{}; it must be {low} to {high} {unit}",
-            values[at],
+            "{name} is {value} at row {}{}; it must be {low} to {high} {unit}",
             at % rows,
             if *chambers > 1 { format!(" of chamber {}", at / rows) } else { String::new() },
         )))
@@ -97,29 +120,48 @@ impl<'py> Field<'py> {
 
     /// Something of each row and the one after it (of the last row: of itself twice).
     pub fn pairwise(&self, combine: impl Fn(f64, f64) -> f64) -> Self {
-        let of_one = |values: &[f64]| -> Vec<f64> {
-            let next = values.iter().skip(1).chain(values.last());
-            values.iter().zip(next).map(|(here, there)| combine(*here, *there)).collect()
+        let of_one = |chamber: usize| {
+            let view = self.view();
+            let at = move |row: usize| view.of(chamber, row);
+            (0..self.rows).map(move |row| (at(row), at((row + 1).min(self.rows - 1))))
         };
-        let values = self.values.chunks(self.rows).flat_map(of_one).collect();
-        Self { values: Values::Own(values), range: None, ..*self }
+        let pairs = (0..self.chambers).flat_map(of_one);
+        let values = pairs.map(|(here, there)| combine(here, there)).collect();
+        Self { values: Precise::Double(Values::Own(values)), shape: self.shape.clone(), range: None, ..*self }
+    }
+
+    /// The shape that it was given in.
+    pub fn shape(&self) -> &[usize] {
+        &self.shape
     }
 
     /// The same for other threads.
     pub fn view(&self) -> FieldView<'_> {
-        FieldView { values: &self.values, chambers: self.chambers, rows: self.rows, range: self.range }
+        let Self { chambers, rows, range, .. } = *self;
+        FieldView { values: self.values.view(), chambers, rows, range }
     }
 }
 
 impl<'a> FieldView<'a> {
+    /// The value of a chamber at a row.
+    pub fn of(&self, chamber: usize, row: usize) -> f64 {
+        let chamber = if self.chambers == 1 { 0 } else { chamber };
+        let at = chamber * self.rows + if self.rows == 1 { 0 } else { row };
+        match self.values {
+            BatchValues::Double(values) => values[at],
+            BatchValues::Single(values) => f64::from(values[at]),
+        }
+    }
+
     /// It as an input of some of the chambers.
     pub fn column(&self, chambers: &Range<usize>) -> BatchColumn<'a> {
         let (from, to) = (chambers.start * self.rows, chambers.end * self.rows);
-        let column = match (self.chambers, self.rows) {
-            (1, 1) => BatchColumn::constant(self.values[0]),
-            (1, _) => BatchColumn::per_row(self.values),
-            (_, 1) => BatchColumn::per_job(&self.values[from..to]),
-            _ => BatchColumn::per_job_and_row(&self.values[from..to]),
+        let column = match (self.values, self.chambers, self.rows) {
+            (BatchValues::Double(values), 1, 1) => BatchColumn::constant(values[0]),
+            (BatchValues::Double(values), 1, _) => BatchColumn::per_row(values),
+            (BatchValues::Double(values), _, 1) => BatchColumn::per_job(&values[from..to]),
+            (BatchValues::Double(values), _, _) => BatchColumn::per_job_and_row(&values[from..to]),
+            (BatchValues::Single(values), _, _) => BatchColumn::per_job_and_row(&values[from..to]),
         };
         self.range.map_or(column, |range| column.within(range))
     }
@@ -169,76 +211,16 @@ pub fn joint(chambers: &mut Extent, rows: &mut Extent, fields: &[&Field<'_>]) ->
     Ok(())
 }
 
-/// Parameters of every chamber.
-#[derive(Debug)]
-pub struct ParameterTable {
-    values: Vec<f64>,
-    width: usize,
-}
-
-impl ParameterTable {
-    /// An array of shape (parameters,) or (chambers, parameters), or a dictionary from all of `names` to arrays of shape () or
-    /// (chambers,).
-    pub fn extract(object: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Self> {
-        let width = names.len();
-        let values = match object.cast::<PyDict>() {
-            Ok(dict) => from_dict(dict, names)?,
-            Err(_) => {
-                let (shape, values) = numbers("parameters", object)?;
-                match shape[..] {
-                    [last] | [_, last] if last == width => values.to_vec(),
-                    _ => {
-                        return Err(errors::unusable(format!(
-                            "parameters has shape {}; expected ({width},) or (chambers, {width}): {}",
-                            shape_text(&shape),
-                            names.join(", ")
-                        )));
-                    }
-                }
-            }
-        };
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-            let (name, value) = (&names[at % width], values[at]);
-            return Err(errors::unusable(format!("parameter {name} of chamber {} is {value}", at / width)));
-        }
-        Ok(Self { values, width })
+/// As [`numbers`], but an array of float32 with a row and a chamber of its own for each value stays what it is.
+fn precise_numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<(Vec<usize>, Precise<'py>)> {
+    if let Ok(array) = object.extract::<PyReadonlyArrayDyn<'py, f32>>()
+        && array.is_c_contiguous()
+        && matches!(*array.shape(), [chambers, rows] if chambers > 1 && rows > 1)
+    {
+        return Ok((array.shape().to_vec(), Precise::Single(array)));
     }
-
-    pub fn chambers(&self) -> usize {
-        self.values.len() / self.width
-    }
-
-    /// The parameters of a chamber.
-    pub fn of(&self, chamber: usize) -> &[f64] {
-        let chamber = if self.chambers() == 1 { 0 } else { chamber };
-        &self.values[chamber * self.width..][..self.width]
-    }
-}
-
-fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<Vec<f64>> {
-    let given: Vec<String> = dict.keys().extract().map_err(|error| {
-        errors::instead_of(dict.py(), error, || errors::unusable("names of parameters are texts"))
-    })?;
-    if let Some(unknown) = given.iter().find(|name| !names.contains(name)) {
-        return Err(errors::unusable(format!("no parameter {unknown}; there is {}", names.join(", "))));
-    }
-    let mut columns = Vec::with_capacity(names.len());
-    let mut chambers = Extent::new("chambers");
-    for name in names {
-        let value = dict.get_item(name)?;
-        let value = value.ok_or_else(|| errors::unusable(format!("parameter {name} is missing")))?;
-        let (shape, values) = numbers(name, &value)?;
-        if shape.len() > 1 {
-            return Err(errors::unusable(format!(
-                "parameter {name} has shape {}; expected () or (chambers,)",
-                shape_text(&shape)
-            )));
-        }
-        chambers.join("a parameter", values.len())?;
-        columns.push(values);
-    }
-    let at = |column: &[f64], chamber: usize| column[if column.len() == 1 { 0 } else { chamber }];
-    Ok((0..chambers.number()).flat_map(|chamber| columns.iter().map(move |c| at(c, chamber))).collect())
+    let (shape, values) = numbers(name, object)?;
+    Ok((shape, Precise::Double(values)))
 }
 
 /// Shape and values, row by row, of whatever NumPy can make a float array of.
