@@ -5,14 +5,17 @@
 //! $ cargo run -p system-tests --example fault_table -- --write  # and puts it into docs/reliability.md
 //! ```
 //!
-//! `--only TEXT` runs the faults whose name contains it. Virtual time and fixed seeds: equal code gives an equal table.
+//! `--only TEXT` runs the faults whose name contains it, `--strangers` the second table alone. Virtual time and fixed seeds: equal code gives an equal table.
 
 use pneudrive_host::bus::FrameMode;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
-use system_tests::fault_table::{Boards, Case, HEADER, Setting, cases, row, run, written_into};
+use system_tests::fault_table::{
+    Boards, Case, HEADER, STRANGERS_HEADER, Setting, Speech, Stranger, cases, meet, row, run, strangers_row,
+    strangers_written_into, written_into,
+};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -24,12 +27,28 @@ fn main() -> ExitCode {
         .filter(|(_, case)| wanted(case))
         .map(|(boards, case)| (boards, *case))
         .collect();
+    let strangers = STRANGERS_HEADER.to_owned() + &strangers_rows();
+    print!("{strangers}");
+    let write_it = arguments.iter().any(|argument| argument == "--write");
+    if arguments.iter().any(|argument| argument == "--strangers") {
+        return if write_it {
+            write(|text| strangers_written_into(text, &strangers))
+        } else {
+            ExitCode::SUCCESS
+        };
+    }
     let table = HEADER.to_owned() + &made_by_all_cores(&rows).concat();
     print!("{table}");
-    if arguments.iter().any(|argument| argument == "--write") {
-        return write(&table);
+    if write_it {
+        return write(|text| written_into(&strangers_written_into(text, &strangers)?, &table));
     }
     ExitCode::SUCCESS
+}
+
+fn strangers_rows() -> String {
+    let row =
+        |stranger| strangers_row(stranger, Boards::Native, &Speech::ALL.map(|speech| meet(stranger, speech)));
+    Stranger::ALL.map(row).concat()
 }
 
 /// The rows' text, in order.
@@ -39,7 +58,7 @@ fn made_by_all_cores(rows: &[(Boards, Case)]) -> Vec<String> {
     let work = || {
         while let Some(&(boards, case)) = rows.get(next.fetch_add(1, Ordering::Relaxed)) {
             let [unchecked, checked] = [FrameMode::Unchecked, FrameMode::Checked]
-                .map(|frames| run(Setting { boards, frames, case }));
+                .map(|frames| run(Setting { boards, frames, sessions: false, case }));
             let row = row(case, boards, &unchecked, &checked);
             let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);
             if let Some(place) = rows.iter().position(|other| *other == (boards, case)) {
@@ -56,11 +75,11 @@ fn made_by_all_cores(rows: &[(Boards, Case)]) -> Vec<String> {
     made.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn write(table: &str) -> ExitCode {
+fn write(renewed: impl Fn(&str) -> Option<String>) -> ExitCode {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability.md");
     let written = std::fs::read_to_string(&page)
         .map_err(|error| error.to_string())
-        .and_then(|text| written_into(&text, table).ok_or_else(|| "it has no place for the table".to_owned()))
+        .and_then(|text| renewed(&text).ok_or_else(|| "it has no place for the table".to_owned()))
         .and_then(|text| std::fs::write(&page, text).map_err(|error| error.to_string()));
     match written {
         Ok(()) => ExitCode::SUCCESS,

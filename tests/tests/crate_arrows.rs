@@ -27,7 +27,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-chip", &[]),
     ("pneudrive-model", &["pneudrive-rig"]),
     ("pneudrive-capi", &["pneudrive-model"]),
-    ("pneudrive_py", &["pneudrive-host", "pneudrive-model", "pneudrive-protocol", "pneudrive-sim"]),
+    (
+        "pneudrive_py",
+        &["pneudrive-capi", "pneudrive-host", "pneudrive-model", "pneudrive-protocol", "pneudrive-sim"],
+    ),
     ("pneudrive-ros", &["pneudrive-host", "pneudrive-protocol", "pneudrive-sim"]),
     (
         "system-tests",

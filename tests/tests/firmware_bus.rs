@@ -3,8 +3,12 @@
 //! `cargo test -p system-tests --test firmware_bus -- --nocapture` prints the figures that docs/firmware.md states.
 
 use pneudrive_chip::{Level, LineErrors, Ticks};
+use pneudrive_protocol::pages::{PageEntry, SessionOffer};
 use pneudrive_protocol::pulse::{Parts, pulse};
-use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Sequence};
+use pneudrive_protocol::{
+    Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, Heard, PageRequest, RequestNumber,
+    Sequence, Session,
+};
 use system_tests::chip_bench::{Answer, BUS, CHARACTER, ChipBench, DRIVER_ENABLE, packet};
 
 /// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its first start bit.
@@ -93,6 +97,29 @@ fn so_do_checked_answers() {
     let answer = bench.exchange_bytes(&request.encode(Direction::Request)).map(|answer| answer.bytes());
     let answer = CheckedPacket::decode(&answer.unwrap_or_default(), Direction::Answer);
     assert_eq!(answer, Ok(request), "at 102 counts, as commanded");
+}
+
+/// In a session every request has another CRC, which the board has to know by then.
+#[test]
+fn so_do_answers_in_a_session() {
+    let mut bench = ChipBench::booted(3);
+    let address = Address::of_board(3);
+    let ping = CheckedPacket { packet: packet(3, [102; 4]), sequence: Sequence::new(9) };
+    assert!(bench.exchange_bytes(&ping.encode(Direction::Request)).is_some(), "the ping");
+    let asked = PageRequest::new(address, PageEntry::Session(7), Sequence::new(10));
+    let answer = bench.exchange_bytes(&asked.encode()).map(|answer| answer.bytes()).unwrap_or_default();
+    let mut ear = AnswerDecoder::for_page(asked, Echo::Absent);
+    let heard = answer.into_iter().filter_map(|byte| ear.push(byte)).last();
+    let Some(Heard::Answer(words)) = heard else { panic!("no session: {heard:?}") };
+    let Some(SessionOffer::Number(number)) = SessionOffer::from_entry(words) else { panic!("{words:?}") };
+    let session = Session::new(address, number);
+    let delays = delays(&mut bench, |n| {
+        let number = RequestNumber::new(n + 1);
+        let packet = packet(3, [1 + n as u16 % 1000; 4]);
+        CheckedPacket { packet, sequence: number.sequence() }
+            .encode_sealed(Direction::Request, session.seal(number))
+    });
+    report("in a session", &delays);
 }
 
 /// A host puts a byte 0x00 before a request where the byte before was 0xFF: alone, or (adapters may do that) in one run with it.

@@ -24,12 +24,13 @@ fn last(bench: &ChipBench) -> Option<PostMortem> {
     PostMortem::from_words(&std::array::from_fn(word))
 }
 
-/// Runs on until the boot after the next reset (less than 100 ms: the crystal is on), and gives the record with the time of that reset.
+/// Runs on until the boot after the next reset (131 ms, most of it the copy of the program to RAM), and gives the record with the time of
+/// that reset.
 fn after_reset(bench: &mut ChipBench) -> (PostMortem, Ticks) {
     let resets = bench.chip.resets().len();
     bench.run_until_seen(MS * 400, |bench| bench.chip.resets().len() > resets);
     let at = bench.chip.resets()[resets].at;
-    bench.run(MS * 110);
+    bench.run(MS * 150);
     (last(bench).unwrap_or_else(|| panic!("nothing is known")), at)
 }
 

@@ -310,4 +310,6 @@ def test_names_and_unit_of_the_rig_file_have_room(start, visit, tmp_path, size):
         return right > chamber.querySelector("canvas").getBoundingClientRect().left + 1;
     }).map((chamber) => chamber.dataset.chamber)""")
     assert covered == []
+    # The armed board's sliders and what the others read are on the screen together.
+    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
     picture(page, f"names-{size[0]}")

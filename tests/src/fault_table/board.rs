@@ -1,5 +1,5 @@
 use super::truth::{SharedTruth, Words};
-use pneudrive_protocol::{Address, Direction, PACKET_LEN};
+use pneudrive_protocol::{Address, Asked, PACKET_LEN, RequestDecoder};
 use pneudrive_sim::bus::{Air, BusNode, Character, Heard};
 use std::collections::VecDeque;
 
@@ -43,10 +43,15 @@ impl SpiedBoard {
         let request = bytes.windows(PACKET_LEN).zip(self.heard.iter().skip(PACKET_LEN - 1)).rev().find_map(
             |(window, &(ended_ns, _))| {
                 let fits = Self::TURNAROUND_NS.contains(&at_ns.saturating_sub(ended_ns));
-                let words = Words::of(window.try_into().ok()?, Direction::Request)?;
-                (fits && words.packet.address == address).then_some(words)
+                let words = Words::of(window.try_into().ok()?)?;
+                (fits && words.packet.address == address).then_some((words, is_page(address, window)))
             },
         );
+        // A page request commands nothing.
+        if request.is_some_and(|(_, is_page)| is_page) {
+            return;
+        }
+        let request = request.map(|(words, _)| words);
         self.truth.lock().board_obeys(self.index, at_ns, request);
     }
 
@@ -59,12 +64,17 @@ impl SpiedBoard {
         self.answer_ends_ns = character.start_ns + Self::CHARACTER_NS;
         self.answer.push(character.byte);
         let Ok(bytes) = <&[u8; PACKET_LEN]>::try_from(self.answer.as_slice()) else { return };
-        let said = Words::of(bytes, Direction::Answer);
+        let said = Words::of(bytes);
         self.answer.clear();
         if let Some(words) = said {
             self.truth.lock().board_says(self.index, self.answer_begins_ns, words.packet.values);
         }
     }
+}
+
+fn is_page(address: Address, bytes: &[u8]) -> bool {
+    let mut decoder = RequestDecoder::new(address);
+    matches!(bytes.iter().filter_map(|&byte| decoder.push(byte)).last(), Some(Asked::Page(_)))
 }
 
 impl BusNode for SpiedBoard {

@@ -7,24 +7,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The host's line, with somebody listening at the host's end of it.
 #[derive(Debug)]
-pub struct TappedLine {
-    line: VirtualBus,
+pub struct TappedLine<L = VirtualBus> {
+    line: L,
     truth: SharedTruth,
 }
 
-impl TappedLine {
+impl<L> TappedLine<L> {
     /// Notes in `truth` what is sent on `line`.
-    pub fn new(line: VirtualBus, truth: SharedTruth) -> Self {
+    pub fn new(line: L, truth: SharedTruth) -> Self {
         Self { line, truth }
     }
 
     /// The bus behind it.
-    pub fn bus(&self) -> &VirtualBus {
+    pub fn bus(&self) -> &L {
         &self.line
     }
 }
 
-impl Line for TappedLine {
+impl<L: Line> Line for TappedLine<L> {
     fn now_ns(&self) -> u64 {
         self.line.now_ns()
     }

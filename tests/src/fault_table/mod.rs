@@ -16,10 +16,12 @@ mod cases;
 mod host;
 mod page;
 mod run;
+mod strangers;
 mod truth;
 
 pub use cases::{Case, cases};
 pub use host::{NewEveryCycle, TappedLine};
 pub use page::{HEADER, row, written_into};
-pub use run::{Boards, Outcome, Setting, faulty_rig, run};
+pub use run::{Boards, Outcome, Setting, faulty_rig, meet, run};
+pub use strangers::{Met, STRANGERS_HEADER, Speech, Stranger, strangers_row, strangers_written_into};
 pub use truth::{SharedTruth, Truth};

@@ -4,6 +4,7 @@ use super::Case;
 use super::air::Waves;
 use super::board::SpiedBoard;
 use super::host::{Believer, NewEveryCycle, TappedLine};
+use super::strangers::{LineWithStranger, Met, Speech, Stranger};
 use super::truth::SharedTruth;
 use crate::firmware;
 use crate::virtual_bus::VirtualBus;
@@ -49,6 +50,8 @@ pub struct Setting {
     pub boards: Boards,
     /// In which packets the host speaks.
     pub frames: FrameMode,
+    /// Whether it asks the boards for sessions.
+    pub sessions: bool,
     /// What goes wrong.
     pub case: Case,
 }
@@ -88,9 +91,13 @@ pub fn run(setting: Setting) -> Outcome {
     let mut rig = rig(setting, &truth);
     rig.run_until(START_NS);
     let line = TappedLine::new(VirtualBus::new(rig), truth.clone());
-    let bus =
-        Bus::new(line, BusOptions { frames: setting.frames, echo: echo(kind), ..BusOptions::default() })
-            .unwrap();
+    let options = BusOptions {
+        frames: setting.frames,
+        sessions: setting.sessions,
+        echo: echo(kind),
+        ..BusOptions::default()
+    };
+    let bus = Bus::new(line, options).unwrap();
     let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
     let (believer, silences) = Believer::new(truth.clone());
@@ -116,6 +123,37 @@ pub fn run(setting: Setting) -> Outcome {
         oldest_command_ns: truth.oldest_command_ns(),
         struck,
     }
+}
+
+/// Two native boards, polled at 1 kHz for 10 s, while a stranger speaks.
+///
+/// # Panics
+/// The line failed, which a virtual one does not.
+pub fn meet(stranger: Stranger, speech: Speech) -> Met {
+    let truth = SharedTruth::new(usize::from(DEVICES));
+    let mut rig = faulty_rig(DEVICES, &[], &truth);
+    rig.run_until(START_NS);
+    let line = LineWithStranger::new(VirtualBus::new(rig), stranger, speech.frames);
+    let line = TappedLine::new(line, truth.clone());
+    let options = BusOptions {
+        frames: speech.frames,
+        sessions: speech.sessions,
+        echo: EchoMode::Known(Echo::Absent),
+        ..BusOptions::default()
+    };
+    let bus = Bus::new(line, options).unwrap();
+    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
+    let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
+    let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), Vec::new());
+    while polling.bus_mut().line().now_ns() < START_NS + 10_000_000_000 {
+        let due = polling.next_cycle_ns();
+        polling.bus_mut().line_mut().sleep_until(due);
+        polling.cycle().unwrap();
+    }
+    let struck = polling.bus_mut().line().bus().struck;
+    let statistics = polling.finish();
+    let wrong_commands = truth.lock().wrong_commands();
+    Met { struck, tried: statistics.exchanges, lost: statistics.lost, wrong_commands }
 }
 
 fn rig(setting: Setting, truth: &SharedTruth) -> bus::Bus {

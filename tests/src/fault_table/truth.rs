@@ -1,4 +1,4 @@
-use pneudrive_protocol::{CHANNELS, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence};
+use pneudrive_protocol::{Address, CHANNELS, Counts, PACKET_LEN, Packet, Sequence};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -43,12 +43,19 @@ pub(super) struct Words {
 }
 
 impl Words {
-    pub(super) fn of(bytes: &[u8; PACKET_LEN], direction: Direction) -> Option<Self> {
+    /// By the form alone: the CRC of a packet in a session fits only for who knows the session.
+    pub(super) fn of(bytes: &[u8; PACKET_LEN]) -> Option<Self> {
         if let Ok(packet) = Packet::decode(bytes) {
             return Some(Self { packet, sequence: None });
         }
-        let checked = CheckedPacket::decode(bytes, direction).ok()?;
-        Some(Self { packet: checked.packet, sequence: Some(checked.sequence) })
+        let mut words = bytes.as_chunks::<2>().0.iter().map(|word| u16::from_be_bytes(*word));
+        let address = Address::from_word(words.next()?)?;
+        let data: [u16; CHANNELS] = words.collect::<Vec<_>>().try_into().ok()?;
+        if data.iter().any(|word| word & 0x8000 != 0) {
+            return None;
+        }
+        let packet = Packet { address, values: data.map(|word| Counts::saturating(word & 0x3FF)) };
+        Some(Self { packet, sequence: Some(Sequence::new((data[0] >> 11) as u8)) })
     }
 }
 
@@ -79,7 +86,7 @@ impl Truth {
 
     /// The host sends a request.
     pub(super) fn host_sends(&mut self, at_ns: u64, bytes: &[u8]) {
-        let words = bytes.try_into().ok().and_then(|bytes| Words::of(bytes, Direction::Request));
+        let words = bytes.try_into().ok().and_then(Words::of);
         let Some(words) = words else { return };
         if let Some(board) = self.boards.get_mut(usize::from(words.packet.address.board())) {
             board.sent.push_back(Sent { at_ns, words });

@@ -45,7 +45,7 @@ fn line(script: &[u8]) -> Vec<u8> {
     line
 }
 
-/// Every byte is in a packet, discarded, or waiting.
+/// Every byte is in a packet, in ten whose CRC fitted nothing, discarded, or waiting; of such ten, up to nine have not been counted yet.
 #[test]
 fn the_frame_finder() {
     check!().with_iterations(20_000).with_generator(scripts(160)).for_each(|script: &Vec<u8>| {
@@ -56,7 +56,9 @@ fn the_frame_finder() {
             packets += usize::from(finder.push(byte).is_some());
             let statistics = finder.statistics();
             assert_eq!(statistics.packets as usize, packets);
-            assert_eq!(10 * packets + statistics.discarded_bytes as usize + finder.pending(), bytes);
+            let tens = packets + statistics.unverified as usize;
+            let counted = 10 * tens + statistics.discarded_bytes as usize + finder.pending();
+            assert!(counted <= bytes && bytes - counted < 10, "{counted} of {bytes}: {statistics:?}");
             assert!(finder.pending() < 10);
         }
     });
@@ -83,6 +85,7 @@ fn the_boards_ear() {
             let sent = match request.format {
                 Format::Unchecked => packet.encode(),
                 Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Request),
+                Format::Sealed(_) => panic!("no session was offered"),
             };
             assert_eq!(heard[heard.len() - 10..], sent);
         }

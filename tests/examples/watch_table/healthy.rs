@@ -1,0 +1,46 @@
+//! False alarms of healthy rigs.
+
+use std::ops::Range;
+
+use pneudrive_model::watch::{WatchEvent, WatchSettings};
+
+use super::rig::Kind;
+
+/// Watches a rig of each seed; prints every false alarm and, in the end, their rate.
+pub fn run(kind: Kind, seeds: Range<u64>, hours: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = WatchSettings::default();
+    let (mut watched_h, mut alarms) = (0.0, 0_u32);
+    for seed in seeds {
+        let model = kind.calibrated(seed, folder.path());
+        let mut watcher = kind.watcher(&model, settings);
+        let (mut learnt_s, mut largest) = (Vec::new(), 0.0_f64);
+        for row in kind.rows(seed, 3600.0 * hours, &[]) {
+            watcher.take(kind.sample(&row), &mut |event| match event {
+                WatchEvent::Learnt(learnt) => learnt_s.push(learnt.t_s),
+                WatchEvent::Changed(change) => {
+                    alarms += 1;
+                    let best = change.explanations.first().map(|e| (e.effect, e.value, e.probability));
+                    println!(
+                        "rig {seed}, {} at {:.0} s since {:.0} s, {:.1}: {best:?}",
+                        change.channel, change.t_s, change.since_s, change.statistic
+                    );
+                }
+            });
+            if row.t_s.fract() == 0.0 {
+                largest = largest.max(watcher.statistic());
+            }
+        }
+        let began = learnt_s.iter().copied().fold(0.0, f64::max);
+        watched_h += (hours - began / 3600.0).max(0.0);
+        println!(
+            "rig {seed}: watched from {began:.0} s on; largest statistic {largest:.1}; so far {watched_h:.1} h, {alarms} false alarms"
+        );
+    }
+    let most = super::poisson_upper95(alarms);
+    println!(
+        "{watched_h:.1} h of rigs of {} channels, {alarms} false alarms: at least {:.0} h between them (95 %, exact Poisson)",
+        kind.channels,
+        watched_h / most
+    );
+}
