@@ -1,76 +1,49 @@
 //! Diagnosis: what the simulation gets wrong, why, and what modelling it gains.
 //!
 //! ```text
-//! recording, rig -> prepare (channels, blocks) -> base (fitted first) -> search
-//!     search: gate (scores of the whole catalogue) -> candidate (refits) -> stage, again until nothing passes
-//! -> outcome (gain on test blocks, intervals, unexplained rest) -> experiment (what would settle a tie)
-//! -> report.json, report.html, extended.toml, next_experiment.csv
+//! recording, rig
+//!   -> preconditions   channels with inputs, blocks and noise; can the recording carry a diagnosis?
+//!   -> estimation      the base model of every channel, fitted by the likelihood
+//!   -> screening       a score test of the whole catalogue
+//!   -> selection       candidates refitted, the best named, again until nothing passes
+//!   -> greybox         the catalogue by a filter's likelihood, where the base model is no description
+//!   -> discrepancy     what is left, what it depends on, a smooth model of it
+//!   -> inference       intervals of sizes
+//!   -> report, design  report.json, report.html, extended.toml; next_experiment.csv
 //! ```
+//!
+//! Below all of them lie `channel` (what is simulated) and `likelihood` (how residuals are weighed). Imports go one way only: a folder
+//! uses those above it in this list, and these two.
 
-mod adequacy;
-mod adopt;
-mod afresh;
-mod base;
-mod beside;
-mod blocks;
-mod borrow;
-mod candidate;
-mod causes;
 mod channel;
-mod check;
-mod chord;
-mod common;
-mod correction;
-mod dependence;
-mod disturbance;
-mod earned;
-mod effect_fit;
+mod design;
+mod discrepancy;
 mod error;
-mod experiment;
-mod extended;
-mod fit;
-mod found;
-mod gain;
-mod gate;
-mod hunting;
-mod interval;
+mod estimation;
+mod greybox;
+mod holdout;
+mod inference;
 pub mod json;
 mod likelihood;
-mod losses;
-mod neighbours;
-mod noise;
-mod octaves;
 pub mod page;
-mod prepare;
-mod probe;
-mod random;
-mod rest;
-mod ripple;
-mod round;
+mod preconditions;
+mod report;
+mod resampling;
+mod rollout_errors;
 mod run;
-mod search;
-mod secant;
+mod screening;
+mod selection;
 mod simulation;
-mod stage;
-mod steps;
 #[cfg(test)]
 mod testing;
-mod validate;
-mod verdict;
-mod whiten;
-mod worth;
 
-pub use blocks::{Block, Role};
-pub use channel::{ChannelData, Extended};
-pub use correction::Correction;
-pub use dependence::{Dependence, Variable};
+pub use channel::{Block, ChannelData, Correction, Extended, Role, Variable};
+pub use design::{Excitation, NOTHING, Plan, TRAJECTORY_FILE};
+pub use discrepancy::Dependence;
 pub use error::DiagnosisError;
-pub use experiment::{Excitation, NOTHING, Plan, TRAJECTORY_FILE};
-pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA};
-pub use found::{Found, Withheld};
-pub use prepare::{Purpose, prepare, prepare_for};
-pub use round::Considered;
+pub use estimation::ChannelStage;
+pub use preconditions::{Purpose, prepare, prepare_for};
+pub use report::{EXTENDED_SCHEMA, ExtendedChannel, ExtendedFile};
 pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose};
-pub use search::{Outcome, Progress, search};
+pub use selection::{Considered, Found, Outcome, Progress, Withheld, search};
 pub use simulation::{SimulatedChannel, simulate_extended};
-pub use stage::ChannelStage;

@@ -1,29 +1,22 @@
 //! A whole diagnosis: from a recording to what the reports hold.
 
-use super::adequacy;
-use super::adopt::adopt;
-use super::blocks::{Role, block_length_s};
-use super::causes::cause;
-use super::channel::{ChannelData, Extended};
-use super::check::check;
-use super::dependence::Dependence;
-use super::earned;
-use super::error::DiagnosisError;
-use super::experiment::{Plan, plan};
-use super::extended::{ExtendedFile, extended_file};
-use super::gain::BlockErrors;
-use super::hunting;
-use super::json::{
+use crate::data::Recording;
+use crate::diagnosis::channel::{ChannelData, Extended, Role, block_length_s, halved, simulate_coarsely};
+use crate::diagnosis::design::{Plan, plan};
+use crate::diagnosis::discrepancy::{
+    Dependence, Rest, adequacy, corrected, correction_gain, imitated_beside, significant,
+};
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::greybox;
+use crate::diagnosis::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict,
 };
-use super::likelihood;
-use super::prepare::{Purpose, prepare_for};
-use super::rest::{self, Rest, corrected, correction_gain, significant};
-use super::search::{Outcome, Progress, search, staged};
-use super::stage::ChannelStage;
-use super::steps::{halved, simulate_coarsely};
-use super::verdict;
-use crate::data::Recording;
+use crate::diagnosis::likelihood::limit_cycle;
+use crate::diagnosis::preconditions::{Purpose, check, prepare_for};
+use crate::diagnosis::report::{ExtendedFile, cause, earned, extended_file, verdict};
+use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -114,7 +107,7 @@ pub fn diagnose(
         // A channel that has too few rows to be looked at slowly is looked at as it is.
         let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
         let looked_at = slowly.as_ref().unwrap_or(&channels);
-        if let Some(named) = likelihood::name(looked_at, &outcome.base, &|| progress("", 1)) {
+        if let Some(named) = greybox::name(looked_at, &outcome.base, &|| progress("", 1)) {
             adopt(&mut outcome, &mut channels, named);
             rest = Rest::new(&channels, &outcome, change);
             notes.push(BY_LIKELIHOOD.to_owned());
@@ -168,7 +161,7 @@ fn assemble(
     let Rest { base_stages, symptoms, left, share } = rest;
     let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(&channels, stages);
     let final_weighed = weighed(&outcome.stages);
-    let imitated = if change { Vec::new() } else { rest::imitated_beside(&channels, &outcome) };
+    let imitated = if change { Vec::new() } else { imitated_beside(&channels, &outcome) };
     let mut causes: Vec<Cause> = outcome
         .causes
         .iter()
@@ -195,7 +188,7 @@ fn assemble(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."
         ));
     }
-    notes.extend(hunting::note(&channels, &finals));
+    notes.extend(limit_cycle::note(&channels, &finals));
     notes.extend(adequacy::poor(&channels, base_errors.all()));
     let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
     let left_kpa = final_errors.all();

@@ -3,22 +3,13 @@
 //! What a channel needs of its neighbours (the flow they draw from the supply, the pressure opposite, the sample before it) comes
 //! from their own simulation: all channels are simulated a few times, each time with what the neighbours did the time before.
 
-use rayon::prelude::*;
+use crate::diagnosis::channel::settled;
 
-use super::channel::{ChannelData, Extended};
-use super::dependence::Variable;
-use super::error::DiagnosisError;
-use super::extended::ExtendedFile;
-use super::neighbours::Pressures;
-use super::prepare::{Purpose, prepare_for};
-use super::stage::share_draws;
 use crate::data::{ChannelId, Recording};
-use crate::effects::Series;
-use crate::effects::catalogue::CATALOGUE;
+use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::preconditions::{Purpose, prepare_for};
+use crate::diagnosis::report::ExtendedFile;
 use crate::rig::Rig;
-
-/// Passes over all channels when one of them depends on the others.
-const PASSES: usize = 4;
 
 /// One simulated channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,33 +57,4 @@ pub fn simulate_extended(
             usable: data.inputs.usable,
         })
         .collect())
-}
-
-/// Traces (reading in kPa gauge, drive, flow drawn) of all channels, each with its neighbours as simulated.
-#[must_use]
-pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f64; 3]>> {
-    let needs = |id: &str| models.iter().any(|m| m.effects.iter().any(|&e| CATALOGUE[e].id == id));
-    let corrected = |by| models.iter().filter_map(|m| m.correction.as_ref()).any(|c| c.variable == by);
-    let pressures = needs("chamber_coupling") || needs("sensor_crosstalk") || corrected(Variable::Opposite);
-    let draws = needs("supply_sag") || corrected(Variable::OthersDraw);
-    let traces = |channels: &[ChannelData]| -> Vec<Vec<[f64; 3]>> {
-        channels.par_iter().zip(models).map(|(data, model)| data.trace(model)).collect()
-    };
-    let mut now = traces(channels);
-    for _ in 0..if pressures || draws { PASSES } else { 0 } {
-        if pressures {
-            let simulated: Vec<(ChannelId, Series)> = channels
-                .iter()
-                .zip(&now)
-                .map(|(data, trace)| (data.id, trace.iter().map(|row| row[0]).collect()))
-                .collect();
-            let simulated = Pressures::simulated(simulated);
-            channels.iter_mut().for_each(|data| simulated.put_into(data));
-        }
-        if draws {
-            share_draws(channels, models);
-        }
-        now = traces(channels);
-    }
-    now
 }

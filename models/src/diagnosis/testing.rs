@@ -2,14 +2,12 @@
 
 use rand::RngExt;
 
-use super::blocks::split;
-use super::channel::{ChannelData, Extended, compared_rows};
-use super::fit::refit;
-use super::random::generator;
-use super::stage::ChannelStage;
-use super::whiten::Whitening;
 use crate::board::Law;
 use crate::data::ChannelId;
+use crate::diagnosis::channel::{ChannelData, Extended, compared_rows, split};
+use crate::diagnosis::estimation::{ChannelStage, refit};
+use crate::diagnosis::likelihood::Whitening;
+use crate::diagnosis::resampling::generator;
 use crate::effects::catalogue::index_of;
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
 use crate::model::{BaseModel, Nonlinear};

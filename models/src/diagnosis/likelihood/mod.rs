@@ -1,23 +1,16 @@
-//! The likelihood of a recording under a model that is not exactly right.
-//!
-//! ```text
-//! filter (prediction errors) -> posterior (their density, priors) -> scoring (its maximum) -> ranking (the catalogue, by it) -> naming
-//! ```
-//!
-//! What the model lacks is a slow deviation of the reading and a slow wander of the supply, both estimated along with the pressure
-//! by a Kalman filter (M. C. Kennedy and A. O'Hagan, J. R. Stat. Soc. B 63, 2001: without such a term a wrong model's parameters move
-//! to imitate what it lacks). Every effect of the catalogue is fitted in earnest from several finite sizes: where much is missing, what a
-//! derivative at the base model promises is no guide.
+//! How likely readings are, given a simulation: noise, what wanders, and loops that hunt.
 
-mod filter;
-mod naming;
-mod posterior;
-mod ranking;
-mod scoring;
-mod starts;
-mod uncertainty;
+mod covariance;
+mod deviance;
+mod haar;
+mod likelier;
+pub mod limit_cycle;
+mod random_effects;
+mod residuals;
 
-pub use naming::{Named, NamedEffect, name};
-
-#[cfg(test)]
-mod tests;
+pub use covariance::{WANDERS, Whitening, wander};
+pub use deviance::{Losses, PRACTICAL, least_gain, row_count, select_total, together, together_by, total};
+pub use likelier::{deviances, likelier};
+pub use limit_cycle::{at_rest, expected_readings, hunts, is_hunting};
+pub use random_effects::{DISTURBANCES, FLOWS, SINES};
+pub use residuals::{block_losses, whitened_residuals};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnosis::json::{Cause, Estimate, Report, Unnamed};
-use crate::diagnosis::verdict;
+use crate::diagnosis::report::verdict;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 use crate::report::{Align, Interval, Intervals, Markup, Table, html, paragraph, significant};

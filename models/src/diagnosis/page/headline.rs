@@ -1,7 +1,7 @@
 //! The headline: the recording, what was found in it, and how sure that is.
 
 use crate::diagnosis::json::{Cause, Report, Verdict};
-use crate::diagnosis::verdict;
+use crate::diagnosis::report::verdict;
 
 /// A cause whose gain may be smaller than this part of the error is only probable.
 const SURE_GAIN: f64 = 0.05;

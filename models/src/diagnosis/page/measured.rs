@@ -1,7 +1,7 @@
 //! Measured against simulated on a test block, before and after, with the residual.
 
-use crate::diagnosis::blocks::Role;
-use crate::diagnosis::gain::rollout_residuals;
+use crate::diagnosis::channel::Role;
+use crate::diagnosis::rollout_errors::rollout_residuals;
 use crate::diagnosis::run::Diagnosis;
 use crate::report::{Colour, Markup, Plot, PlotError, html, paragraph};
 

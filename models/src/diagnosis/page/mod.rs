@@ -6,8 +6,8 @@ mod measured;
 mod symptoms;
 mod whole;
 
-use super::json::NextExperiment;
-use super::run::Diagnosis;
+use crate::diagnosis::json::NextExperiment;
+use crate::diagnosis::run::Diagnosis;
 use crate::report::{Align, Markup, Page, PlotError, Table, html, notes, paragraph, significant, with_code};
 
 /// The page. `footer` names the program, the data and the date.

@@ -1,6 +1,6 @@
 //! What the residual depends on, in plots.
 
-use crate::diagnosis::dependence::{Variable, series};
+use crate::diagnosis::channel::Variable;
 use crate::diagnosis::run::Diagnosis;
 use crate::report::{Align, Colour, Markup, Plot, PlotError, Table, folded, html, paragraph};
 
@@ -29,7 +29,7 @@ pub fn markup(diagnosis: &Diagnosis, base: bool) -> Result<Markup, PlotError> {
     ]);
     let mut figures = Vec::new();
     for variable in Variable::ALL {
-        let Some(values) = series(data, &trace, variable) else {
+        let Some(values) = data.series(&trace, variable) else {
             continue;
         };
         let strongest =

@@ -1,6 +1,6 @@
 //! The whole recording, with the blocks that measure the gain.
 
-use crate::diagnosis::blocks::Role;
+use crate::diagnosis::channel::Role;
 use crate::diagnosis::run::Diagnosis;
 use crate::report::{Colour, Markup, Plot, PlotError, html, paragraph};
 

@@ -1,0 +1,79 @@
+//! How finely channels are simulated: coarsely while causes are looked for, as finely as needed for what is reported.
+
+use std::borrow::Cow;
+
+use super::data::ChannelData;
+use crate::effects::{BoardLoop, DriveInput};
+
+/// Longest integration step of what is reported, s. It is checked against half of it.
+pub const LONGEST_STEP_S: f64 = 0.0025;
+/// Longest integration step while causes are looked for, s.
+const SEARCH_STEP_S: f64 = 0.01;
+/// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster than a chamber: several loops are
+/// simulated as one, and only what is reported is fitted and judged with every one of them.
+const SEARCH_LOOP_S: f64 = 0.0025;
+/// The same where only the difference of two simulations is asked for, s.
+const PROBE_LOOP_S: f64 = 0.005;
+
+/// Simulates as coarsely as the search for causes may, or as finely as what is reported needs.
+pub fn simulate_coarsely(channels: &mut [ChannelData], coarsely: bool) {
+    for data in channels {
+        data.plant.longest_step_s = if coarsely { SEARCH_STEP_S } else { LONGEST_STEP_S };
+        if let Some(board) = &mut data.plant.board {
+            board.loops_per_step = if coarsely { loops_in(board, SEARCH_LOOP_S) } else { 1 };
+        }
+    }
+}
+
+impl ChannelData {
+    /// The channel in coarser steps of the board's loop, where there are any.
+    #[must_use]
+    pub fn rough(&self) -> Cow<'_, Self> {
+        rougher(self).map_or(Cow::Borrowed(self), Cow::Owned)
+    }
+}
+
+/// The channel in the steps in which differences are simulated, where the board's loop is simulated and they are longer than its own.
+fn rougher(data: &ChannelData) -> Option<ChannelData> {
+    let board = data.plant.board.as_ref().filter(|_| data.inputs.drive == DriveInput::Controlled)?;
+    let loops = loops_in(board, PROBE_LOOP_S);
+    if loops <= board.loops_per_step {
+        return None;
+    }
+    let mut rough = data.clone();
+    rough.plant.board = Some(BoardLoop { loops_per_step: loops, ..*board });
+    Some(rough)
+}
+
+/// Whole loops of a board in a time, at least one.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at least one, and a rate is below 1e9
+fn loops_in(board: &BoardLoop, time_s: f64) -> usize {
+    (time_s * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize
+}
+
+/// Halves the integration step where drives are recorded; `false` when it is as fine as what is reported.
+pub fn simulate_finer(channels: &mut [ChannelData]) -> bool {
+    let mut finer = false;
+    for data in channels {
+        let next = (0.5 * data.plant.longest_step_s).max(LONGEST_STEP_S);
+        if data.inputs.drive != DriveInput::Controlled && next < data.plant.longest_step_s {
+            data.plant.longest_step_s = next;
+            finer = true;
+        }
+    }
+    finer
+}
+
+/// The channel with half the integration step. A board's loop keeps its rate; the integration within each loop is refined.
+#[must_use]
+pub fn halved(data: &ChannelData) -> ChannelData {
+    let mut finer = data.clone();
+    let step_s = match &data.plant.board {
+        Some(board) if data.inputs.drive == DriveInput::Controlled => {
+            data.plant.longest_step_s.min(board.loops_per_step as f64 / board.rate_hz)
+        }
+        _ => data.plant.longest_step_s,
+    };
+    finer.plant.longest_step_s = 0.5 * step_s;
+    finer
+}

@@ -1,0 +1,91 @@
+//! Is what is left no more than what is allowed to be left?
+
+use crate::diagnosis::channel::{ChannelData, Extended, Role, rows_of};
+use crate::diagnosis::json::Symptom;
+use crate::diagnosis::likelihood::{WANDERS, Whitening, wander};
+use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::selection::Outcome;
+use crate::effects::catalogue::CATALOGUE;
+
+/// A base model whose error is more than this part of the pressure's movement describes nothing.
+const POOR: f64 = 0.3;
+/// An error larger than the allowed one by this factor is something else.
+const BEYOND: f64 = 1.7;
+/// An error larger by this factor is more than any weight accounts for.
+const ASTRAY: f64 = 5.0;
+
+/// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where the model is right, kPa.
+#[must_use]
+pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for (data, model) in channels.iter().zip(models) {
+        let derivatives = data.disturbances(model);
+        let mut columns: Vec<f64> = derivatives.iter().flat_map(wander).collect();
+        // As in the error itself, the start pressure of a block is right.
+        Whitening::start_only(data, &derivatives).apply_columns(&mut columns, WANDERS);
+        for row in rows_of(data, &[Role::Test]) {
+            let wandered = columns[WANDERS * row..][..WANDERS].iter().map(|c| c * c).sum::<f64>();
+            sum += data.noise_kpa.powi(2) + wandered;
+            count += 1.0;
+        }
+    }
+    (sum / count.max(1.0)).sqrt()
+}
+
+/// Is an error more than what is allowed?
+#[must_use]
+pub fn beyond(error_kpa: f64, allowed_kpa: f64) -> bool {
+    error_kpa > BEYOND * allowed_kpa
+}
+
+/// Is the base model so far off, where drives are recorded, that weights which belong to noise and wander mean nothing?
+#[must_use]
+pub fn astray(channels: &[ChannelData], base: &[Extended]) -> bool {
+    let driven = channels.iter().all(|data| !data.inputs.in_loop());
+    driven && BlockErrors::of(channels, base, Role::Select).all() > ASTRAY * allowed_kpa(channels, base)
+}
+
+/// A remark on a base model that describes nothing.
+#[must_use]
+pub fn poor(channels: &[ChannelData], base_kpa: f64) -> Option<String> {
+    let movement = movement_kpa(channels);
+    (base_kpa > POOR * movement).then(|| format!(
+        "The base model alone is no description of this recording: its error of {base_kpa:.2} kPa is not small against the movement of the pressure ({movement:.2} kPa RMS). Check the rig file, the units and the columns before trusting any name."
+    ))
+}
+
+/// A cycle whose name was withheld, as a dependence on time, with a note why.
+#[must_use]
+pub fn withheld_cycle(channels: &[ChannelData], outcome: &Outcome) -> Option<(Symptom, String)> {
+    let withheld = outcome.withheld.as_ref()?;
+    let foil = &withheld.foil;
+    let first = foil.acts.iter().position(|acts| *acts).unwrap_or(0);
+    let range = foil.models[first].range(&channels[first].plant, foil.effect)?;
+    let position = CATALOGUE[foil.effect].parameter("period")?;
+    let period_s = foil.models[first].values[range.start + position];
+    let considered = outcome.rounds.last()?.iter().find(|c| c.effect == foil.effect)?;
+    let cycle = Symptom {
+        channel: channels[first].id.to_string(),
+        what: format!("the residual depends on the time, with a period of {period_s:.3} s"),
+        statistic: "sum of quarter-block scores over their root sum of squares".to_owned(),
+        value: considered.statistic,
+        p_value: considered.p_value,
+        share: considered.loss.map_or(0.0, |loss| (1.0 - loss / considered.kept).max(0.0)),
+    };
+    let note = format!(
+        "\"{}\" would explain what swings with a period of {period_s:.3} s, but an inflow that swings by the same part at every pressure (air that gets warmer and colder) explains it as well, so no name is given. Record the pressure of the supply, and its temperature.",
+        CATALOGUE[withheld.effect].title
+    );
+    Some((cycle, note))
+}
+
+/// How far the pressures move about their means on the compared rows, kPa RMS.
+fn movement_kpa(channels: &[ChannelData]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for data in channels {
+        let mean = data.measured_kpa.iter().sum::<f64>() / data.measured_kpa.len().max(1) as f64;
+        sum += data.measured_kpa.iter().map(|p| (p - mean).powi(2)).sum::<f64>();
+        count += data.measured_kpa.len() as f64;
+    }
+    (sum / count.max(1.0)).sqrt()
+}

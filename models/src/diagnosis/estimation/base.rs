@@ -1,0 +1,154 @@
+//! The base model, fitted to each channel before anything is named.
+
+use super::least_squares::refit;
+use crate::diagnosis::channel::{ChannelData, Extended, Role, readings_of};
+use crate::diagnosis::likelihood::Whitening;
+use crate::effects::catalogue::CATALOGUE;
+use crate::model::Parameter;
+
+/// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
+pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
+/// Drives at which the search for the edges begins.
+pub const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
+/// Leaks and width of the corner where a search begins, over the gain.
+pub const LEAK: f64 = 0.003;
+/// See [`LEAK`].
+pub const CORNER: f64 = 0.03;
+/// A corner of this width, mm^2, is sharp: the smallest drives open as much.
+const SHARP_MM2: f64 = 1e-3;
+
+/// A fit that multiplies the plain error of the first look by this has gone astray.
+const ASTRAY: f64 = 1.5;
+/// Evaluations spent on each of the best starts.
+const LOOK: usize = 6;
+/// Evaluations spent at a time on the better one.
+const EARNEST: usize = 12;
+
+/// Times that a fit goes on at most with the weights of where it stands, unless so few evaluations end it.
+const AGAIN: usize = 4;
+/// See [`AGAIN`].
+const FEW: usize = 3;
+
+/// Positions of the base model's free parameters.
+#[must_use]
+pub fn free_base(data: &ChannelData) -> Vec<usize> {
+    let still = data.inputs.volume_rate_m3_s.iter().all(|v| v.abs() <= 0.0);
+    let parameters = data.plant.parameters();
+    (0..parameters.len()).filter(|&k| !(still && parameters[k].name == "volume_weight")).collect()
+}
+
+/// Positions of a model's free parameters; of a `calibrated` one only those of its effects.
+#[must_use]
+pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<usize> {
+    let base = data.plant.parameters().len();
+    let own = if calibrated { Vec::new() } else { free_base(data) };
+    own.into_iter().chain(base..model.values.len()).collect()
+}
+
+/// The base model with what sound rigs have in small and no parameter of its own describes, where the drive of a spool is recorded.
+#[must_use]
+pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
+    let recorded = data.inputs.spool_is_recorded();
+    let usual = (0..CATALOGUE.len()).filter(|&e| recorded && CATALOGUE[e].in_base(&data.plant));
+    usual.fold(model.clone(), |model, effect| model.with_usual(&data.plant, effect))
+}
+
+/// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at this drive.
+#[must_use]
+pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
+    let parameters = data.plant.parameters();
+    let volume = data.inputs.volume_m3.first().copied().unwrap_or(1e-4);
+    let discharge = data.plant.model.valve().map_or(1.0, |valve| valve.discharge_coefficient);
+    let gain = gain * volume / 1e-4 / discharge;
+    // Of one spool, whose vent port opens at negative drives.
+    let out = if data.plant.separate() { edge } else { -edge };
+    let value = |p: &Parameter| match p.name.as_str() {
+        "leak_in" | "leak_out" => LEAK * gain,
+        "gain" | "gain_in" | "gain_out" => gain,
+        "threshold_in" => edge,
+        "threshold_out" => out,
+        "corner" => CORNER * gain,
+        _ => p.nominal,
+    };
+    Extended::base(parameters.iter().map(|p| value(p).clamp(p.lower, p.upper)).collect())
+}
+
+/// The model with leaks and corner of a [`start`], where its corner has become so sharp that nothing depends on its width any more: where a
+/// base model was fitted alone it has imitated what it lacks, and would stay there.
+#[must_use]
+pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
+    let corner = data.plant.position("corner")?;
+    if model.values[corner] > SHARP_MM2 {
+        return None;
+    }
+    let gain = model.values[2];
+    let mut rounded = model.clone();
+    (rounded.values[0], rounded.values[1], rounded.values[corner]) =
+        (LEAK * gain, LEAK * gain, CORNER * gain);
+    Some(rounded)
+}
+
+/// Fits the base model to a channel from a grid of starts.
+#[must_use]
+pub fn fit_base(data: &ChannelData) -> Extended {
+    let starts: Vec<Extended> = if data.plant.model.is_regulator() {
+        [0.3, 1.0, 3.0, 10.0, 30.0].map(|rate| Extended::base(vec![rate, rate])).to_vec()
+    } else {
+        GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
+    };
+    let costs = plain_costs(data, &starts).into_iter();
+    let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
+    let step = |model: Extended, evaluations: usize| {
+        let whitening = Whitening::new(data, &data.disturbances(&model));
+        refit(data, &whitening, &model, &free_of(data, &model, false), evaluations)
+    };
+    let looked = ranked.into_iter().take(2).map(|(_, start)| {
+        let model = step(start, LOOK).0;
+        (plain_cost(data, &model), model)
+    });
+    let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
+    match best {
+        Some((cost, look)) => {
+            let mut model = with_usual(data, &step(look.clone(), EARNEST).0);
+            let times = if data.inputs.spool_is_recorded() { AGAIN } else { 0 };
+            for _ in 0..=times {
+                let (next, spent) = step(model, EARNEST);
+                model = next;
+                if spent <= FEW {
+                    break;
+                }
+            }
+            // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
+            if plain_cost(data, &model) > ASTRAY * cost { with_usual(data, &look) } else { model }
+        }
+        None => {
+            let nominal = data.plant.parameters().iter().map(|p| p.nominal).collect();
+            with_usual(data, &Extended::base(nominal))
+        }
+    }
+}
+
+/// Mean squared residual on the fit blocks, kPa^2.
+#[must_use]
+pub fn plain_cost(data: &ChannelData, model: &Extended) -> f64 {
+    plain_cost_of(data, &data.readings(model))
+}
+
+/// The same of several models.
+#[must_use]
+pub fn plain_costs(data: &ChannelData, models: &[Extended]) -> Vec<f64> {
+    readings_of(data, models).iter().map(|readings| plain_cost_of(data, readings)).collect()
+}
+
+fn plain_cost_of(data: &ChannelData, readings: &[f64]) -> f64 {
+    let fit = data.blocks.iter().zip(&data.spans).filter(|(b, _)| b.role == Role::Fit);
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for (_, span) in fit {
+        let pairs = readings[span.clone()].iter().zip(&data.measured_kpa[span.clone()]);
+        sum += pairs.map(|(y, m)| (y - m) * (y - m)).sum::<f64>();
+        count += span.len() as f64;
+    }
+    sum / count.max(1.0)
+}

@@ -1,0 +1,194 @@
+//! How well the recording determines an effect's parameters.
+//!
+//! Standard errors come from how blocks would move the estimate ([`sandwich`]). The interval's ends are those of the profile likelihood
+//! ([`profile`]): each parameter is moved, the others refitted, until the cost has risen by what belongs to the standard error on a
+//! parabola. Where the cost is a parabola nothing changes; where it is lopsided, has a threshold without derivative, or ends at a bound,
+//! the interval shows it. Channels are put together by [`pool`].
+//!
+//! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the squared error makes of hunting is alike on
+//! all channels, so this does not average out between them.
+//!
+//! What is taken for known and is not (`considered`) widens both ends, and does not average out either.
+//!
+//! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
+//! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
+
+mod considered;
+mod likely_sizes;
+mod pool;
+mod profile;
+mod sandwich;
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use self::likely_sizes::as_likely;
+pub use self::pool::pool;
+use self::profile::Profile;
+use self::sandwich::{BlockError, Sandwich};
+use crate::diagnosis::channel::{ChannelData, Role, halved};
+use crate::diagnosis::estimation::ChannelStage;
+use crate::model::Scale;
+
+/// An estimate on the scale on which the parameter is fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// Value, or its logarithm.
+    pub value: f64,
+    /// Standard error; infinite where the data say nothing.
+    pub error: f64,
+    /// What each block for fitting adds to that. Empty for a threshold, which has no derivative.
+    pub by_block: Vec<f64>,
+    /// Degrees of freedom of the error.
+    pub freedom: f64,
+    /// Distance of the interval's ends below and above, over that of a parabola; infinite where a bound comes first.
+    pub reach: [f64; 2],
+    /// Distances below and above up to which a loop that hunts is as likely; zero where none hunts.
+    pub as_likely: [f64; 2],
+    /// Change of the value when the integration step is halved.
+    pub halving: f64,
+    /// Standard error that what is taken for known adds, the same in all blocks and on all channels.
+    pub considered: f64,
+}
+
+fn quantile(freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom.min(1e6)).map_or(2.0, |d| d.inverse_cdf(0.975))
+}
+
+/// The parameters of one effect on one channel.
+#[must_use]
+pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Coordinate> {
+    let Some(range) = stage.model.range(&data.plant, effect) else {
+        return Vec::new();
+    };
+    let parameters = stage.model.parameters(&data.plant);
+    let sandwich = Sandwich::new(data, stage);
+    let profile = Profile::new(data, stage);
+    let halving = by_halving(data, stage);
+    let added = sandwich.as_ref().map(|s| considered::considered(data, stage, s.on_average().0));
+    range
+        .map(|position| {
+            let raw = stage.model.values[position];
+            let value = match parameters[position].scale {
+                Scale::Linear => raw,
+                Scale::Logarithmic => raw.ln(),
+            };
+            let free = stage.free.iter().position(|&k| k == position);
+            let unknown = Coordinate {
+                value,
+                error: f64::INFINITY,
+                by_block: Vec::new(),
+                freedom: 1.0,
+                reach: [1.0; 2],
+                as_likely: [0.0; 2],
+                halving: free.map_or(0.0, |k| halving[k]),
+                considered: 0.0,
+            };
+            let (Some(sandwich), Some(k)) = (&sandwich, free) else {
+                return unknown;
+            };
+            let slope = stage.sensitivities.iter().skip(k).step_by(stage.free.len()).any(|s| s.abs() > 0.0);
+            let block = sandwich.error(k);
+            if slope && block.variance > 0.0 && block.variance.is_finite() {
+                let (error, t) = (block.variance.sqrt(), quantile(block.freedom));
+                let rise = t * t * sandwich.ratio(k, &block);
+                let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
+                let as_likely = as_likely(data, stage, effect, position, rise);
+                if as_likely.is_some() {
+                    // The squared error of a loop that hunts may fall all the way to less hunting: no end is no end of the size.
+                    reach = reach.map(|end| if end.is_finite() { end } else { 1.0 });
+                }
+                let as_likely = as_likely.unwrap_or_default();
+                let BlockError { by_block, freedom, .. } = block;
+                let considered = added.as_ref().map_or(0.0, |variances| variances[k].sqrt());
+                return Coordinate { error, by_block, freedom, reach, as_likely, considered, ..unknown };
+            }
+            // A threshold has no derivative; the rise is what the other parameters' errors need on average.
+            let (ratio, freedom) = sandwich.on_average();
+            let t = quantile(freedom);
+            let ends = profile.ends(k, 0.0, t * t * ratio);
+            let error = 0.5 * (ends[0] + ends[1]) / t;
+            if error.is_finite() && error > 0.0 {
+                Coordinate { error, freedom, reach: ends.map(|end| end / (t * error)), ..unknown }
+            } else {
+                unknown
+            }
+        })
+        .collect()
+}
+
+/// The parameters of one effect on one channel with standard errors, on their scales, that are known already.
+#[must_use]
+pub fn as_estimated(
+    data: &ChannelData,
+    stage: &ChannelStage,
+    effect: usize,
+    errors: &[f64],
+) -> Vec<Coordinate> {
+    let parameters = stage.model.parameters(&data.plant);
+    let blocks = data.blocks.iter().filter(|block| block.role == Role::Fit).count();
+    let range = stage.model.range(&data.plant, effect).unwrap_or_default();
+    let coordinate = |(k, error): (usize, &f64)| {
+        let value = stage.model.values[k];
+        Coordinate {
+            value: if parameters[k].scale == Scale::Linear { value } else { value.ln() },
+            error: *error,
+            by_block: Vec::new(),
+            freedom: blocks.saturating_sub(1).max(1) as f64,
+            reach: [1.0; 2],
+            as_likely: [0.0; 2],
+            halving: 0.0,
+            considered: 0.0,
+        }
+    };
+    range.zip(errors).map(coordinate).collect()
+}
+
+/// What half the integration step changes in the free parameters, to first order.
+fn by_halving(data: &ChannelData, stage: &ChannelStage) -> Vec<f64> {
+    let mut change = halved(data).readings(&stage.model);
+    change.iter_mut().zip(&stage.readings).for_each(|(fine, now)| *fine = (now - *fine) / data.noise_kpa);
+    stage.whitening.apply(&mut change);
+    stage.project(data, &change)
+}
+
+/// The 95 % interval in the parameter's own unit.
+#[must_use]
+pub fn interval(coordinate: &Coordinate, scale: Scale) -> Option<[f64; 2]> {
+    if !coordinate.error.is_finite() {
+        return None;
+    }
+    let half = quantile(coordinate.freedom) * coordinate.error;
+    let known = quantile(f64::INFINITY) * coordinate.considered;
+    let step = 2.0 * coordinate.halving.abs();
+    let [below, above] = [0, 1]
+        .map(|side| (half * coordinate.reach[side]).hypot(known).max(coordinate.as_likely[side]) + step);
+    let ends = [coordinate.value - below, coordinate.value + above];
+    Some(match scale {
+        Scale::Linear => ends,
+        Scale::Logarithmic => ends.map(f64::exp),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lopsided_profile_makes_a_lopsided_interval() {
+        let coordinate = |reach| Coordinate {
+            value: 1.0,
+            error: 0.1,
+            by_block: Vec::new(),
+            freedom: 1e6,
+            reach,
+            as_likely: [0.0; 2],
+            halving: 0.0,
+            considered: 0.0,
+        };
+        let ends = interval(&coordinate([1.0, 2.0]), Scale::Linear);
+        let [low, high] = ends.unwrap_or_default();
+        assert!((low - (1.0 - 0.196)).abs() < 1e-3 && (high - (1.0 + 0.392)).abs() < 1e-3, "{low} {high}");
+        let open = interval(&coordinate([f64::INFINITY, 1.0]), Scale::Logarithmic);
+        assert_eq!(open.map(|ends| ends[0]), Some(0.0));
+    }
+}

@@ -1,0 +1,99 @@
+//! A loop that hunts.
+//!
+//! A loop around a spool with friction or play never rests, and two simulations that differ by next to nothing soon hunt out of
+//! step. Nobody recorded the noise that the loop saw between the rows, so no simulation hunts in step with the recording either. How
+//! far two of them are apart that differ in this noise alone is what a model may leave without being any worse for it.
+
+use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::effects::catalogue::CATALOGUE;
+
+/// Effects with which a board's loop hunts.
+const HUNTING: [&str; 2] = ["valve_hysteresis", "valve_stiction"];
+/// Courses of the noise over which a mean is taken.
+const EXPECTED: u64 = 8;
+
+/// Does a board's loop hunt with this effect?
+#[must_use]
+pub fn is_hunting(effect: usize) -> bool {
+    HUNTING.contains(&CATALOGUE[effect].id)
+}
+
+/// Does the loop of this model hunt?
+#[must_use]
+pub fn hunts(data: &ChannelData, model: &Extended) -> bool {
+    data.inputs.in_loop() && model.effects.iter().any(|&e| is_hunting(e))
+}
+
+/// The model without what makes a board's loop hunt.
+#[must_use]
+pub fn at_rest(data: &ChannelData, model: &Extended) -> Extended {
+    if !hunts(data, model) {
+        return model.clone();
+    }
+    let hunting = model.effects.iter().copied().filter(|&effect| is_hunting(effect));
+    hunting.fold(model.clone(), |model, effect| model.without(&data.plant, effect))
+}
+
+/// What a reader of the report should know where a loop hunts.
+#[must_use]
+pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
+    channels.iter().zip(models).any(|(data, model)| hunts(data, model)).then(|| {
+        format!(
+            "The loop hunts around the spool's play or friction, and no simulation hunts in step with it: the error with that cause is the one of the mean of {EXPECTED} simulations, each with a noise of its own."
+        )
+    })
+}
+
+/// The channel with another course of the noise.
+#[must_use]
+pub fn otherwise(data: &ChannelData) -> ChannelData {
+    let mut other = data.clone();
+    if let Some(board) = &mut other.plant.board {
+        board.noise_draw += 1;
+    }
+    other
+}
+
+/// Readings as they are expected: of a loop that hunts, the mean over some courses of the noise.
+#[must_use]
+pub fn expected_readings(data: &ChannelData, model: &Extended) -> Vec<f64> {
+    let mut sum = data.readings(model);
+    if hunts(data, model) {
+        let mut other = data.clone();
+        for draw in 1..EXPECTED {
+            if let Some(board) = &mut other.plant.board {
+                board.noise_draw = draw;
+            }
+            sum.iter_mut().zip(other.readings(model)).for_each(|(sum, y)| *sum += y);
+        }
+        sum.iter_mut().for_each(|sum| *sum /= EXPECTED as f64);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
+
+    fn sticking(data: &ChannelData, base: &Extended, threshold: f64) -> Extended {
+        base.with(&data.plant, index_of("valve_stiction").unwrap(), &[threshold])
+    }
+
+    #[test]
+    fn only_a_loop_hunts_and_only_around_friction_or_play() {
+        let ((looped, base), (driven, _)) = (channel(true), channel(false));
+        let sticks = sticking(&looped, &base, 0.05);
+        assert!(hunts(&looped, &sticks) && !hunts(&driven, &sticks) && !hunts(&looped, &base));
+        assert_eq!(at_rest(&looped, &sticks), base);
+        assert_eq!(at_rest(&driven, &sticks), sticks);
+    }
+
+    /// Derivatives along a loop that hunts grow without bound; weights made of them would shrink everything.
+    #[test]
+    fn weights_of_a_loop_that_hunts_are_those_of_the_loop_at_rest() {
+        let (data, base) = channel(true);
+        assert_eq!(data.disturbances(&sticking(&data, &base, 0.05)), data.disturbances(&base));
+    }
+}

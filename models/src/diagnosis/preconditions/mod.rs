@@ -1,0 +1,9 @@
+//! From a recording and a rig to channels that can be simulated, and whether the recording can carry a diagnosis.
+
+mod check;
+mod noise;
+mod prepare;
+mod shared_inputs;
+
+pub use check::check;
+pub use prepare::{Purpose, prepare, prepare_for};

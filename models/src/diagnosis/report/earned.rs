@@ -1,0 +1,161 @@
+//! Whether a cause that was found has earned its name.
+//!
+//! The search asks which effects make the simulation better by more than chance. With a long recording that is next to everything: valves'
+//! curves are never quite those of the model, and some effect of the catalogue always describes a part of it. A name needs more: a size
+//! that sound rigs do not have, and a gain on data that nobody fitted to.
+
+use std::collections::BTreeMap;
+
+use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
+use crate::effects::catalogue::{CATALOGUE, index_of};
+use crate::effects::{EffectInfo, EffectParameter};
+
+/// Part of the error that a name must take off the test blocks: in plain kilopascals as estimated, or weighted with 97.5 % certainty. A minute
+/// has two or three such blocks, and no interval from them is worth much; that a name is then only probable is said.
+const LEAST_GAIN: f64 = 0.01;
+/// A size up to this many usual ones is no more than usual where its interval says that there may be nothing at all.
+const DOUBTFUL: f64 = 2.0;
+
+/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well.
+#[must_use]
+pub fn part(found: Vec<Cause>, imitated: &[&str], change: bool) -> (Vec<Cause>, Vec<Imperfection>) {
+    let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
+    for cause in found {
+        let imitated = imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
+        match why_not(&cause, change).or(imitated) {
+            None => causes.push(cause),
+            Some(why) => imperfections.push(Imperfection { why, cause }),
+        }
+    }
+    (causes, imperfections)
+}
+
+/// What is missing for a name. Since a calibration nothing may have moved: there, no size is usual.
+fn why_not(cause: &Cause, change: bool) -> Option<Unnamed> {
+    if !change && is_usual(cause) {
+        return Some(Unnamed::Usual);
+    }
+    let gains = f64::max(cause.gain.reduction, cause.gain.weighted_ci95[0]) > LEAST_GAIN;
+    (!gains).then_some(Unnamed::Gainless)
+}
+
+fn is_usual(cause: &Cause) -> bool {
+    index_of(&cause.effect).is_some_and(|k| usual(CATALOGUE[k], &cause.parameters))
+}
+
+/// Are the sizes of an effect such as sound rigs have? Where no interval says how large it is, they are not.
+#[must_use]
+pub fn usual(info: &EffectInfo, sizes: &Sizes) -> bool {
+    let mut telling = telling(info).peekable();
+    telling.peek().is_some() && telling.all(|p| sizes.get(p.name).is_some_and(|size| is_usual_size(p, size)))
+}
+
+fn is_usual_size(parameter: &EffectParameter, size: &Estimate) -> bool {
+    let Some([low, high]) = size.ci95 else { return false };
+    let doubtful = (low..=high).contains(&parameter.null);
+    parameter.distance(size.value) <= parameter.usual * if doubtful { DOUBTFUL } else { 1.0 }
+}
+
+/// Is one of them, with its whole interval, beyond that?
+#[must_use]
+pub fn stands_out(info: &EffectInfo, sizes: &Sizes) -> bool {
+    let beyond = |p: &EffectParameter, [low, high]: [f64; 2]| {
+        !(low..=high).contains(&p.null) && f64::min(p.distance(low), p.distance(high)) > p.usual
+    };
+    telling(info).any(|p| sizes.get(p.name).and_then(|size| size.ci95).is_some_and(|range| beyond(p, range)))
+}
+
+/// An effect's parameters by name.
+type Sizes = BTreeMap<String, Estimate>;
+
+fn telling(info: &EffectInfo) -> impl Iterator<Item = &'static EffectParameter> {
+    info.parameters.iter().filter(|p| p.usual.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::json::{Estimate, Gain};
+
+    fn cause(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Cause {
+        let estimate = Estimate {
+            value: ci95.map_or(0.0, |[low, high]| 0.5 * (low + high)),
+            ci95,
+            unit: "1".to_owned(),
+            state: "identified".to_owned(),
+        };
+        Cause {
+            effect: effect.to_owned(),
+            channels: vec!["b0c0".to_owned()],
+            equivalent: Vec::new(),
+            parameters: [(name.to_owned(), estimate)].into(),
+            by_channel: BTreeMap::new(),
+            p_value: 0.001,
+            gain: Gain {
+                test_rmse_before_kpa: 2.0,
+                test_rmse_after_kpa: 1.0,
+                reduction: gain,
+                ci95: [gain - 0.2, gain + 0.2],
+                weighted_ci95: [0.0; 2],
+            },
+        }
+    }
+
+    fn verdict(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Option<Unnamed> {
+        why_not(&cause(effect, name, ci95, gain), false)
+    }
+
+    #[test]
+    fn what_sound_rigs_have_is_no_cause_however_certain() {
+        assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.95, 0.96]), 0.4), Some(Unnamed::Usual));
+        assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.69, 0.71]), 0.4), None);
+        // 0.875 may be 1.
+        assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.7, 1.05]), 0.4), Some(Unnamed::Usual));
+        assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.8, 0.95]), 0.4), None);
+    }
+
+    #[test]
+    fn one_size_beyond_what_is_usual_is_enough() {
+        let mut flow = cause("flow_function", "critical_ratio", Some([0.27, 0.31]), 0.4);
+        let exponent = cause("flow_function", "exponent", Some([0.65, 0.7]), 0.4).parameters;
+        assert_eq!(why_not(&flow, false), None);
+        flow.parameters.extend(exponent);
+        assert_eq!(why_not(&flow, false), None);
+        let usual = cause("flow_function", "exponent", Some([0.49, 0.55]), 0.4).parameters;
+        flow.parameters.extend(usual);
+        assert_eq!(why_not(&flow, false), Some(Unnamed::Usual));
+    }
+
+    #[test]
+    fn without_a_gain_there_is_no_name() {
+        assert_eq!(verdict("transport_delay", "delay", Some([0.011, 0.013]), 0.005), Some(Unnamed::Gainless));
+        assert_eq!(verdict("transport_delay", "delay", Some([0.011, 0.013]), -0.5), Some(Unnamed::Gainless));
+        assert_eq!(verdict("transport_delay", "delay", Some([0.011, 0.013]), 0.02), None);
+        // Drifts of some kilopascals hide what is certain where they are weighed.
+        let mut hidden = cause("transport_delay", "delay", Some([0.011, 0.013]), -0.1);
+        hidden.gain.weighted_ci95 = [0.3, 0.5];
+        assert_eq!(why_not(&hidden, false), None);
+    }
+
+    #[test]
+    fn what_a_smooth_function_does_as_well_is_modelled_without_a_name() {
+        let found = vec![
+            cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
+            cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
+        ];
+        let (causes, imperfections) = part(found, &["vent_restriction"], false);
+        assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
+        assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
+    }
+
+    #[test]
+    fn since_a_calibration_every_size_counts() {
+        let small = cause("valve_asymmetry", "ratio", Some([0.95, 0.96]), 0.4);
+        assert_eq!(why_not(&small, true), None);
+    }
+
+    #[test]
+    fn a_size_that_is_not_determined_is_not_called_usual() {
+        assert_eq!(verdict("valve_asymmetry", "ratio", None, 0.4), None);
+    }
+}

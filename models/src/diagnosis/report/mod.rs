@@ -1,0 +1,9 @@
+//! What the result says: causes with sizes, what has earned a name, the verdict, the extended model.
+
+mod causes;
+pub mod earned;
+mod extended;
+pub mod verdict;
+
+pub use causes::cause;
+pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA, extended_file};

@@ -1,0 +1,80 @@
+//! The verdict in words, each with its numbers.
+
+use crate::diagnosis::json::{Cause, Report, Verdict};
+use crate::effects::catalogue::{CATALOGUE, index_of};
+
+/// Title of an effect.
+#[must_use]
+pub fn title(id: &str) -> &str {
+    index_of(id).map_or(id, |k| CATALOGUE[k].title)
+}
+
+/// A cause and what it cannot be told from.
+#[must_use]
+pub fn name(cause: &Cause) -> String {
+    let mut text = format!("\"{}\"", title(&cause.effect));
+    if !cause.equivalent.is_empty() {
+        let rivals: Vec<String> = cause.equivalent.iter().map(|id| format!("\"{}\"", title(id))).collect();
+        text = format!("either {text} or {} (this recording cannot tell them apart)", rivals.join(" or "));
+    }
+    text
+}
+
+/// The verdict in a sentence or two.
+#[must_use]
+pub fn sentence(report: &Report, change: bool) -> String {
+    let before = report.baseline.test_rmse_kpa;
+    let after = report.unexplained.test_rmse_kpa;
+    let noise = report.baseline.noise_floor_kpa;
+    let allowed = report.checks.allowed_rmse_kpa;
+    let names: Vec<String> = report.causes.iter().map(name).collect();
+    let names = names.join(" and ");
+    let reduction = 100.0 * (1.0 - after / before);
+    let found = if change { "Changed since the calibration" } else { "Missing from the model" };
+    let gain = format!(
+        "With it the simulation error on data that was not used for fitting falls from {before:.2} to {after:.2} kPa ({reduction:.0} % less; sensor noise is {noise:.2} kPa)."
+    );
+    let left: Vec<String> = report
+        .unexplained
+        .depends_on
+        .iter()
+        .map(|s| s.what.replace("the residual depends on ", ""))
+        .collect();
+    let small: Vec<&str> = report.imperfections.iter().map(|i| title(&i.cause.effect)).collect();
+    let small = if small.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " The extended model also has {}, no larger than sound rigs do or without a gain on the test blocks.",
+            small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
+        )
+    };
+    let unnamed = if small.is_empty() { before } else { after };
+    let verdict = match report.verdict {
+        Verdict::Adequate if change => format!(
+            "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
+        ),
+        Verdict::Adequate if !small.is_empty() => format!(
+            "The model is adequate for this recording once it has what sound rigs show: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
+        ),
+        Verdict::Adequate => format!(
+            "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
+        ),
+        Verdict::Explained => format!("{found}: {names}. {gain} What remains shows no pattern."),
+        Verdict::PartlyExplained if left.is_empty() => format!(
+            "{found}: {names}. {gain} That is not all: what remains is more than the {allowed:.2} kPa that noise and a usual wander of the supply leave, but depends on nothing that was measured."
+        ),
+        Verdict::PartlyExplained => format!(
+            "{found}: {names}. {gain} That is not all: what remains still depends on {}.",
+            left.join(", ")
+        ),
+        Verdict::Unexplained if left.is_empty() => format!(
+            "The model misses something that is not in the catalogue: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
+        ),
+        Verdict::Unexplained => format!(
+            "The model misses something that is not in the catalogue: its error ({unnamed:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
+            left.join(", ")
+        ),
+    };
+    verdict + &small
+}

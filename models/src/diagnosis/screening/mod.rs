@@ -1,0 +1,8 @@
+//! The whole catalogue tried at low cost: score tests of probes, cycles found by their period.
+
+mod periodogram;
+mod probe;
+mod score_test;
+
+pub use probe::{Probing, Trial, scores};
+pub use score_test::{Gate, applicable, judge, trials};

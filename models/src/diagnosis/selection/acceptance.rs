@@ -1,0 +1,150 @@
+//! Is what an effect explains worth its name, and are the names together?
+
+use super::candidate::{Candidate, size};
+use crate::diagnosis::channel::OPEN;
+use crate::diagnosis::channel::{ChannelData, Role};
+use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::likelihood::PRACTICAL;
+use crate::diagnosis::likelihood::together;
+use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, together_by};
+use crate::diagnosis::resampling::bootstrap;
+use crate::effects::catalogue::CATALOGUE;
+
+/// The same beside [what happens at times that the rows tell only roughly](roughly_timed) where a board's loop carries on what it does: its
+/// simulation goes astray by itself, and a little more or less of anything turns it elsewhere.
+const PRACTICAL_ASTRAY: f64 = 0.1;
+/// The same beside what makes a loop hunt: by so much the likelihood of a loop that hunts may differ by luck.
+const PRACTICAL_HUNTING: f64 = 0.03;
+/// Mean squared whitened error, in variances of the noise, that is plainly not explained.
+pub const LARGE_ERROR: f64 = 2.0;
+/// What counts as a large error beside a loop that hunts, in variances of the noise: hunting takes up much of whatever is not explained.
+const LARGE_HUNTING: f64 = 1.5;
+
+/// Names that leave more than this part of it are withdrawn ...
+const FORCED: f64 = 0.3;
+/// ... or this part, when what has been named happens at times that the rows tell only roughly.
+const FORCED_ROUGHLY: f64 = 0.6;
+
+/// Is what it gains on the choosing blocks sure, and enough for a name?
+#[must_use]
+pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
+    if !candidate.acts.iter().any(|a| *a) {
+        return false;
+    }
+    let sums = |kind: fn(&Losses) -> &[f64]| {
+        let before = together_by(channels, stages.iter().map(|s| &s.losses), kind, &[Role::Select]);
+        (before, together_by(channels, &candidate.losses, kind, &[Role::Select]))
+    };
+    let sum = |losses: &[f64]| losses.iter().sum::<f64>();
+    let (before, after) = sums(|losses| &losses.deviance);
+    let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
+    let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
+    low > 0.0
+        && gain >= least_share(channels, stages)
+        && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
+        && large_enough(channels, candidate)
+}
+
+/// Smallest part of the error of these stages that is worth a name.
+#[must_use]
+pub fn least_share(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
+    let any =
+        |of: &dyn Fn(&ChannelData, &ChannelStage) -> bool| channels.iter().zip(stages).any(|(d, s)| of(d, s));
+    let roughly = |stage: &ChannelStage| stage.model.effects.iter().any(|&effect| roughly_timed(effect));
+    if any(&|data, stage| data.inputs.in_loop() && roughly(stage)) {
+        PRACTICAL_ASTRAY
+    } else if any(&|data, stage| hunts(data, &stage.model)) {
+        PRACTICAL_HUNTING
+    } else {
+        PRACTICAL
+    }
+}
+
+/// Does this effect happen at times that rows tell only roughly?
+#[must_use]
+pub fn roughly_timed(effect: usize) -> bool {
+    CATALOGUE[effect].id == "stale_samples"
+}
+
+/// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.
+fn hunting_is_the_error(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    candidate: &Candidate,
+    (before, after): (Vec<f64>, Vec<f64>),
+) -> bool {
+    let models = stages.iter().map(|s| &s.model).chain(&candidate.models);
+    if !channels.iter().cycle().zip(models).any(|(data, model)| hunts(data, model)) {
+        return true;
+    }
+    let least = least_gain(channels.iter().map(|data| row_count(data, &[Role::Select])).sum());
+    let [low, ..] = bootstrap(&before, &after, 1, |a, b| a - b);
+    let gain = before.iter().sum::<f64>() - after.iter().sum::<f64>();
+    low > 0.0 && gain >= least
+}
+
+/// Is the effect's size beyond what timing and rounding can look like?
+fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
+    let models = candidate.models.iter().zip(channels).zip(&candidate.acts).filter(|(_, acts)| **acts);
+    let mut sizes = models.map(|((model, data), _)| size(data, model, candidate.effect));
+    sizes.any(|size| size >= CATALOGUE[candidate.effect].smallest)
+}
+
+/// Is much unexplained where a board's loop is part of the simulation?
+#[must_use]
+pub fn large_in_loop(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
+    let looped = channels.iter().any(|data| data.inputs.in_loop());
+    looped && kept_total(channels, stages) > LARGE_ERROR * open_rows(channels)
+}
+
+/// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
+#[must_use]
+pub fn forced(
+    channels: &[ChannelData],
+    first: &[ChannelStage],
+    last: &[ChannelStage],
+    named: &[usize],
+) -> bool {
+    let roughly = named.iter().any(|&effect| roughly_timed(effect));
+    let most = if roughly { FORCED_ROUGHLY } else { FORCED };
+    let hunting = channels.iter().zip(last).any(|(data, stage)| hunts(data, &stage.model));
+    let large = if hunting { LARGE_HUNTING } else { LARGE_ERROR };
+    let rows = open_rows(channels);
+    let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
+    after > large && after - 1.0 > most * (before - 1.0)
+}
+
+/// [Deviance](Losses::deviance) of all channels on the open blocks.
+pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
+    together(channels, stages.iter().map(|s| &s.losses), &OPEN).iter().sum()
+}
+
+/// Number of compared rows in the open blocks of all channels.
+pub fn open_rows(channels: &[ChannelData]) -> f64 {
+    channels.iter().map(|data| row_count(data, &OPEN)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
+
+    /// What a further name needs beside an effect.
+    fn needed_beside(effect: &str, value: f64, in_loop: bool) -> f64 {
+        let (data, base) = channel(in_loop);
+        let model = base.with(&data.plant, index_of(effect).unwrap(), &[value]);
+        let stage = ChannelStage::new(&data, model, Vec::new());
+        least_share(&[data], &[stage])
+    }
+
+    #[test]
+    fn a_name_needs_more_beside_what_leads_a_simulation_of_a_loop_astray() {
+        assert_eq!(needed_beside("sensor_offset", 1.0, true), PRACTICAL);
+        assert_eq!(needed_beside("valve_stiction", 0.05, true), PRACTICAL_HUNTING);
+        assert_eq!(needed_beside("stale_samples", 0.5, true), PRACTICAL_ASTRAY);
+        // A recorded drive leads back, whatever the spool or the samples do.
+        assert_eq!(needed_beside("valve_stiction", 0.05, false), PRACTICAL);
+        assert_eq!(needed_beside("stale_samples", 0.5, false), PRACTICAL);
+    }
+}

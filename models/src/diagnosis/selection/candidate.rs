@@ -1,0 +1,197 @@
+//! Effects that passed the gate, refitted in earnest.
+
+use rayon::prelude::*;
+
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
+use crate::diagnosis::estimation::{ChannelStage, fit_from};
+use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, total, whitened_residuals};
+use crate::diagnosis::screening::Trial;
+use crate::effects::Reach;
+use crate::effects::catalogue::CATALOGUE;
+
+/// A second start is looked at when what it promises is not worse by more than this factor.
+const SECOND: f64 = 1.5;
+/// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
+/// sure the difference is: something else is not described to the last digit.
+const TRACES: f64 = 0.2;
+/// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
+const CHANNEL_ERRORS: f64 = 2.0;
+
+/// One effect refitted on every channel.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Number of the effect.
+    pub effect: usize,
+    /// Models with it, channel by channel; the stage's where it does not act.
+    pub models: Vec<Extended>,
+    /// Where it acts.
+    pub acts: Vec<bool>,
+    /// What they leave, channel by channel.
+    pub losses: Vec<Losses>,
+}
+
+/// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from
+/// the best trials.
+#[must_use]
+pub fn refit_effect(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    trials: &[Vec<Trial>],
+    effect: usize,
+    before: Option<&Candidate>,
+    evaluations: usize,
+) -> Candidate {
+    let fitted: Vec<(Extended, Losses, bool)> = channels
+        .par_iter()
+        .zip(stages)
+        .zip(trials)
+        .enumerate()
+        .map(|(k, ((data, stage), trials))| {
+            let kept = stage.losses.clone();
+            if let Some(look) = before {
+                if !look.models[k].has(effect) {
+                    return (stage.model.clone(), kept, false);
+                }
+                let model = fit_from(data, stage, &look.models[k], effect, evaluations);
+                let losses = losses_of(data, stage, &model);
+                let acts = acts(data, stage, &model, &losses);
+                return (model, losses, acts);
+            }
+            let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
+            starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+            let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
+            let mut best: Option<(f64, Extended, Losses)> = None;
+            for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {
+                let model = fit_from(data, stage, &start.start, effect, evaluations);
+                let losses = losses_of(data, stage, &model);
+                let fit = total(data, &losses.deviance, &[Role::Fit]);
+                if fit.is_finite() && best.as_ref().is_none_or(|(c, _, _)| fit < *c) {
+                    best = Some((fit, model, losses));
+                }
+            }
+            match best {
+                Some((_, model, losses)) => {
+                    let acts = acts(data, stage, &model, &losses);
+                    (model, losses, acts)
+                }
+                None => (stage.model.clone(), kept, false),
+            }
+        })
+        .collect();
+    assemble(channels, stages, effect, fitted)
+}
+
+/// Decides on which channels an effect acts.
+pub fn assemble(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    effect: usize,
+    fitted: Vec<(Extended, Losses, bool)>,
+) -> Candidate {
+    let shared = CATALOGUE[effect].reach == Reach::Rig;
+    let clear = fitted.iter().filter(|(_, _, acts)| *acts).count();
+    let any = clear > 0;
+    // Where most channels show it clearly, a channel that shows it faintly has it too.
+    let common = 2 * clear >= fitted.len().max(2);
+    let sizes: Vec<f64> =
+        fitted.iter().zip(channels).map(|((model, ..), data)| size(data, model, effect)).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let mut candidate = Candidate { effect, models: Vec::new(), acts: Vec::new(), losses: Vec::new() };
+    for (k, (model, losses, acts)) in fitted.into_iter().enumerate() {
+        let faint = common && {
+            let falls = |before: &[f64], after: &[f64]| {
+                total(&channels[k], after, &OPEN) < total(&channels[k], before, &OPEN)
+            };
+            let before = &stages[k].losses;
+            falls(&before.deviance, &losses.deviance) && falls(&before.beside_error, &losses.beside_error)
+        };
+        let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
+        let acts = (acts || faint) && !traces || shared && any;
+        let acts = acts && model.has(effect);
+        candidate.models.push(if acts { model } else { stages[k].model.clone() });
+        candidate.losses.push(if acts { losses } else { stages[k].losses.clone() });
+        candidate.acts.push(acts);
+    }
+    candidate
+}
+
+/// Distance of an effect's size from none, 0 where it does not act.
+#[must_use]
+pub fn size(data: &ChannelData, model: &Extended, effect: usize) -> f64 {
+    let null = CATALOGUE[effect].parameters[0].null;
+    let range = model.range(&data.plant, effect).filter(|_| model.has(effect));
+    range.map_or(0.0, |range| (model.values[range.start] - null).abs())
+}
+
+pub fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> Losses {
+    let residuals = whitened_residuals(data, &stage.whitening, &data.readings(model));
+    Losses::of_one(data, &stage.whitening, model, &residuals)
+}
+
+/// Does the effect improve this channel beyond what differences between blocks explain? Hunting must explain more than a trace of the error:
+/// next to a channel that hunts, others do too in the tiniest way.
+pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
+    let gains = |before: &[f64], after: &[f64]| -> Vec<f64> {
+        let pairs = data.blocks.iter().zip(before.iter().zip(after));
+        pairs.filter(|(b, _)| OPEN.contains(&b.role)).map(|(_, (before, after))| before - after).collect()
+    };
+    let surely = |gains: &[f64]| {
+        let n = gains.len() as f64;
+        let mean = gains.iter().sum::<f64>() / n;
+        let variance = gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n * (n - 1.0)).max(1.0);
+        mean > CHANNEL_ERRORS * variance.sqrt()
+    };
+    let before = &stage.losses;
+    if !surely(&gains(&before.deviance, &after.deviance)) {
+        return false;
+    }
+    if !hunts(data, model) || hunts(data, &stage.model) {
+        return true;
+    }
+    let gains = gains(&before.beside_error, &after.beside_error);
+    surely(&gains) && gains.iter().sum::<f64>() >= least_gain(row_count(data, &OPEN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, measured, with};
+    use crate::effects::catalogue::index_of;
+
+    /// Two channels of which the first has a lag of this size and the second another, each with its noise.
+    fn refitted(lags: [f64; 2]) -> (Candidate, usize) {
+        let (data, base) = channel(false);
+        let lag = index_of("valve_lag").unwrap();
+        let channels: Vec<ChannelData> = lags
+            .iter()
+            .zip(0..)
+            .map(|(&size, seed)| measured(data.clone(), &with(&data, &base, "valve_lag", &[size]), seed))
+            .collect();
+        let stages: Vec<ChannelStage> =
+            channels.iter().map(|data| ChannelStage::new(data, base.clone(), (0..7).collect())).collect();
+        let trials: Vec<Vec<Trial>> = channels
+            .iter()
+            .zip(&stages)
+            .map(|(data, stage)| {
+                crate::diagnosis::screening::Probing::new(data, stage).try_effect(lag, &|| None)
+            })
+            .collect();
+        (refit_effect(&channels, &stages, &trials, lag, None, 20), lag)
+    }
+
+    #[test]
+    fn an_effect_is_refitted_where_it_acts_and_left_away_where_it_does_not() {
+        let (candidate, lag) = refitted([0.02, 0.0]);
+        assert_eq!(candidate.acts, [true, false]);
+        let (data, _) = channel(false);
+        let sizes: Vec<f64> = candidate.models.iter().map(|model| size(&data, model, lag)).collect();
+        assert!((sizes[0] / 0.02 - 1.0).abs() < 0.05 && sizes[1] == 0.0, "{sizes:?}");
+    }
+
+    #[test]
+    fn a_trace_beside_a_large_size_does_not_count_and_the_same_size_everywhere_does() {
+        // A fortieth of the other's size is below what is worth a name, 2.5 ms.
+        assert_eq!(refitted([0.04, 0.001]).0.acts, [true, false]);
+        assert_eq!(refitted([0.02, 0.02]).0.acts, [true, true]);
+    }
+}

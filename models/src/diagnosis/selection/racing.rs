@@ -1,0 +1,186 @@
+//! One round of the search: what passed the gate is refitted and ranked, and the best may be named.
+
+use super::acceptance::kept_total;
+use super::acceptance::open_rows;
+use rayon::prelude::*;
+
+use super::acceptance::{LARGE_ERROR, least_share, worth_naming};
+use super::candidate::{Candidate, refit_effect};
+use super::warm_start::borrow;
+use crate::diagnosis::channel::{ChannelData, OPEN};
+use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::likelihood::{block_losses, hunts, together, total};
+use crate::diagnosis::resampling::bootstrap;
+use crate::diagnosis::screening::{Gate, Trial};
+use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
+
+/// Candidates that are looked at in a round at most.
+const MOST_LOOKS: usize = 10;
+/// Candidates that promise less than this part of the best promise are not looked at.
+const PROMISE: f64 = 0.2;
+/// The same for this part of what a name would need: a refit finds more than a probe promises, but hardly where little is left.
+const HOPEFUL: f64 = 0.75;
+/// Evaluations of the model that a first look may spend on each start.
+const LOOK: usize = 4;
+/// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
+/// evaluations.
+const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
+/// A candidate that leaves so many times as much as the best so far drops out too.
+const OUTDONE: f64 = 5.0;
+/// A candidate that a round brings forward by less than this part of its gain has arrived.
+const ARRIVED: f64 = 0.002;
+/// The same of a loop that hunts, whose likelihood differs by as much from one course of the noise to the next.
+const ARRIVED_HUNTING: f64 = 0.02;
+/// Times that the best candidate is fitted further where much is left ...
+const MORE: usize = 3;
+/// ... unless that leaves more than this part of it.
+const STUCK: f64 = 0.95;
+/// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
+pub const TIE_SHARE: f64 = 0.01;
+/// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
+const TIE_GAIN: f64 = 0.25;
+/// Evaluations that may be spent when everything is fitted together.
+pub const SETTLE: usize = 20;
+/// Level of the gate.
+pub const LEVEL: f64 = 0.05;
+/// An effect in one round of the search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Considered {
+    /// Number of the effect in the catalogue.
+    pub effect: usize,
+    /// Its statistic.
+    pub statistic: f64,
+    /// Its p-value over the whole catalogue.
+    pub p_value: f64,
+    /// Squared whitened error on the open blocks without it.
+    pub kept: f64,
+    /// The same with it, where it was refitted.
+    pub loss: Option<f64>,
+}
+
+/// Refits what passed the gate; returns the winner and all candidates, best first, when one is worth naming.
+pub fn round(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    tried: &[Vec<Trial>],
+    gates: &[Gate],
+    rounds: &mut Vec<Vec<Considered>>,
+) -> Option<(usize, Vec<Candidate>)> {
+    let mut passed: Vec<(f64, usize)> = gates
+        .iter()
+        .filter(|g| g.p_value <= LEVEL)
+        .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
+        .collect();
+    passed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let whole: f64 = kept_total(channels, stages);
+    let promised = passed.first().map_or(0.0, |p| whole - p.0);
+    let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
+    let least = (PROMISE * promised).max(HOPEFUL * needed);
+    passed.retain(|p| whole - p.0 >= least);
+    passed.truncate(MOST_LOOKS);
+    let look = |effect: usize, before: Option<&Candidate>, evaluations: usize| {
+        let candidate = refit_effect(channels, stages, tried, effect, before, evaluations);
+        let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
+        (loss, candidate)
+    };
+    // A first look at all, then in earnest at the best, as long as that brings them further.
+    let mut ranked: Vec<(f64, Candidate)> =
+        passed.par_iter().map(|&(_, effect)| look(effect, None, LOOK)).collect();
+    let mut moving = vec![true; ranked.len()];
+    for (near, evaluations) in EARNEST {
+        let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
+        ranked.par_iter_mut().zip(&mut moving).for_each(|((loss, candidate), moving)| {
+            if !*moving || *loss - least > near * (whole - least) || *loss > OUTDONE * least {
+                return;
+            }
+            let (_, further) = look(candidate.effect, Some(candidate), evaluations);
+            let further = borrow(channels, stages, &further, evaluations);
+            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            let hunting = channels.iter().zip(&further.models).any(|(data, model)| hunts(data, model));
+            let arrived = if hunting { ARRIVED_HUNTING } else { ARRIVED };
+            *moving = *loss - next > arrived * (whole - *loss);
+            // Not only where it is better: of several looks at a loop that hunts the best would be better by luck.
+            (*loss, *candidate) = (next, further);
+        });
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Where much is left the best may not have arrived yet.
+    if let Some((loss, best)) = ranked.first_mut() {
+        for _ in 0..MORE {
+            if *loss <= LARGE_ERROR * open_rows(channels) {
+                break;
+            }
+            let (_, further) = look(best.effect, Some(best), SETTLE);
+            let further = borrow(channels, stages, &further, SETTLE);
+            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            let stuck = next > STUCK * *loss;
+            if next < *loss {
+                (*loss, *best) = (next, further);
+            }
+            if stuck {
+                break;
+            }
+        }
+    }
+    let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
+    let considered = gates
+        .iter()
+        .map(|gate| {
+            let refitted = ranked.iter().find(|c| c.effect == gate.effect);
+            let loss = refitted.map(|c| together(channels, &c.losses, &OPEN).iter().sum());
+            Considered {
+                effect: gate.effect,
+                statistic: gate.statistic,
+                p_value: gate.p_value,
+                kept: whole,
+                loss,
+            }
+        })
+        .collect();
+    rounds.push(considered);
+    let winner = ranked
+        .iter()
+        .position(|candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate))?;
+    Some((winner, ranked))
+}
+
+/// Does it stand for causes outside the catalogue?
+pub fn is_foil(candidate: &Candidate) -> bool {
+    CATALOGUE[candidate.effect].question == Question::Foil
+}
+
+/// Sum over the channels of the least loss that a probe promises.
+fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
+    let mut sum = 0.0;
+    for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
+        let kept = total(data, &stage.losses.deviance, &OPEN);
+        let own = total(data, &block_losses(data, &stage.residuals), &OPEN);
+        let least =
+            trials.iter().filter(|t| t.effect == effect).map(|t| t.promise).fold(f64::INFINITY, f64::min);
+        sum += kept + (least - own).min(0.0);
+    }
+    sum
+}
+
+/// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks cannot tell them apart, or what
+/// they leave is negligible against the gain.
+pub fn rivals(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    ranked: &[Candidate],
+    winner: usize,
+) -> Vec<usize> {
+    let before = kept_total(channels, stages);
+    let best = together(channels, &ranked[winner].losses, &OPEN);
+    let gain = before - best.iter().sum::<f64>();
+    (0..ranked.len())
+        .filter(|&k| k != winner)
+        .filter(|&k| {
+            let other = together(channels, &ranked[k].losses, &OPEN);
+            let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
+            let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
+            left < TIE_SHARE * best.iter().sum::<f64>() || (low <= 0.0 && left < TIE_GAIN * gain)
+        })
+        .collect()
+}

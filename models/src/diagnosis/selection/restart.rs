@@ -1,0 +1,163 @@
+//! A second look where nothing explains: every effect with base parameters of its own.
+//!
+//! In a board's loop, a base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what
+//! chatters behind a narrow tube) that the effect itself explains nothing from there.
+
+use rayon::prelude::*;
+
+use super::acceptance::worth_naming;
+use super::candidate::{Candidate, refit_effect};
+use super::racing::{LEVEL, rivals};
+use super::selected::Found;
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
+use crate::diagnosis::estimation::{
+    ChannelStage, GAINS, free_of, plain_cost, plain_costs, refit, start, with_usual,
+};
+use crate::diagnosis::likelihood::{Whitening, together, whitened_residuals};
+use crate::diagnosis::screening::{Trial, applicable, judge, scores};
+use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
+
+/// Drive at which the valve's edges are taken to be.
+const EDGE: f64 = 0.06;
+/// Effects that are fitted.
+const LOOKED: usize = 4;
+/// An effect that leaves more than this part of the squared error of a channel is not followed.
+const PART: f64 = 0.3;
+/// Evaluations of a fit, with weights that go with its start.
+const EVALUATIONS: usize = 10;
+
+/// A cause that explains a large error only with base parameters of its own, and the models with it.
+#[must_use]
+pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
+    let ranked = candidates(channels, stages);
+    let best = ranked.first().filter(|best| worth_naming(channels, stages, best))?;
+    let p_value = p_value(channels, stages, best);
+    if p_value > LEVEL {
+        return None;
+    }
+    let equivalent = rivals(channels, stages, &ranked, 0);
+    Some((best.models.clone(), Found::new(channels, stages, &ranked, 0, &equivalent, p_value)))
+}
+
+/// Looks on the channel with the largest error for effects that explain it, and fits those to all; best first.
+fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidate> {
+    let costs: Vec<f64> = channels.iter().zip(stages).map(|(d, s)| plain_cost(d, &s.model)).collect();
+    let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
+        return Vec::new();
+    };
+    let looked: Vec<(usize, Extended)> = first_looks(&channels[worst])
+        .into_par_iter()
+        .take(LOOKED)
+        .map(|(effect, model)| (effect, fit(&channels[worst], &model)))
+        .filter(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst])
+        .collect();
+    let none = vec![Vec::new(); channels.len()];
+    let mut fitted: Vec<(f64, Candidate)> = looked
+        .into_iter()
+        .map(|(effect, lent)| {
+            let models = channels.par_iter().map(|data| fit(data, &lent)).collect();
+            let acts = vec![true; channels.len()];
+            let look = Candidate { effect, models, acts, losses: Vec::new() };
+            // Only judged here: the weights that go with a model that is no description would lead a fit astray.
+            let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
+            (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)
+        })
+        .collect();
+    fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fitted.into_iter().map(|(_, candidate)| candidate).collect()
+}
+
+/// The best start of every effect on a channel, best first.
+fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
+    let asked = |&effect: &usize| {
+        applicable(data, effect, Question::Structure) && CATALOGUE[effect].question == Question::Structure
+    };
+    let mut best: Vec<(f64, usize, Extended)> = (0..CATALOGUE.len())
+        .filter(asked)
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .filter_map(|effect| {
+            let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
+                GAINS
+                    .iter()
+                    .map(|gain| with_usual(data, &start(data, *gain, EDGE)).with(&data.plant, effect, probe))
+            });
+            let starts: Vec<Extended> = starts.collect();
+            let costs = plain_costs(data, &starts).into_iter().zip(starts);
+            let costs = costs.map(|(cost, model)| (cost, effect, model));
+            costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
+        })
+        .collect();
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
+}
+
+/// Base parameters and effects, all free.
+fn fit(data: &ChannelData, model: &Extended) -> Extended {
+    let free = free_of(data, model, false);
+    let whitening = Whitening::new(data, &data.disturbances(model));
+    refit(data, &whitening, model, &free, EVALUATIONS).0
+}
+
+/// What chance explains of the sum of the scores, on the blocks that were not fitted.
+fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> f64 {
+    let trial = |((data, stage), model): ((&ChannelData, &ChannelStage), &Extended)| {
+        let left = whitened_residuals(data, &stage.whitening, &data.readings(model));
+        let direction: Vec<f64> = stage.residuals.iter().zip(&left).map(|(r, l)| r - l).collect();
+        vec![Trial {
+            effect: candidate.effect,
+            probe: 0,
+            start: model.clone(),
+            scores: scores(data, &stage.residuals, &direction, &[Role::Select]),
+            loss: 0.0,
+            promise: 0.0,
+            one_sided: true,
+        }]
+    };
+    let trials: Vec<Vec<Trial>> = channels.iter().zip(stages).zip(&candidate.models).map(trial).collect();
+    judge(&trials).first().map_or(1.0, |gate| gate.p_value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
+
+    /// A loop around a valve with a narrow tube behind it, and a base model as the tube leads it astray.
+    fn behind_a_tube() -> (ChannelData, ChannelStage, Extended) {
+        let (mut data, base) = channel(true);
+        let tube = index_of("line_restriction").expect("it is in the catalogue");
+        let truth = base.with(&data.plant, tube, &[1.3, 0.05, 0.0]);
+        data.measured_kpa = data.readings(&truth).into();
+        let mut astray = base;
+        astray.values[2] *= 10.0;
+        let free = free_of(&data, &astray, false);
+        let stage = ChannelStage::new(&data, astray, free);
+        (data, stage, truth)
+    }
+
+    #[test]
+    fn a_tube_is_found_with_a_valve_of_its_own() {
+        let (data, stage, truth) = behind_a_tube();
+        let before = plain_cost(&data, &stage.model);
+        let ranked = candidates(std::slice::from_ref(&data), &[stage]);
+        let best = ranked.first().expect("the tube explains nearly everything");
+        assert!(best.models[0].has(best.effect) && best.effect == truth.effects[0], "{best:?}");
+        let left = plain_cost(&data, &best.models[0]) / before;
+        assert!(left < 0.01, "{left} of the squared error is left");
+        let gain = best.models[0].values[2] / truth.values[2];
+        assert!((0.8..1.25).contains(&gain), "a valve of {gain} times the right gain");
+    }
+
+    #[test]
+    fn what_leaves_too_much_is_not_followed() {
+        let (mut data, stage, truth) = behind_a_tube();
+        // Beside the tube something that no effect of the catalogue does.
+        let wave = |row: usize| 40.0 * (0.9 * row as f64).sin();
+        data.measured_kpa = data.readings(&truth).iter().enumerate().map(|(k, y)| y + wave(k)).collect();
+        let stage = ChannelStage::new(&data, stage.model, stage.free);
+        assert!(candidates(&[data], &[stage]).is_empty());
+    }
+}

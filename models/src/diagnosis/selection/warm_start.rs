@@ -1,0 +1,151 @@
+//! Other starts for a candidate that is stuck on a channel.
+//!
+//! A base model that was fitted alone has imitated what it lacks, and with the right effect the fit begins there. On the way back a leak
+//! that is zero and a corner without width have no slope. Channels of one rig resemble each other: one that is fitted well lends its
+//! parameters.
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, acts, assemble, losses_of};
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
+use crate::diagnosis::estimation::{ChannelStage, fit_from, rounded};
+use crate::diagnosis::likelihood::{Losses, row_count, total};
+
+/// A channel whose mean squared residual is larger by this factor than another's is tried from that one's model.
+const WORSE: f64 = 1.5;
+
+/// Fits a candidate from other starts on channels that are described much worse than others or whose valve has lost its corner, and keeps
+/// what is better.
+#[must_use]
+pub fn borrow(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    candidate: &Candidate,
+    evaluations: usize,
+) -> Candidate {
+    let lenders = Lenders::new(channels, stages, candidate);
+    let fitted = channels
+        .par_iter()
+        .zip(stages)
+        .enumerate()
+        .map(|(k, (data, stage))| {
+            let mut best = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
+            for start in [lenders.lent_to(k), corner_back(data, candidate, k)].into_iter().flatten() {
+                let model = fit_from(data, stage, &start, candidate.effect, evaluations);
+                let losses = losses_of(data, stage, &model);
+                if total(data, &losses.deviance, &[Role::Fit]) < total(data, &best.1.deviance, &[Role::Fit]) {
+                    let acts = acts(data, stage, &model, &losses);
+                    best = (model, losses, acts);
+                }
+            }
+            best
+        })
+        .collect();
+    assemble(channels, stages, candidate.effect, fitted)
+}
+
+/// The model of a channel on which the candidate acts, with its corner rounded again.
+fn corner_back(data: &ChannelData, candidate: &Candidate, k: usize) -> Option<Extended> {
+    if candidate.acts[k] { rounded(data, &candidate.models[k]) } else { None }
+}
+
+/// Who may lend to whom.
+struct Lenders<'a> {
+    channels: &'a [ChannelData],
+    candidate: &'a Candidate,
+    /// The other effects of every channel.
+    others: Vec<&'a [usize]>,
+    /// Mean squared residuals.
+    means: Vec<f64>,
+}
+
+impl<'a> Lenders<'a> {
+    fn new(channels: &'a [ChannelData], stages: &'a [ChannelStage], candidate: &'a Candidate) -> Self {
+        let mean = |(data, losses): (&ChannelData, &Losses)| {
+            total(data, &losses.deviance, &OPEN) / row_count(data, &OPEN).max(1.0)
+        };
+        let means = channels.iter().zip(&candidate.losses).map(mean).collect();
+        let others = stages.iter().map(|stage| stage.model.effects.as_slice()).collect();
+        Self { channels, candidate, others, means }
+    }
+
+    /// The model of the best channel on which the candidate acts; where that is this one or hardly better, the base of the best of all.
+    fn lent_to(&self, k: usize) -> Option<Extended> {
+        let Candidate { effect, models, acts, .. } = self.candidate;
+        let best = |among: &dyn Fn(usize) -> bool| {
+            let like = (0..self.means.len()).filter(|&j| among(j) && self.others[j] == self.others[k]);
+            like.min_by(|&a, &b| self.means[a].total_cmp(&self.means[b]))
+                .filter(|&j| self.means[k] >= WORSE * self.means[j])
+        };
+        if let Some(lender) = best(&|j| acts[j]) {
+            return Some(models[lender].clone());
+        }
+        let lender = best(&|j| !acts[j]).filter(|_| acts[k])?;
+        let own = models[k].range(&self.channels[k].plant, *effect)?;
+        Some(models[lender].with(&self.channels[k].plant, *effect, &models[k].values[own]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::estimation::free_base;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
+
+    /// Channels behind a driver that limits the first one's drive, and a candidate that is stuck there: no leak, no corner, the limit too wide.
+    fn stuck(count: usize) -> (Vec<ChannelData>, Vec<ChannelStage>, Candidate) {
+        let effect = index_of("drive_saturation").expect("it is in the catalogue");
+        let (data, base) = channel(false);
+        let mut channels = vec![data; count];
+        let limited = base.with(&channels[0].plant, effect, &[0.2]);
+        channels[0].measured_kpa = channels[0].readings(&limited).into();
+        let stages: Vec<ChannelStage> =
+            channels.iter().map(|data| ChannelStage::new(data, base.clone(), free_base(data))).collect();
+        let mut models: Vec<Extended> = stages.iter().map(|stage| stage.model.clone()).collect();
+        let mut losses: Vec<Losses> = stages.iter().map(|stage| stage.losses.clone()).collect();
+        let mut start = base.with(&channels[0].plant, effect, &[0.24]);
+        let corner = channels[0].plant.position("corner").expect("a valve has one");
+        (start.values[0], start.values[1], start.values[corner]) = (0.0, 0.0, 1e-4);
+        losses[0] = losses_of(&channels[0], &stages[0], &start);
+        models[0] = start;
+        let acts = (0..count).map(|k| k == 0).collect();
+        (channels, stages, Candidate { effect, models, acts, losses })
+    }
+
+    fn left(channels: &[ChannelData], candidate: &Candidate) -> f64 {
+        total(&channels[0], &candidate.losses[0].deviance, &[Role::Fit])
+    }
+
+    #[test]
+    fn a_valve_that_lost_its_corner_is_fitted_with_it_again() {
+        let (channels, stages, candidate) = stuck(1);
+        let better = borrow(&channels, &stages, &candidate, 10);
+        let limit = better.models[0].values.last().copied();
+        assert!(
+            left(&channels, &better) < 1e-3 * left(&channels, &candidate),
+            "{} {} {:?}",
+            left(&channels, &better),
+            left(&channels, &candidate),
+            better.models
+        );
+        assert!(limit.is_some_and(|limit| (limit - 0.2).abs() < 1e-3), "{limit:?}");
+    }
+
+    #[test]
+    fn a_neighbour_lends_its_valve_and_nothing_else() {
+        let (channels, stages, candidate) = stuck(2);
+        let lent = Lenders::new(&channels, &stages, &candidate).lent_to(0);
+        let expected = stages[1].model.with(&channels[0].plant, candidate.effect, &[0.24]);
+        assert_eq!(lent, Some(expected));
+        assert_eq!(Lenders::new(&channels, &stages, &candidate).lent_to(1), None);
+    }
+
+    #[test]
+    fn a_valve_with_a_corner_that_is_described_as_well_as_the_others_is_left_alone() {
+        let (channels, stages, mut candidate) = stuck(1);
+        let corner = channels[0].plant.position("corner").expect("a valve has one");
+        candidate.models[0].values[corner] = 0.02;
+        assert_eq!(borrow(&channels, &stages, &candidate, 10).models, candidate.models);
+    }
+}
