@@ -37,6 +37,9 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Checks of the simulation itself.
     pub checks: Checks,
+    /// Every level, prior and threshold that decided, by its name in [`settings`](crate::diagnosis::settings); the page says what and why.
+    #[serde(default)]
+    pub settings: BTreeMap<String, f64>,
 }
 
 /// What was found.

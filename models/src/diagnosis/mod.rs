@@ -33,6 +33,7 @@ mod rollout_errors;
 mod run;
 mod screening;
 mod selection;
+pub mod settings;
 mod simulation;
 #[cfg(test)]
 mod testing;

@@ -17,6 +17,7 @@ use crate::diagnosis::preconditions::{Purpose, check, prepare_for};
 use crate::diagnosis::report::{ExtendedFile, cause, earned, extended_file, verdict};
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
+use crate::diagnosis::settings;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -242,6 +243,7 @@ fn assemble(
             blocks: [count(Role::Fit), count(Role::Select), count(Role::Test)],
             block_s: block_length_s(recording.duration_s()),
         },
+        settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
     };
     report.sentence = verdict::sentence(&report, change);
     let extended = extended_file(&channels, &extended_models, rig);

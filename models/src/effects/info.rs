@@ -1,6 +1,6 @@
 //! What the catalogue says about an effect.
 
-use super::Plant;
+use super::{ChannelInputs, DriveInput, Plant};
 use crate::model::Scale;
 
 /// How far one set of an effect's parameters reaches.
@@ -130,6 +130,56 @@ impl EffectParameter {
     }
 }
 
+/// A sine in the supply that a recording shows, `cosine cos(w t) + sine sin(w t)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave {
+    /// Amplitude of the cosine, over the gauge supply pressure.
+    pub cosine: f64,
+    /// Amplitude of the sine, over the gauge supply pressure.
+    pub sine: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Gauge supply pressure, Pa.
+    pub gauge_pa: f64,
+}
+
+impl Wave {
+    /// Amplitude over the gauge supply pressure.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.cosine.hypot(self.sine)
+    }
+
+    /// Period, s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.frequency_hz.recip()
+    }
+}
+
+/// What makes an effect different from most, wherever it matters.
+#[derive(Debug, Clone, Copy)]
+pub enum Trait {
+    /// Needs the pressure in the chamber on the other side of the joint.
+    NeedsOpposite,
+    /// Needs the pressure of the channel that the converter samples before.
+    NeedsSampledBefore,
+    /// Needs the flow that the other channels draw from the supply.
+    NeedsOthersDraw,
+    /// Needs one spool for both ways: two valves have a gain each in the base model.
+    NeedsOneSpool,
+    /// Its first parameter is a threshold: where it is passed a little later, everything after it is different, and there is no derivative.
+    Thresholded,
+    /// With it a board's loop hunts.
+    LimitCycle,
+    /// It happens at times that the rows tell only roughly.
+    RoughlyTimed,
+    /// It belongs to a recording of some minutes and means nothing over months: then another offset or gain is seen.
+    WithinARecording,
+    /// It comes back with a period of its own; its probes follow from a wave that the recording shows.
+    Periodic(fn(&Wave) -> Vec<Vec<f64>>),
+}
+
 /// An entry of the catalogue.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectInfo {
@@ -161,6 +211,8 @@ pub struct EffectInfo {
     /// Smallest value of the first parameter (distance from null) worth naming, in its unit: below it the recording's own
     /// timing and rounding can look the same.
     pub smallest: f64,
+    /// What makes it different.
+    pub traits: &'static [Trait],
     /// What a person at the rig looks at first when this is named.
     pub check: &'static str,
 }
@@ -170,6 +222,60 @@ impl EffectInfo {
     #[must_use]
     pub fn in_base(&self, plant: &Plant) -> bool {
         !plant.model.is_regulator() && !plant.separate() && self.parameters.iter().any(|p| p.in_base)
+    }
+
+    /// Has its first parameter no derivative?
+    #[must_use]
+    pub fn is_thresholded(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::Thresholded))
+    }
+
+    /// Does a board's loop hunt with it?
+    #[must_use]
+    pub fn makes_limit_cycles(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::LimitCycle))
+    }
+
+    /// Does it happen at times that rows tell only roughly?
+    #[must_use]
+    pub fn is_roughly_timed(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::RoughlyTimed))
+    }
+
+    /// Can it be seen from one recording to another, and not only within one?
+    #[must_use]
+    pub fn lasts(&self) -> bool {
+        !self.traits.iter().any(|t| matches!(t, Trait::WithinARecording))
+    }
+
+    /// Does it need the pressures of other channels?
+    #[must_use]
+    pub fn needs_others_pressures(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::NeedsOpposite | Trait::NeedsSampledBefore))
+    }
+
+    /// Does it need the flow that the other channels draw?
+    #[must_use]
+    pub fn needs_others_draw(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::NeedsOthersDraw))
+    }
+
+    /// Is what it needs known of a channel with these inputs? The draw of others always is.
+    #[must_use]
+    pub fn is_known(&self, inputs: &ChannelInputs) -> bool {
+        self.traits.iter().all(|t| match t {
+            Trait::NeedsOpposite => !inputs.opposite_pa.is_empty(),
+            Trait::NeedsSampledBefore => !inputs.sampled_before_pa.is_empty(),
+            Trait::NeedsOneSpool => !matches!(inputs.drive, DriveInput::Separate { .. }),
+            _ => true,
+        })
+    }
+
+    /// Probes for a wave that the recording shows; none of an effect without a period.
+    #[must_use]
+    pub fn probes_of(&self, wave: &Wave) -> Vec<Vec<f64>> {
+        let periodic = |t: &Trait| if let Trait::Periodic(probes) = t { Some(*probes) } else { None };
+        self.traits.iter().find_map(periodic).map_or_else(Vec::new, |probes| probes(wave))
     }
 
     /// Position of a parameter by name.

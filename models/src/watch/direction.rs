@@ -5,10 +5,6 @@ use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, EffectInfo, EffectParameter, Plant, Question};
 use crate::model::Scale;
 
-/// What belongs to a recording of some minutes and means nothing over months: a sensor that drifts or a valve that wears is seen as
-/// another offset or gain.
-const OF_A_RECORDING: [&str; 2] = ["sensor_drift", "valve_wear"];
-
 /// An effect that is watched for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
@@ -34,7 +30,7 @@ fn direction(plant: &Plant, model: &Extended, effect: usize) -> Option<Direction
         Domain::Regulator => plant.model.is_regulator(),
         Domain::Both => true,
     };
-    if !fits || info.question == Question::Foil || OF_A_RECORDING.contains(&info.id) {
+    if !fits || info.question == Question::Foil || !info.lasts() {
         return None;
     }
     let probe = info.probes.first()?;

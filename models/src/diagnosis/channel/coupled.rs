@@ -7,8 +7,8 @@ use super::model::Extended;
 use super::neighbours::Pressures;
 use super::variable::Variable;
 use crate::data::ChannelId;
-use crate::effects::Series;
 use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{EffectInfo, Series};
 
 /// Passes over all channels when one of them depends on the others.
 const PASSES: usize = 4;
@@ -16,10 +16,11 @@ const PASSES: usize = 4;
 /// Traces (reading in kPa gauge, drive, flow drawn) of all channels, each with its neighbours as simulated.
 #[must_use]
 pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f64; 3]>> {
-    let needs = |id: &str| models.iter().any(|m| m.effects.iter().any(|&e| CATALOGUE[e].id == id));
+    let needs =
+        |what: fn(&EffectInfo) -> bool| models.iter().any(|m| m.effects.iter().any(|&e| what(CATALOGUE[e])));
     let corrected = |by| models.iter().filter_map(|m| m.correction.as_ref()).any(|c| c.variable == by);
-    let pressures = needs("chamber_coupling") || needs("sensor_crosstalk") || corrected(Variable::Opposite);
-    let draws = needs("supply_sag") || corrected(Variable::OthersDraw);
+    let pressures = needs(EffectInfo::needs_others_pressures) || corrected(Variable::Opposite);
+    let draws = needs(EffectInfo::needs_others_draw) || corrected(Variable::OthersDraw);
     let traces = |channels: &[ChannelData]| -> Vec<Vec<[f64; 3]>> {
         channels.par_iter().zip(models).map(|(data, model)| data.trace(model)).collect()
     };

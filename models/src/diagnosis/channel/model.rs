@@ -1,14 +1,12 @@
 //! A model of one channel: the base model, effects at work, and their parameters' values.
 
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Plant;
 use crate::effects::catalogue::{AnyEffect, CATALOGUE};
 use crate::model::Parameter;
 use crate::numeric::Scalar;
 
 use super::correction::Correction;
-
-/// Widest overlap of a valve's edges that is believed: beyond it a fit bends the valve's corner to imitate something else.
-const WIDEST_EDGE: f64 = 0.5;
 
 /// Effects at work and their parameters' values: a model of one channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +102,7 @@ impl Extended {
     pub fn parameters(&self, plant: &Plant) -> Vec<Parameter> {
         let mut list = plant.parameters();
         for p in list.iter_mut().filter(|p| p.name.starts_with("threshold")) {
-            (p.lower, p.upper) = (p.lower.max(-WIDEST_EDGE), p.upper.min(WIDEST_EDGE));
+            (p.lower, p.upper) = (p.lower.max(-SETTINGS.widest_edge), p.upper.min(SETTINGS.widest_edge));
         }
         for &e in &self.effects {
             let usual = self.usual.contains(&e);

@@ -3,6 +3,7 @@
 //! Blocks of a few seconds alternate between fitting, selecting and testing, so that what changes slowly (drift, wear, ripple) is
 //! in all three, with a gap before each.
 
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::ChannelInputs;
 
 /// What a block is used for.
@@ -23,15 +24,6 @@ pub const OPEN: [Role; 2] = [Role::Fit, Role::Select];
 const PATTERN: [Role; 8] =
     [Role::Fit, Role::Select, Role::Fit, Role::Test, Role::Fit, Role::Test, Role::Fit, Role::Select];
 
-/// Longest block, s: the start pressure and a slow wander of the supply are free in each.
-const LONGEST_S: f64 = 5.0;
-/// Shortest block, s.
-const SHORTEST_S: f64 = 1.0;
-/// Blocks that are wanted in a short recording.
-const WANTED: f64 = 24.0;
-/// Part of a block that is simulated but not compared.
-const GAP: f64 = 0.06;
-
 /// A stretch of rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
@@ -48,7 +40,7 @@ pub struct Block {
 /// Length of the blocks of a recording of this length, s.
 #[must_use]
 pub fn block_length_s(duration_s: f64) -> f64 {
-    (duration_s / WANTED).clamp(SHORTEST_S, LONGEST_S)
+    (duration_s / SETTINGS.blocks_wanted).clamp(SETTINGS.shortest_block_s, SETTINGS.longest_block_s)
 }
 
 /// Cuts the rows into blocks, none of which crosses a start.
@@ -65,7 +57,7 @@ pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
             let to = row_at(begin_s + length);
             if inputs.time_s[to - 1] - begin_s > 0.6 * length {
                 // The simulation starts from one measured pressure at the very beginning: more to forget.
-                let gap = if from == start { 0.25 } else { GAP };
+                let gap = if from == start { 0.25 } else { SETTINGS.block_gap };
                 let role = PATTERN[blocks.len() % PATTERN.len()];
                 blocks.push(Block { start: from, compared: row_at(begin_s + gap * length), end: to, role });
             }

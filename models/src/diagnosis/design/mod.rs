@@ -11,6 +11,7 @@ mod separation;
 mod trajectory;
 
 use crate::diagnosis::estimation::refit;
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
 pub use menu::Excitation;
@@ -21,7 +22,7 @@ use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::json::{Cause, ConsideredExperiment, NextExperiment};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::report::verdict;
-use crate::diagnosis::selection::{Found, Outcome, TIE_SHARE};
+use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 use planned::realisable;
@@ -104,7 +105,7 @@ pub fn plan(
     let noise_kpa = watched.iter().map(|&k| channels[k].noise_kpa).sum::<f64>() / watched.len().max(1) as f64;
     let so_far: usize = watched.iter().map(|&k| channels[k].rows.len()).sum();
     // The rule for ties, on both recordings together.
-    let settles = apart.squared > 2.0 * TIE_SHARE * (so_far + apart.rows) as f64;
+    let settles = apart.squared > 2.0 * SETTINGS.tie_share * (so_far + apart.rows) as f64;
     let considered = looked.iter().map(|(e, s)| ConsideredExperiment {
         excitation: e.name().to_owned(),
         seconds: e.seconds(),

@@ -5,14 +5,8 @@ use crate::diagnosis::json::Symptom;
 use crate::diagnosis::likelihood::{WANDERS, Whitening, wander};
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::Outcome;
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
-
-/// A base model whose error is more than this part of the pressure's movement describes nothing.
-const POOR: f64 = 0.3;
-/// An error larger than the allowed one by this factor is something else.
-const BEYOND: f64 = 1.7;
-/// An error larger by this factor is more than any weight accounts for.
-const ASTRAY: f64 = 5.0;
 
 /// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where the model is right, kPa.
 #[must_use]
@@ -35,21 +29,22 @@ pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
 /// Is an error more than what is allowed?
 #[must_use]
 pub fn beyond(error_kpa: f64, allowed_kpa: f64) -> bool {
-    error_kpa > BEYOND * allowed_kpa
+    error_kpa > SETTINGS.beyond * allowed_kpa
 }
 
 /// Is the base model so far off, where drives are recorded, that weights which belong to noise and wander mean nothing?
 #[must_use]
 pub fn astray(channels: &[ChannelData], base: &[Extended]) -> bool {
     let driven = channels.iter().all(|data| !data.inputs.in_loop());
-    driven && BlockErrors::of(channels, base, Role::Select).all() > ASTRAY * allowed_kpa(channels, base)
+    driven
+        && BlockErrors::of(channels, base, Role::Select).all() > SETTINGS.astray * allowed_kpa(channels, base)
 }
 
 /// A remark on a base model that describes nothing.
 #[must_use]
 pub fn poor(channels: &[ChannelData], base_kpa: f64) -> Option<String> {
     let movement = movement_kpa(channels);
-    (base_kpa > POOR * movement).then(|| format!(
+    (base_kpa > SETTINGS.poor * movement).then(|| format!(
         "The base model alone is no description of this recording: its error of {base_kpa:.2} kPa is not small against the movement of the pressure ({movement:.2} kPa RMS). Check the rig file, the units and the columns before trusting any name."
     ))
 }

@@ -1,5 +1,6 @@
 //! What stays unexplained: what the residual still depends on, how much it is, and a smooth correction of it.
 
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
 use super::discrepancy_model::fit_correction;
@@ -12,13 +13,8 @@ use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Found, Outcome, staged};
 use crate::effects::catalogue::CATALOGUE;
 
-/// A dependence that accounts for less than this part of the squared residual is not worth mention.
-const DEPENDENCE_SHARE: f64 = 0.03;
-/// Level of the dependence tests.
-const DEPENDENCE_LEVEL: f64 = 0.05;
-
 fn matters(d: &Dependence) -> bool {
-    d.p_value <= DEPENDENCE_LEVEL && d.share >= DEPENDENCE_SHARE
+    d.p_value <= SETTINGS.level && d.share >= SETTINGS.dependence_share
 }
 
 /// What depends on what, before and after.
@@ -75,7 +71,7 @@ impl Rest {
         let gained = loss(&self.base_stages) - loss(&outcome.stages) - taken_up;
         Variable::ALL.iter().any(|&variable| {
             let clear =
-                self.symptoms.iter().filter(|d| d.variable == variable && d.p_value <= DEPENDENCE_LEVEL);
+                self.symptoms.iter().filter(|d| d.variable == variable && d.p_value <= SETTINGS.level);
             clear.map(|d| d.explained.max(0.0)).sum::<f64>() > gained
         })
     }
@@ -93,7 +89,7 @@ pub fn imitated_beside(channels: &[ChannelData], outcome: &Outcome) -> Vec<&'sta
         let stages = staged(channels, cause.without.clone(), false);
         let found = dependences(channels, &stages);
         let smooth = |variable: Variable| -> f64 {
-            let clear = found.iter().filter(|d| d.variable == variable && d.p_value <= DEPENDENCE_LEVEL);
+            let clear = found.iter().filter(|d| d.variable == variable && d.p_value <= SETTINGS.level);
             clear.map(|d| d.explained.max(0.0)).sum()
         };
         Variable::ALL.into_iter().map(smooth).fold(0.0, f64::max) > cause.gained

@@ -81,11 +81,20 @@ pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
     if model.values[corner] > SHARP_MM2 {
         return None;
     }
-    let gain = model.values[2];
+    let gain = gain_of(data, model)?;
     let mut rounded = model.clone();
-    (rounded.values[0], rounded.values[1], rounded.values[corner]) =
-        (LEAK * gain, LEAK * gain, CORNER * gain);
+    for leak in ["leak_in", "leak_out"] {
+        rounded.values[data.plant.position(leak)?] = LEAK * gain;
+    }
+    rounded.values[corner] = CORNER * gain;
     Some(rounded)
+}
+
+/// Gain of the valve, mm^2, the filling one of two; none of a regulator.
+#[must_use]
+pub fn gain_of(data: &ChannelData, model: &Extended) -> Option<f64> {
+    let position = data.plant.position("gain").or_else(|| data.plant.position("gain_in"))?;
+    Some(model.values[position])
 }
 
 /// Fits the base model to a channel from a grid of starts.

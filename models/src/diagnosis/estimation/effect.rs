@@ -8,8 +8,6 @@ use crate::diagnosis::channel::{ChannelData, Extended, Role, readings_of};
 use crate::diagnosis::likelihood::{block_losses, hunts, likelier, total, whitened_residuals};
 use crate::effects::catalogue::CATALOGUE;
 
-/// Effects whose first parameter is a threshold: where it is passed a little later, everything after it is different.
-const STEPPED: [&str; 2] = ["valve_stiction", "dead_band"];
 /// Distance of the thresholds that are looked at first, as a factor.
 const THRESHOLD_FACTOR: f64 = 1.35;
 /// Thresholds that are looked at on either side of the start.
@@ -43,7 +41,7 @@ pub fn fit_from(
     evaluations: usize,
 ) -> Extended {
     let free = free_with(data, stage, start, effect);
-    if !STEPPED.contains(&CATALOGUE[effect].id) {
+    if !CATALOGUE[effect].is_thresholded() {
         return refit(data, &stage.whitening, start, &free, evaluations).0;
     }
     // A threshold has no derivative: look around it, the rest following, and narrow down.

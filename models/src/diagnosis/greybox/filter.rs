@@ -3,13 +3,12 @@
 //! The simulation's own memory is the state: it is run over numbers that carry their derivatives by the state at the row before, so that
 //! every effect is linearised as it is simulated. What is recorded enters as the filter's measurements; the drive is an input.
 
-use super::uncertainty::{DISCREPANCY_S, SUPPLY_S, Uncertainty};
+use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, install};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::{Memory, Stepper};
 use crate::numeric::{Dual, Scalar};
 
-/// Prediction errors beyond this many standard deviations move the state no further.
-const OUTLIER: f64 = 6.0;
 /// Where there is a tube, the pressure behind it differs from the measured one by so much at a start, Pa.
 const BEHIND_PA: f64 = 3e3;
 
@@ -179,7 +178,7 @@ impl<const N: usize> State<N> {
 
     /// Learns from a prediction error.
     fn update(&mut self, predicted: &Predicted<N>, error: f64) {
-        let most = OUTLIER * predicted.total.sqrt();
+        let most = SETTINGS.greybox_outlier * predicted.total.sqrt();
         let pull = error.clamp(-most, most) / predicted.total;
         for i in 0..self.n {
             self.mean[i] += predicted.with_state[i] * pull;
@@ -204,7 +203,10 @@ impl<const N: usize> State<N> {
 
     /// The slow deviations fall back towards nothing, and are pushed anew, over an interval.
     fn wander(&mut self, slow: &mut [Dual<f64, N>; SLOW], interval_s: f64, uncertainty: &Uncertainty) {
-        let sizes = [(SUPPLY_S, uncertainty.supply), (DISCREPANCY_S, uncertainty.discrepancy_pa)];
+        let sizes = [
+            (SETTINGS.greybox_supply_s, uncertainty.supply),
+            (SETTINGS.greybox_discrepancy_s, uncertainty.discrepancy_pa),
+        ];
         for ((k, value), (time_constant_s, size)) in slow.iter_mut().enumerate().zip(sizes) {
             let keep = (-interval_s / time_constant_s).exp();
             *value = value.times(keep);

@@ -1,5 +1,6 @@
 //! Whether one effect stands out from the catalogue.
 
+use crate::diagnosis::settings::SETTINGS;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::filter::innovations;
@@ -14,16 +15,6 @@ use crate::effects::catalogue::CATALOGUE;
 
 /// Rows of a channel that are looked at, at most.
 const MOST_ROWS: usize = 2400;
-/// Least gain of the logarithm of the density that is worth a name: more than a look at the whole catalogue finds in noise.
-const LEAST: f64 = 20.0;
-/// An effect acts on a channel where it gains this part of what it gains on the channel where it gains most.
-const ACTS: f64 = 0.1;
-/// A rival explains as well where it gains this part of the best one's gain ...
-const AS_LIKELY: f64 = 0.9;
-/// ... and its simulation is not worse than the best one's by more than this.
-const AS_CLOSE: f64 = 1.1;
-/// A name must take this part of the rollouts' error: where so much is wrong, what takes less only imitates it.
-const WORTH: f64 = 0.2;
 /// Where the catalogue has been tried on one channel, the others try what gained this part of the best there.
 const ELSEWHERE: f64 = 0.3;
 
@@ -75,16 +66,19 @@ pub fn name(channels: &[ChannelData], known: &[Extended], progress: &(dyn Fn() +
     let base: Vec<Extended> = rankings.iter().map(|ranking| ranking.base.model.clone()).collect();
     let mut contenders: Vec<Contender> = (0..CATALOGUE.len())
         .filter_map(|effect| contender(&looked_at, &rankings, effect))
-        .filter(|c| c.gain >= LEAST && c.held_out > 0.0)
+        .filter(|c| c.gain >= SETTINGS.greybox_least_nats && c.held_out > 0.0)
         .collect();
     contenders.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     let closest = contenders.iter().map(|c| c.error_kpa).fold(f64::INFINITY, f64::min);
     let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
-    let least_kpa = (1.0 - WORTH) * errors(&base).min(errors(known));
-    let stands_out = |c: &&Contender| c.error_kpa <= AS_CLOSE * closest && errors(&c.models) <= least_kpa;
+    let least_kpa = (1.0 - SETTINGS.greybox_worth) * errors(&base).min(errors(known));
+    let stands_out =
+        |c: &&Contender| c.error_kpa <= SETTINGS.greybox_as_close * closest && errors(&c.models) <= least_kpa;
     let effect = contenders.first().filter(stands_out).map(|winner| {
-        let as_good =
-            |c: &&Contender| c.gain >= AS_LIKELY * winner.gain && c.error_kpa <= AS_CLOSE * winner.error_kpa;
+        let as_good = |c: &&Contender| {
+            c.gain >= SETTINGS.greybox_as_likely * winner.gain
+                && c.error_kpa <= SETTINGS.greybox_as_close * winner.error_kpa
+        };
         NamedEffect {
             effect: winner.effect,
             acts: winner.acts.clone(),
@@ -178,7 +172,7 @@ fn contender(channels: &[ChannelData], rankings: &[Ranking], effect: usize) -> O
     let acts: Vec<bool> = gains
         .iter()
         .zip(&found)
-        .map(|(gain, found)| found.is_some() && (shared || *gain > ACTS * most))
+        .map(|(gain, found)| found.is_some() && (shared || *gain > SETTINGS.greybox_acts * most))
         .collect();
     if most <= 0.0 || !acts.contains(&true) {
         return None;

@@ -3,11 +3,9 @@
 use super::filter::{Innovations, innovations};
 use super::uncertainty::{COUNT, Uncertainty};
 use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::diagnosis::settings::SETTINGS;
 use crate::model::{Parameter, Scale};
 
-/// Prediction errors beyond this many standard deviations count by their size, not by their square (P. J. Huber, Ann. Math. Statist. 35,
-/// 1964).
-pub const HUBER: f64 = 4.0;
 /// Standard deviation of the logarithm of the noise: it is known from the recording itself.
 const NOISE_KNOWN: f64 = 0.1;
 /// Widest deviations that are believed, over what is expected.
@@ -138,7 +136,11 @@ impl Posterior<'_> {
 pub fn log_likelihood(innovations: &Innovations) -> f64 {
     let one = |(error, variance): (&f64, &f64)| {
         let z = error.abs() / variance.sqrt();
-        let loss = if z < HUBER { 0.5 * z * z } else { HUBER * (z - 0.5 * HUBER) };
+        let loss = if z < SETTINGS.greybox_huber {
+            0.5 * z * z
+        } else {
+            SETTINGS.greybox_huber * (z - 0.5 * SETTINGS.greybox_huber)
+        };
         -0.5 * (std::f64::consts::TAU * variance).ln() - loss
     };
     innovations.errors.iter().zip(&innovations.variances).map(one).sum()

@@ -8,6 +8,7 @@ use super::scoring::Estimate;
 use super::starts::{Expectation, base_starts, begin, effect_starts, posterior, scales};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::diagnosis::estimation::gain_of;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
 
@@ -50,8 +51,8 @@ pub fn rank(
     let start = begin(&expectation.scales);
     let tried = best_first(data, base_starts(data), &start, counted);
     let first = tried.first()?.clone();
-    if !data.plant.model.is_regulator() {
-        expectation.gain = first.values[2];
+    if let Some(gain) = gain_of(data, &first) {
+        expectation.gain = gain;
     }
     let starts: Vec<(Extended, Uncertainty)> = tried
         .into_iter()

@@ -2,10 +2,11 @@
 //!
 //! Derivatives of errors and variances are differences: a filter with derivatives of its derivatives would cost as much.
 
+use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::posterior::{Density, HUBER, Posterior};
+use super::posterior::{Density, Posterior};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::Extended;
 use crate::model::Scale;
@@ -121,7 +122,8 @@ impl Posterior<'_> {
         let mut gradient = DVector::<f64>::zeros(n);
         let mut fisher = DMatrix::<f64>::zeros(n, n);
         let z: Vec<f64> = errors.iter().zip(variances).map(|(e, v)| e / v.sqrt()).collect();
-        let weight = |z: f64| if z.abs() < HUBER { 1.0 } else { HUBER / z.abs() };
+        let weight =
+            |z: f64| if z.abs() < SETTINGS.greybox_huber { 1.0 } else { SETTINGS.greybox_huber / z.abs() };
         for a in 0..n {
             let (by_error, by_variance) = &columns[a];
             for (t, &z) in z.iter().enumerate() {

@@ -4,15 +4,12 @@ use super::posterior::{Expected, Posterior};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::estimation::{CORNER, EDGES, GAINS, LEAK, free_base, start};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::{Parameter, Scale};
 
 /// Rates at which the search for a regulator begins, 1/s.
 const RATES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
-/// Deviation of the supply that is expected, relative: a regulator of good quality.
-const SUPPLY: f64 = 0.003;
-/// What the simulation is expected to lack, over the movement of the pressure.
-const DISCREPANCY: f64 = 0.3;
 /// Deviations at which climbs begin, over the expected ones.
 const BEGIN: [f64; 2] = [0.1, 0.3];
 /// Gains at which a climb with an effect begins, over those of the base model: an effect that takes up flow leaves more for the valve.
@@ -63,7 +60,11 @@ pub fn scales(data: &ChannelData) -> Uncertainty {
     let mean = pressures.iter().sum::<f64>() / pressures.len() as f64;
     let square = pressures.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / pressures.len() as f64;
     let noise_pa = data.noise_kpa * 1e3;
-    Uncertainty { supply: SUPPLY, discrepancy_pa: (DISCREPANCY * square.sqrt()).max(noise_pa), noise_pa }
+    Uncertainty {
+        supply: SETTINGS.greybox_supply,
+        discrepancy_pa: (SETTINGS.greybox_discrepancy * square.sqrt()).max(noise_pa),
+        noise_pa,
+    }
 }
 
 /// Deviations at which a climb begins.

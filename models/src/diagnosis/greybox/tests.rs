@@ -1,7 +1,8 @@
 use super::filter::innovations;
 use super::naming::name;
-use super::uncertainty::{DISCREPANCY_S, Uncertainty};
+use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
+use crate::diagnosis::settings::SETTINGS;
 use crate::diagnosis::testing::{channel, normals, with};
 use crate::effects::catalogue::CATALOGUE;
 
@@ -16,7 +17,7 @@ fn recorded(
     let truth = model(&data, &base);
     let rows = data.inputs.rows();
     let (noise, pushes) = (normals(5, rows), normals(6, rows));
-    let keep = (-0.01 / DISCREPANCY_S).exp();
+    let keep = (-0.01 / SETTINGS.greybox_discrepancy_s).exp();
     let mut slow = 0.0;
     let measured = data.trace(&truth).into_iter().zip(noise).zip(pushes).map(|((row, noise), push)| {
         slow = keep * slow + (1.0 - keep * keep).sqrt() * push;

@@ -1,20 +1,14 @@
 //! What a model leaves open, as standard deviations.
 
-/// Time constant of the wander of the supply, s.
-pub const SUPPLY_S: f64 = 20.0;
-/// Time constant of what the reading lacks, s. Longer ones would forgive a simulation that goes astray for seconds, shorter ones are
-/// hardly told from noise.
-pub const DISCREPANCY_S: f64 = 0.3;
-
 /// Number of these.
 pub const COUNT: usize = 3;
 
 /// Standard deviations of what is not modelled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uncertainty {
-    /// Of the supply pressure, relative, in a wander over [`SUPPLY_S`].
+    /// Of the supply pressure, relative, in a wander over `greybox_supply_s`.
     pub supply: f64,
-    /// Of the reading, Pa, in a deviation over [`DISCREPANCY_S`].
+    /// Of the reading, Pa, in a deviation over `greybox_discrepancy_s`.
     pub discrepancy_pa: f64,
     /// Of each reading, Pa: its noise.
     pub noise_pa: f64,

@@ -6,6 +6,7 @@
 //! held by its prior, and what that adds to a parameter's variance is kept. Such quantities are called considered, as against estimated
 //! (Schmidt, Advances in Control Systems 3, 1966; Tapley, Schutz and Born, Statistical Orbit Determination, 2004, chapter 6).
 
+use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
@@ -15,16 +16,8 @@ use crate::diagnosis::screening::{Probing, applicable};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, Question, Series};
 
-/// Standard deviation of the rig file's volume, as a part of it: a tenth at most.
-const VOLUME: f64 = 0.058;
-/// Standard deviation of the supply's level where it is the rig file's, as a part of its gauge pressure: a twentieth at most.
-const SUPPLY: f64 = 0.029;
-/// Standard deviation of what sound rigs have of an effect, as a part of the largest usual size.
-const USUAL: f64 = 0.5;
 /// A change of the readings by less than this many standard deviations of the noise, over all rows, is none.
 const NOTHING: f64 = 1e-6;
-/// Residuals say how much of these quantities there can be, as if they were so many times as large: the world is not made of them alone.
-const MISFIT: f64 = 2.0;
 
 /// What the quantities add to the variance of every free parameter, on its scale. `ratio` is the variance of parameters over that from independent
 /// residuals of the noise's variance.
@@ -48,7 +41,8 @@ pub fn considered(data: &ChannelData, stage: &ChannelStage, ratio: f64) -> Vec<f
         .map(|change| DVector::from_fn(rows.len(), |r, _| change[rows[r]]))
         .filter(|change| change.norm() > NOTHING)
         .collect();
-    added(&slopes, &changes, MISFIT * MISFIT * ratio.max(1.0)).unwrap_or_else(|| vec![0.0; n])
+    added(&slopes, &changes, SETTINGS.misfit * SETTINGS.misfit * ratio.max(1.0))
+        .unwrap_or_else(|| vec![0.0; n])
 }
 
 /// Variances of parameters with these `slopes` beside quantities of unit variance that do these `changes`, less those without them,
@@ -82,12 +76,12 @@ fn rig(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let inputs = &data.inputs;
     let times = |series: &Series, factor: f64| series.iter().map(|v| v * factor).collect::<Series>();
     let mut larger = data.clone();
-    larger.inputs.volume_m3 = times(&inputs.volume_m3, 1.0 + VOLUME);
-    larger.inputs.volume_rate_m3_s = times(&inputs.volume_rate_m3_s, 1.0 + VOLUME);
+    larger.inputs.volume_m3 = times(&inputs.volume_m3, 1.0 + SETTINGS.known_volume);
+    larger.inputs.volume_rate_m3_s = times(&inputs.volume_rate_m3_s, 1.0 + SETTINGS.known_volume);
     let mut others = vec![larger];
     let stated = inputs.supply_pa.windows(2).all(|pair| pair[0].to_bits() == pair[1].to_bits());
     if stated {
-        let raised = |p: &f64| inputs.ambient_pa + (p - inputs.ambient_pa) * (1.0 + SUPPLY);
+        let raised = |p: &f64| inputs.ambient_pa + (p - inputs.ambient_pa) * (1.0 + SETTINGS.known_supply);
         let mut higher = data.clone();
         higher.inputs.supply_pa = inputs.supply_pa.iter().map(raised).collect();
         others.push(higher);
@@ -116,7 +110,7 @@ fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let of = |effect: usize| {
         let model: Extended = stage.model.with(&data.plant, effect, &largest_usual(CATALOGUE[effect])?);
         let [change] = probing.changes(effect, &[model]).try_into().ok()?;
-        Some(change.into_iter().map(|v| v * USUAL).collect())
+        Some(change.into_iter().map(|v| v * SETTINGS.usual).collect())
     };
     (0..CATALOGUE.len()).filter(absent).filter_map(of).collect()
 }

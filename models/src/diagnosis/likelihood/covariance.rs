@@ -6,22 +6,11 @@
 //! `v - U (1 - sqrt(sigma^2 / (sigma^2 + s_i))) U^T v`. It is the model's discrepancy in the sense of Kennedy and O'Hagan (J. R.
 //! Stat. Soc. B 63, 2001), where physics puts it: without it parameters move to imitate what the model lacks.
 
+use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::random_effects::DISTURBANCES;
 use crate::diagnosis::channel::ChannelData;
-
-/// Standard deviation of a block's start pressure, kPa, at most: what earlier wander leaves behind ...
-const START_KPA: f64 = 10.0;
-/// ... and as a part of the range over which the pressure moves.
-const START_SHARE: f64 = 0.05;
-/// Standard deviation of the supply's level in a block, as a part of its gauge pressure.
-const LEVEL: f64 = 0.012;
-/// Standard deviation of the supply's change over half a block.
-const SLOPE: f64 = 0.008;
-
-/// Standard deviation of a deviation of the flow in a block, as a part of it: no valve's curve and no orifice's is known better.
-const FLOW: f64 = 0.01;
 
 /// Number of disturbances beside a block's start pressure.
 pub const WANDERS: usize = DISTURBANCES - 1;
@@ -34,8 +23,8 @@ pub fn wander(derivatives: &[f64; DISTURBANCES]) -> [f64; WANDERS] {
 }
 
 fn deviations(start_kpa: f64) -> [f64; DISTURBANCES] {
-    let mut all = [FLOW; DISTURBANCES];
-    (all[0], all[1], all[2]) = (start_kpa, LEVEL, SLOPE);
+    let mut all = [SETTINGS.flow; DISTURBANCES];
+    (all[0], all[1], all[2]) = (start_kpa, SETTINGS.supply_level, SETTINGS.supply_slope);
     all
 }
 
@@ -130,7 +119,11 @@ fn start_kpa(data: &ChannelData) -> f64 {
     let (low, high) =
         data.measured_kpa.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), p| (l.min(*p), h.max(*p)));
     // A channel without a compared row has no range.
-    if low < high { (START_SHARE * (high - low)).min(START_KPA) } else { START_KPA }
+    if low < high {
+        (SETTINGS.start_share * (high - low)).min(SETTINGS.start_kpa)
+    } else {
+        SETTINGS.start_kpa
+    }
 }
 
 #[cfg(test)]

@@ -5,9 +5,7 @@ use super::haar::{Octave, beside_error, deviances, octaves};
 use super::limit_cycle::{hunts, otherwise};
 use super::residuals::{block_losses, whitened_residuals};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role, readings_of};
-
-/// Smallest reduction of the whitened error on blocks not fitted that is worth a name.
-pub const PRACTICAL: f64 = 0.01;
+use crate::diagnosis::settings::SETTINGS;
 
 /// What a model leaves in every block.
 #[derive(Debug, Clone)]
@@ -72,10 +70,10 @@ pub fn total(data: &ChannelData, losses: &[f64], roles: &[Role]) -> f64 {
     data.blocks.iter().zip(losses).filter(|(b, _)| roles.contains(&b.role)).map(|(_, l)| l).sum()
 }
 
-/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the smallest gain](PRACTICAL) of error.
+/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the smallest gain](crate::diagnosis::settings::Settings::practical) of error.
 #[must_use]
 pub fn least_gain(rows: f64) -> f64 {
-    -2.0 * (1.0 - PRACTICAL).ln() * rows
+    -2.0 * (1.0 - SETTINGS.practical).ln() * rows
 }
 
 /// Number of compared rows of a channel in the blocks of some roles.

@@ -7,15 +7,13 @@
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::effects::catalogue::CATALOGUE;
 
-/// Effects with which a board's loop hunts.
-const HUNTING: [&str; 2] = ["valve_hysteresis", "valve_stiction"];
 /// Courses of the noise over which a mean is taken.
 const EXPECTED: u64 = 8;
 
 /// Does a board's loop hunt with this effect?
 #[must_use]
 pub fn is_hunting(effect: usize) -> bool {
-    HUNTING.contains(&CATALOGUE[effect].id)
+    CATALOGUE[effect].makes_limit_cycles()
 }
 
 /// Does the loop of this model hunt?

@@ -9,7 +9,7 @@ mod random_effects;
 mod residuals;
 
 pub use covariance::{WANDERS, Whitening, wander};
-pub use deviance::{Losses, PRACTICAL, least_gain, row_count, select_total, together, together_by, total};
+pub use deviance::{Losses, least_gain, row_count, select_total, together, together_by, total};
 pub use likelier::{deviances, likelier};
 pub use limit_cycle::{at_rest, expected_readings, hunts, is_hunting};
 pub use random_effects::{DISTURBANCES, FLOWS, SINES};

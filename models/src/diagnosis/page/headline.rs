@@ -2,11 +2,7 @@
 
 use crate::diagnosis::json::{Cause, Report, Verdict};
 use crate::diagnosis::report::verdict;
-
-/// A cause whose gain may be smaller than this part of the error is only probable.
-const SURE_GAIN: f64 = 0.05;
-/// A cause whose trace chance makes more often than this is only probable.
-const SURE_P: f64 = 0.01;
+use crate::diagnosis::settings::SETTINGS;
 
 /// File and finding.
 pub fn title(report: &Report) -> String {
@@ -29,7 +25,7 @@ fn cause(cause: &Cause) -> String {
             std::iter::once(&cause.effect).chain(&cause.equivalent).map(|id| title(id)).collect();
         return format!("one of: {}", all.join(", "));
     }
-    let sure = cause.gain.ci95[0] >= SURE_GAIN && cause.p_value <= SURE_P;
+    let sure = cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p;
     format!("{}{}", if sure { "" } else { "probably " }, title(&cause.effect))
 }
 

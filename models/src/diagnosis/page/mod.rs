@@ -8,7 +8,10 @@ mod whole;
 
 use crate::diagnosis::json::NextExperiment;
 use crate::diagnosis::run::Diagnosis;
-use crate::report::{Align, Markup, Page, PlotError, Table, html, notes, paragraph, significant, with_code};
+use crate::diagnosis::settings::{self, SETTINGS};
+use crate::report::{
+    Align, Markup, Page, PlotError, Table, folded, html, notes, paragraph, significant, with_code,
+};
 
 /// The page. `footer` names the program, the data and the date.
 ///
@@ -153,15 +156,39 @@ fn method(diagnosis: &Diagnosis) -> Markup {
             report.data.seconds, report.data.rows, report.data.rate_hz, report.checks.block_s
         ),
         "Errors are those of simulations that run through the whole recording from drives or commands alone; in each block only the start pressure is taken from the data.".to_owned(),
-        "An effect is named when random chance over the whole catalogue makes its trace in the error unlikely (p at most 0.05), when it makes blocks that were not fitted better beyond their differences, and by at least 1 %.".to_owned(),
         format!(
-            "Slow wander of the supply by about 1 % counts as normal and is not named; with the noise it leaves an error of {:.2} kPa where the model is right. More than 1.7 times that counts as unexplained.",
-            report.checks.allowed_rmse_kpa
+            "An effect is named when random chance over the whole catalogue makes its trace in the error unlikely (p at most {}), when it makes blocks that were not fitted better beyond their differences, and by at least {:.0} % ({:.0} % beside a loop that hunts, {:.0} % in a loop whose samples come late).",
+            SETTINGS.level,
+            100.0 * SETTINGS.practical,
+            100.0 * SETTINGS.practical_limit_cycle,
+            100.0 * SETTINGS.practical_roughly_timed
+        ),
+        format!(
+            "Slow wander of the supply by about {:.0} % counts as normal and is not named; with the noise it leaves an error of {:.2} kPa where the model is right. More than {} times that counts as unexplained.",
+            100.0 * SETTINGS.supply_level,
+            report.checks.allowed_rmse_kpa,
+            SETTINGS.beyond
         ),
         format!("Halving the integration step changes the simulation by {:.3} kPa RMS.", report.checks.halved_step_rms_kpa),
     ];
     html! {
         (notes(&lines))
         @if !report.notes.is_empty() { h3 { "About the data" } (notes(&report.notes)) }
+        (folded("Every level, prior and threshold", &settings_table()))
     }
+}
+
+/// What decides the result, with reasons.
+fn settings_table() -> Markup {
+    let columns = [("Setting", Align::Left), ("value", Align::Right), ("what it is, and why", Align::Left)];
+    let mut table = Table::new(&columns).stacked();
+    for setting in settings::list() {
+        let words = format!("{} {}", setting.meaning, setting.reason);
+        table.markup_row(vec![
+            html! { code { (setting.name) } },
+            html! { (setting.value) },
+            html! { (words) },
+        ]);
+    }
+    table.markup()
 }

@@ -1,5 +1,6 @@
 //! From what the search found to the causes of a report.
 
+use crate::diagnosis::settings::SETTINGS;
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
@@ -12,9 +13,6 @@ use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, EffectParameter};
 use crate::model::Scale;
-
-/// An interval wider than this factor of the value, or than this part of the bounds, determines nothing.
-const FLAT: f64 = 0.8;
 
 /// A found cause as the report has it: where it acts, its parameters with their intervals, its rivals and its gain.
 ///
@@ -74,8 +72,8 @@ fn estimate(p: &EffectParameter, c: &Coordinate) -> Estimate {
     let open = c.reach.iter().all(|r| r.is_infinite());
     let flat = open
         || ends.is_none_or(|[low, high]| match p.scale {
-            Scale::Linear => high - low > FLAT * (p.upper - p.lower),
-            Scale::Logarithmic => (high / low).ln() > FLAT * (p.upper / p.lower).ln(),
+            Scale::Linear => high - low > SETTINGS.flat * (p.upper - p.lower),
+            Scale::Logarithmic => (high / low).ln() > SETTINGS.flat * (p.upper / p.lower).ln(),
         });
     Estimate {
         value,

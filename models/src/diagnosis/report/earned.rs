@@ -4,17 +4,12 @@
 //! curves are never quite those of the model, and some effect of the catalogue always describes a part of it. A name needs more: a size
 //! that sound rigs do not have, and a gain on data that nobody fitted to.
 
+use crate::diagnosis::settings::SETTINGS;
 use std::collections::BTreeMap;
 
 use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
-
-/// Part of the error that a name must take off the test blocks: in plain kilopascals as estimated, or weighted with 97.5 % certainty. A minute
-/// has two or three such blocks, and no interval from them is worth much; that a name is then only probable is said.
-const LEAST_GAIN: f64 = 0.01;
-/// A size up to this many usual ones is no more than usual where its interval says that there may be nothing at all.
-const DOUBTFUL: f64 = 2.0;
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well.
 #[must_use]
@@ -35,7 +30,7 @@ fn why_not(cause: &Cause, change: bool) -> Option<Unnamed> {
     if !change && is_usual(cause) {
         return Some(Unnamed::Usual);
     }
-    let gains = f64::max(cause.gain.reduction, cause.gain.weighted_ci95[0]) > LEAST_GAIN;
+    let gains = f64::max(cause.gain.reduction, cause.gain.weighted_ci95[0]) > SETTINGS.practical;
     (!gains).then_some(Unnamed::Gainless)
 }
 
@@ -53,7 +48,7 @@ pub fn usual(info: &EffectInfo, sizes: &Sizes) -> bool {
 fn is_usual_size(parameter: &EffectParameter, size: &Estimate) -> bool {
     let Some([low, high]) = size.ci95 else { return false };
     let doubtful = (low..=high).contains(&parameter.null);
-    parameter.distance(size.value) <= parameter.usual * if doubtful { DOUBTFUL } else { 1.0 }
+    parameter.distance(size.value) <= parameter.usual * if doubtful { SETTINGS.usual_doubtful } else { 1.0 }
 }
 
 /// Is one of them, with its whole interval, beyond that?

@@ -1,12 +1,13 @@
 //! Where a cycle of the supply may hide: a periodogram of what a sine in the supply would do to the readings.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::channel::{ChannelData, Role, rows_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::SINES;
+use crate::effects::Wave;
 
 /// Shortest period looked for, s.
 const SHORTEST_S: f64 = 1.5;
@@ -16,21 +17,9 @@ const MOST: usize = 160;
 const SPACING: f64 = 0.8;
 /// Every how many frequencies the response is simulated; between them it is interpolated.
 const SIMULATED: usize = 4;
-/// Parts of a period in which the supply rises that are tried.
-const RISES: [f64; 2] = [0.3, 0.7];
-
-/// A sine in the supply pressure.
-#[derive(Debug, Clone, Copy)]
-pub struct Cycle {
-    frequency_hz: f64,
-    /// Amplitudes of its cosine and its sine, as parts of the gauge pressure.
-    waves: [f64; 2],
-    gauge_pa: f64,
-}
-
 /// The strongest cycle on the fit blocks.
 #[must_use]
-pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Cycle> {
+pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Wave> {
     if data.plant.model.is_regulator() {
         return None;
     }
@@ -54,30 +43,7 @@ pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Cycle
             best = Some((gain, frequency, waves));
         }
     }
-    best.map(|(_, frequency_hz, waves)| Cycle { frequency_hz, waves, gauge_pa: gauge })
-}
-
-impl Cycle {
-    /// Probes of an effect that is searched for over the periods; none for others.
-    #[must_use]
-    pub fn probes(&self, effect: &str) -> Vec<Vec<f64>> {
-        let [cosine, sine] = self.waves;
-        let (share, period_s) = (cosine.hypot(sine), 1.0 / self.frequency_hz);
-        match effect {
-            "supply_ripple" => {
-                let amplitude_kpa = (share * self.gauge_pa * 1e-3 * PI * PI / 8.0).clamp(0.5, 250.0);
-                // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise / 2 + 1 / 4.
-                let peak = sine.atan2(cosine) / TAU;
-                let phase = |rise: f64| (0.25 + 0.5 * rise - peak).rem_euclid(1.0);
-                RISES.iter().map(|&rise| vec![amplitude_kpa, period_s, phase(rise), rise]).collect()
-            }
-            "inflow_cycle" => {
-                let phase = (cosine.atan2(sine) / TAU).rem_euclid(1.0);
-                vec![vec![share.clamp(0.002, 0.4), period_s, phase]]
-            }
-            _ => Vec::new(),
-        }
-    }
+    best.map(|(_, frequency_hz, [cosine, sine])| Wave { cosine, sine, frequency_hz, gauge_pa: gauge })
 }
 
 /// What sines in the supply do to the readings. To a wave `exp(i w t)` they answer with `Z(w, t) exp(i w t)`; the envelope `Z` changes with

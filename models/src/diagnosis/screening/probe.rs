@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::periodogram::Cycle;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role, readings_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{at_rest, hunts, is_hunting};
+use crate::effects::Wave;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Scale;
 
@@ -59,11 +59,11 @@ impl<'a> Probing<'a> {
     }
 
     /// Tries all sizes of an effect; `cycle` finds the strongest cycle in the residual, which some are tried at.
-    pub fn try_effect(&self, effect: usize, cycle: &(dyn Fn() -> Option<Cycle> + Sync)) -> Vec<Trial> {
+    pub fn try_effect(&self, effect: usize, cycle: &(dyn Fn() -> Option<Wave> + Sync)) -> Vec<Trial> {
         let info = CATALOGUE[effect];
         let searched = info.probes.is_empty();
         let probes: Vec<Vec<f64>> = if searched {
-            cycle().map_or_else(Vec::new, |cycle| cycle.probes(info.id))
+            cycle().map_or_else(Vec::new, |wave| info.probes_of(&wave))
         } else {
             info.probes.iter().map(|p| p.to_vec()).collect()
         };
@@ -230,7 +230,7 @@ mod tests {
     use crate::diagnosis::testing::{channel, fitted, measured, with};
     use crate::effects::catalogue::index_of;
 
-    fn no_cycle() -> Option<Cycle> {
+    fn no_cycle() -> Option<Wave> {
         None
     }
 

@@ -16,7 +16,7 @@ use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{Domain, DriveInput, Question};
+use crate::effects::{Domain, Question};
 
 /// Draws of random signs.
 const DRAWS: usize = 999;
@@ -40,18 +40,11 @@ pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool
     let info = CATALOGUE[effect];
     let regulator = data.plant.model.is_regulator();
     let domain = info.domain != if regulator { Domain::Valve } else { Domain::Regulator };
-    let known = match info.id {
-        "chamber_coupling" => !data.inputs.opposite_pa.is_empty(),
-        "sensor_crosstalk" => !data.inputs.sampled_before_pa.is_empty(),
-        // Two valves have a gain each in the base model.
-        "valve_asymmetry" => !matches!(data.inputs.drive, DriveInput::Separate { .. }),
-        _ => true,
-    };
     // A regulator's base model has no parameters of its parts: what has changed in it is an effect that was not there.
     let asked = info.question == question
         || (info.question == Question::Foil && question == Question::Structure)
         || regulator;
-    domain && known && asked
+    domain && info.is_known(&data.inputs) && asked
 }
 
 /// Tries every effect in question on every channel.

@@ -4,26 +4,11 @@ use super::candidate::{Candidate, size};
 use crate::diagnosis::channel::OPEN;
 use crate::diagnosis::channel::{ChannelData, Role};
 use crate::diagnosis::estimation::ChannelStage;
-use crate::diagnosis::likelihood::PRACTICAL;
 use crate::diagnosis::likelihood::together;
 use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, together_by};
 use crate::diagnosis::resampling::bootstrap;
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
-
-/// The same beside [what happens at times that the rows tell only roughly](roughly_timed) where a board's loop carries on what it does: its
-/// simulation goes astray by itself, and a little more or less of anything turns it elsewhere.
-const PRACTICAL_ASTRAY: f64 = 0.1;
-/// The same beside what makes a loop hunt: by so much the likelihood of a loop that hunts may differ by luck.
-const PRACTICAL_HUNTING: f64 = 0.03;
-/// Mean squared whitened error, in variances of the noise, that is plainly not explained.
-pub const LARGE_ERROR: f64 = 2.0;
-/// What counts as a large error beside a loop that hunts, in variances of the noise: hunting takes up much of whatever is not explained.
-const LARGE_HUNTING: f64 = 1.5;
-
-/// Names that leave more than this part of it are withdrawn ...
-const FORCED: f64 = 0.3;
-/// ... or this part, when what has been named happens at times that the rows tell only roughly.
-const FORCED_ROUGHLY: f64 = 0.6;
 
 /// Is what it gains on the choosing blocks sure, and enough for a name?
 #[must_use]
@@ -52,18 +37,18 @@ pub fn least_share(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
         |of: &dyn Fn(&ChannelData, &ChannelStage) -> bool| channels.iter().zip(stages).any(|(d, s)| of(d, s));
     let roughly = |stage: &ChannelStage| stage.model.effects.iter().any(|&effect| roughly_timed(effect));
     if any(&|data, stage| data.inputs.in_loop() && roughly(stage)) {
-        PRACTICAL_ASTRAY
+        SETTINGS.practical_roughly_timed
     } else if any(&|data, stage| hunts(data, &stage.model)) {
-        PRACTICAL_HUNTING
+        SETTINGS.practical_limit_cycle
     } else {
-        PRACTICAL
+        SETTINGS.practical
     }
 }
 
 /// Does this effect happen at times that rows tell only roughly?
 #[must_use]
 pub fn roughly_timed(effect: usize) -> bool {
-    CATALOGUE[effect].id == "stale_samples"
+    CATALOGUE[effect].is_roughly_timed()
 }
 
 /// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.
@@ -94,7 +79,7 @@ fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
 #[must_use]
 pub fn large_in_loop(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
     let looped = channels.iter().any(|data| data.inputs.in_loop());
-    looped && kept_total(channels, stages) > LARGE_ERROR * open_rows(channels)
+    looped && kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
 }
 
 /// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
@@ -106,9 +91,9 @@ pub fn forced(
     named: &[usize],
 ) -> bool {
     let roughly = named.iter().any(|&effect| roughly_timed(effect));
-    let most = if roughly { FORCED_ROUGHLY } else { FORCED };
+    let most = if roughly { SETTINGS.forced_roughly_timed } else { SETTINGS.forced };
     let hunting = channels.iter().zip(last).any(|(data, stage)| hunts(data, &stage.model));
-    let large = if hunting { LARGE_HUNTING } else { LARGE_ERROR };
+    let large = if hunting { SETTINGS.large_error_limit_cycle } else { SETTINGS.large_error };
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
     after > large && after - 1.0 > most * (before - 1.0)
@@ -140,11 +125,11 @@ mod tests {
 
     #[test]
     fn a_name_needs_more_beside_what_leads_a_simulation_of_a_loop_astray() {
-        assert_eq!(needed_beside("sensor_offset", 1.0, true), PRACTICAL);
-        assert_eq!(needed_beside("valve_stiction", 0.05, true), PRACTICAL_HUNTING);
-        assert_eq!(needed_beside("stale_samples", 0.5, true), PRACTICAL_ASTRAY);
+        assert_eq!(needed_beside("sensor_offset", 1.0, true), SETTINGS.practical);
+        assert_eq!(needed_beside("valve_stiction", 0.05, true), SETTINGS.practical_limit_cycle);
+        assert_eq!(needed_beside("stale_samples", 0.5, true), SETTINGS.practical_roughly_timed);
         // A recorded drive leads back, whatever the spool or the samples do.
-        assert_eq!(needed_beside("valve_stiction", 0.05, false), PRACTICAL);
-        assert_eq!(needed_beside("stale_samples", 0.5, false), PRACTICAL);
+        assert_eq!(needed_beside("valve_stiction", 0.05, false), SETTINGS.practical);
+        assert_eq!(needed_beside("stale_samples", 0.5, false), SETTINGS.practical);
     }
 }

@@ -1,5 +1,6 @@
 //! Effects that passed the gate, refitted in earnest.
 
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
@@ -11,11 +12,6 @@ use crate::effects::catalogue::CATALOGUE;
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
 const SECOND: f64 = 1.5;
-/// Smaller than this part of another channel's size, and smaller than what is worth a name, an effect does not act on a channel, however
-/// sure the difference is: something else is not described to the last digit.
-const TRACES: f64 = 0.2;
-/// A channel belongs to a cause when its improvement over the blocks is this many standard errors.
-const CHANNEL_ERRORS: f64 = 2.0;
 
 /// One effect refitted on every channel.
 #[derive(Debug, Clone)]
@@ -105,7 +101,7 @@ pub fn assemble(
             let before = &stages[k].losses;
             falls(&before.deviance, &losses.deviance) && falls(&before.beside_error, &losses.beside_error)
         };
-        let traces = sizes[k] < CATALOGUE[effect].smallest.min(TRACES * largest);
+        let traces = sizes[k] < CATALOGUE[effect].smallest.min(SETTINGS.trace * largest);
         let acts = (acts || faint) && !traces || shared && any;
         let acts = acts && model.has(effect);
         candidate.models.push(if acts { model } else { stages[k].model.clone() });
@@ -139,7 +135,7 @@ pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &
         let n = gains.len() as f64;
         let mean = gains.iter().sum::<f64>() / n;
         let variance = gains.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / (n * (n - 1.0)).max(1.0);
-        mean > CHANNEL_ERRORS * variance.sqrt()
+        mean > SETTINGS.channel_errors * variance.sqrt()
     };
     let before = &stage.losses;
     if !surely(&gains(&before.deviance, &after.deviance)) {

@@ -10,6 +10,6 @@ mod selected;
 mod warm_start;
 
 pub use adopt::adopt;
-pub use racing::{Considered, TIE_SHARE};
+pub use racing::Considered;
 pub use search::{Outcome, Progress, search, staged};
 pub use selected::{Found, Withheld};

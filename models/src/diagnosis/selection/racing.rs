@@ -2,9 +2,10 @@
 
 use super::acceptance::kept_total;
 use super::acceptance::open_rows;
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
-use super::acceptance::{LARGE_ERROR, least_share, worth_naming};
+use super::acceptance::{least_share, worth_naming};
 use super::candidate::{Candidate, refit_effect};
 use super::warm_start::borrow;
 use crate::diagnosis::channel::{ChannelData, OPEN};
@@ -36,14 +37,8 @@ const ARRIVED_HUNTING: f64 = 0.02;
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
 const STUCK: f64 = 0.95;
-/// A rival explains as well when its squared error is larger by no more than this part of the winner's ...
-pub const TIE_SHARE: f64 = 0.01;
-/// ... or when differences between blocks could account for what it leaves, and that is no more than this part of the gain.
-const TIE_GAIN: f64 = 0.25;
 /// Evaluations that may be spent when everything is fitted together.
 pub const SETTLE: usize = 20;
-/// Level of the gate.
-pub const LEVEL: f64 = 0.05;
 /// An effect in one round of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Considered {
@@ -69,7 +64,7 @@ pub fn round(
 ) -> Option<(usize, Vec<Candidate>)> {
     let mut passed: Vec<(f64, usize)> = gates
         .iter()
-        .filter(|g| g.p_value <= LEVEL)
+        .filter(|g| g.p_value <= SETTINGS.level)
         .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
         .collect();
     passed.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -108,7 +103,7 @@ pub fn round(
     // Where much is left the best may not have arrived yet.
     if let Some((loss, best)) = ranked.first_mut() {
         for _ in 0..MORE {
-            if *loss <= LARGE_ERROR * open_rows(channels) {
+            if *loss <= SETTINGS.large_error * open_rows(channels) {
                 break;
             }
             let (_, further) = look(best.effect, Some(best), SETTLE);
@@ -180,7 +175,8 @@ pub fn rivals(
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
             let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
-            left < TIE_SHARE * best.iter().sum::<f64>() || (low <= 0.0 && left < TIE_GAIN * gain)
+            left < SETTINGS.tie_share * best.iter().sum::<f64>()
+                || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
         .collect()
 }

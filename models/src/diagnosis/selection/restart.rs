@@ -3,11 +3,12 @@
 //! In a board's loop, a base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what
 //! chatters behind a narrow tube) that the effect itself explains nothing from there.
 
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
 use super::acceptance::worth_naming;
 use super::candidate::{Candidate, refit_effect};
-use super::racing::{LEVEL, rivals};
+use super::racing::rivals;
 use super::selected::Found;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
 use crate::diagnosis::estimation::{
@@ -33,7 +34,7 @@ pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Op
     let ranked = candidates(channels, stages);
     let best = ranked.first().filter(|best| worth_naming(channels, stages, best))?;
     let p_value = p_value(channels, stages, best);
-    if p_value > LEVEL {
+    if p_value > SETTINGS.level {
         return None;
     }
     let equivalent = rivals(channels, stages, &ranked, 0);

@@ -1,6 +1,7 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
 use super::racing::SETTLE;
+use crate::diagnosis::settings::SETTINGS;
 use rayon::prelude::*;
 
 use super::acceptance::{forced, kept_total, large_in_loop, open_rows};
@@ -9,21 +10,15 @@ use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, halved, share_draws, simulate_finer};
 use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, refit, refit_near};
-use crate::diagnosis::likelihood::{PRACTICAL, Whitening, hunts, likelier, together};
+use crate::diagnosis::likelihood::{Whitening, hunts, likelier, together};
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, judge, trials};
 use crate::effects::Question;
 
-/// Causes that are looked for at most.
-const MOST_CAUSES: usize = 4;
 /// Times that is done again at most, while what is left falls to less than this part of it.
 const AGAIN: usize = 6;
 /// See [`AGAIN`].
 const SETTLED: f64 = 0.99;
-/// Mean squared whitened change by half the integration step, in variances of the noise, that calls for finer steps.
-const STEP_ERROR: f64 = 0.01;
-/// Names give way to one that was found afresh when that leaves less than this part of their squared error.
-const AFRESH: f64 = 0.5;
 
 /// Where the search ended.
 #[derive(Debug, Clone)]
@@ -81,7 +76,9 @@ pub fn search(
         share_draws(channels, &base);
         let fresh = explained_afresh(channels, &first)
             .map(|(models, found)| (settle_finely(channels, &models, fixed), found))
-            .filter(|(fresh, _)| named.causes.is_empty() || kept_total(channels, fresh) < AFRESH * left);
+            .filter(|(fresh, _)| {
+                named.causes.is_empty() || kept_total(channels, fresh) < SETTINGS.restarted * left
+            });
         match fresh {
             Some((fresh, found)) => {
                 stages = fresh;
@@ -126,7 +123,7 @@ fn name(
         if first_gates.is_empty() {
             first_gates.clone_from(gates);
         }
-        if causes.len() >= MOST_CAUSES {
+        if causes.len() >= usize::from(SETTINGS.most_causes) {
             break;
         }
         progress("refitting what passed", causes.len() as u64);
@@ -166,7 +163,7 @@ fn name(
 /// As [`settle`]. A model may be stiffer than the one before: what its step leaves must not be named next.
 fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
     let mut stages = settle(channels, models, fixed);
-    while halving(channels, &stages) > STEP_ERROR && simulate_finer(channels) {
+    while halving(channels, &stages) > SETTINGS.step_error && simulate_finer(channels) {
         let models = models_of(&stages);
         stages = settle(channels, &models, fixed);
     }
@@ -320,7 +317,7 @@ fn is_needed(channels: &[ChannelData], stages: &[ChannelStage], reduced: &[Chann
     let (with, without) = (losses(stages), losses(reduced));
     let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (with.iter().sum::<f64>() / without.iter().sum::<f64>()).sqrt();
-    low > 0.0 && gain >= 0.5 * PRACTICAL
+    low > 0.0 && gain >= 0.5 * SETTINGS.practical
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! `chamber_coupling`: opposite chamber changes the volume.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -23,6 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["sensor_crosstalk", "supply_sag", "wall_compliance"],
     separated_by: "one chamber held with closed ports while the one opposite moves",
     smallest: 0.003,
+    traits: &[Trait::NeedsOpposite],
     check: "measure the joint angle, or hold the joint and see whether it vanishes",
 };
 

@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_gain", "supply_level"],
     separated_by: "leaking down with closed ports as well as filling: the volume slows both",
     smallest: 0.01,
+    traits: &[],
     check: "tube length, water in the chamber, a fold that does not open",
 };
 

@@ -1,6 +1,6 @@
 //! `dead_band`: regulator ignores small changes.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_hysteresis"],
     separated_by: "slow small command ramps in both directions",
     smallest: 0.002,
+    traits: &[Trait::Thresholded],
     check: "the regulator's sensitivity in its data sheet",
 };
 

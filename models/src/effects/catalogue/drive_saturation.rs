@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_asymmetry", "vent_restriction", "flow_function"],
     separated_by: "drives on both sides of the limit, held long enough to see two different slopes or none",
     smallest: 0.02,
+    traits: &[],
     check: "the driver's current limit against the valve's rated current",
 };
 

@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["fill_leak", "valve_centre"],
     separated_by: "closed ports at high pressure",
     smallest: 0.001,
+    traits: &[],
     check: "soap water on chamber, tube and fittings",
 };
 

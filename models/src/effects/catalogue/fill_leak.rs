@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["exhaust_leak", "valve_centre"],
     separated_by: "closed ports at low pressure",
     smallest: 0.001,
+    traits: &[],
     check: "the seat of the fill port: dirt or wear",
 };
 

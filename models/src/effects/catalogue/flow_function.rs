@@ -23,6 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["vent_restriction", "valve_asymmetry", "supply_sag"],
     separated_by: "filling towards the supply pressure and venting towards ambient at constant drive",
     smallest: 0.02,
+    traits: &[],
     check: "the valve's data sheet (C and b), fittings in series with it",
 };
 

@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["wall_creep", "wall_compliance", "line_restriction"],
     separated_by: "fast pressure steps followed by closed ports: the pressure relaxes while the temperature returns",
     smallest: 0.003,
+    traits: &[],
     check: "nothing is wrong: it is physics the simple model leaves out",
 };
 

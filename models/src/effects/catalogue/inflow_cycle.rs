@@ -1,6 +1,8 @@
 //! `inflow_cycle`: what flows in swings with a period, whatever the supply pressure does. Never named.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step};
+use core::f64::consts::TAU;
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step, Trait, Wave};
 use crate::model::Areas;
 use crate::numeric::Scalar;
 
@@ -23,8 +25,15 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["supply_ripple"],
     separated_by: "a recorded supply pressure; without it, fills close to the supply's pressure over several periods",
     smallest: 0.002,
+    traits: &[Trait::Periodic(probes)],
     check: "a thermometer in the supply line",
 };
+
+/// The cycle that a wave is.
+fn probes(wave: &Wave) -> Vec<Vec<f64>> {
+    let phase = (wave.cosine.atan2(wave.sine) / TAU).rem_euclid(1.0);
+    vec![vec![wave.share().clamp(0.002, 0.4), wave.period_s(), phase]]
+}
 
 /// The effect at work.
 #[derive(Debug, Clone)]

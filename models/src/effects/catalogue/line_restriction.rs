@@ -23,6 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["heat_exchange", "sensor_lag", "wall_creep"],
     separated_by: "fast steps over a wide range of pressure: at the end of a flow the reading falls back or rises",
     smallest: 0.0005,
+    traits: &[],
     check: "length and bore of the tube, kinks, fittings between valve and chamber",
 };
 

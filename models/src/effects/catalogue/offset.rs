@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["dead_band"],
     separated_by: "commands over the whole range, held",
     smallest: 0.3,
+    traits: &[],
     check: "the regulator's zero",
 };
 

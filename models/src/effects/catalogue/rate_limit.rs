@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_asymmetry", "valve_lag"],
     separated_by: "small and large command steps",
     smallest: 1.0,
+    traits: &[],
     check: "the regulator's flow rating against the volume it fills",
 };
 

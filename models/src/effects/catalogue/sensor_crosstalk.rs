@@ -1,6 +1,6 @@
 //! `sensor_crosstalk`: reading contains the channel sampled before.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach, Step};
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Question, Reach, Step, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["chamber_coupling", "supply_sag"],
     separated_by: "one channel held while the one sampled before it moves",
     smallest: 0.002,
+    traits: &[Trait::NeedsSampledBefore],
     check: "source impedance and settling time of the converter's inputs",
 };
 

@@ -1,6 +1,6 @@
 //! `sensor_drift`: sensor zero drifts.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -22,6 +22,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_wear", "wall_creep", "supply_ripple"],
     separated_by: "returning to ambient pressure again and again",
     smallest: 0.3,
+    traits: &[Trait::WithinARecording],
     check: "the reading of the vented chamber at the beginning and at the end",
 };
 

@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["supply_level", "valve_gain"],
     separated_by: "venting to ambient and filling to the supply",
     smallest: 0.003,
+    traits: &[],
     check: "the sensor against a reference gauge at high pressure",
 };
 

@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_lag", "transport_delay", "line_restriction"],
     separated_by: "pressure corners that do not coincide with drive steps: saturation, choking, another source of pressure",
     smallest: 0.0025,
+    traits: &[],
     check: "filter settings on the board and in the sensor, tube to the sensor",
 };
 

@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["wall_compliance", "flow_function"],
     separated_by: "a slow sweep over the whole range beside a reference gauge",
     smallest: 1.0,
+    traits: &[],
     check: "the sensor against a reference gauge at three pressures",
 };
 

@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["sensor_gain", "supply_level"],
     separated_by: "venting to ambient and filling to the supply",
     smallest: 0.3,
+    traits: &[],
     check: "the reading of the vented chamber",
 };
 

@@ -1,6 +1,6 @@
 //! `stale_samples`: old samples repeated.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Memory, Question, Reach, Step};
+use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Memory, Question, Reach, Step, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["sensor_lag", "transport_delay"],
     separated_by: "any movement fast enough that two fresh samples differ",
     smallest: 0.1,
+    traits: &[Trait::RoughlyTimed],
     check: "measurement task of the board against the bus rate; lost answers that are filled in",
 };
 

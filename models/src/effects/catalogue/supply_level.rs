@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_gain", "fill_leak"],
     separated_by: "filling to high pressure: the end pressure moves, not only the speed",
     smallest: 1.0,
+    traits: &[],
     check: "the regulator and its gauge",
 };
 

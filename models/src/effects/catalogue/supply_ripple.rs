@@ -1,6 +1,8 @@
 //! `supply_ripple`: supply cycles by itself.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use core::f64::consts::{PI, TAU};
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach, Trait, Wave};
 use crate::model::Areas;
 use crate::numeric::{Real, Scalar};
 
@@ -25,8 +27,21 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["supply_sag", "valve_wear"],
     separated_by: "the same movements repeated over several periods; better, record the supply",
     smallest: 1.0,
+    traits: &[Trait::Periodic(probes)],
     check: "the compressor's pressure switch; a regulator after the tank",
 };
+
+/// Parts of a period in which the supply rises that are tried.
+const RISES: [f64; 2] = [0.3, 0.7];
+
+/// Triangles whose first harmonic is a wave.
+fn probes(wave: &Wave) -> Vec<Vec<f64>> {
+    let amplitude_kpa = (wave.share() * wave.gauge_pa * 1e-3 * PI * PI / 8.0).clamp(0.5, 250.0);
+    // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise / 2 + 1 / 4.
+    let peak = wave.sine.atan2(wave.cosine) / TAU;
+    let phase = |rise: f64| (0.25 + 0.5 * rise - peak).rem_euclid(1.0);
+    RISES.iter().map(|&rise| vec![amplitude_kpa, wave.period_s(), phase(rise), rise]).collect()
+}
 
 /// The effect at work.
 #[derive(Debug, Clone)]

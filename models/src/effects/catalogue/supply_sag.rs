@@ -1,6 +1,6 @@
 //! `supply_sag`: supply falls with the flow drawn.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::model::{Areas, ValveLaw, psi_max};
 use crate::numeric::Scalar;
 
@@ -23,6 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["flow_function", "valve_asymmetry", "supply_ripple", "drive_saturation"],
     separated_by: "one channel filling alone against all filling at once, over a wide range of pressure",
     smallest: 1.0,
+    traits: &[Trait::NeedsOthersDraw],
     check: "the supply pressure at the manifold while all channels fill; tube bore and regulator size",
 };
 

@@ -23,6 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_lag", "sensor_lag"],
     separated_by: "fast drive steps: a lag starts to move at once, a dead time does not",
     smallest: 0.0025,
+    traits: &[],
     check: "loop and bus timing, valve switching time, length of the tube",
 };
 

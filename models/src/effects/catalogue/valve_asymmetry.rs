@@ -1,6 +1,6 @@
 //! `valve_asymmetry`: fill and vent gains differ.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, RegulatorLaw, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, RegulatorLaw, Step, Question, Reach, Trait};
 use crate::model::ValveLaw;
 use crate::numeric::Scalar;
 
@@ -22,6 +22,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["vent_restriction", "flow_function", "drive_saturation"],
     separated_by: "venting and filling over the whole range of drive and pressure",
     smallest: 0.015,
+    traits: &[Trait::NeedsOneSpool],
     check: "the two ports of the valve, and what is screwed into them",
 };
 

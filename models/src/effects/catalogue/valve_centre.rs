@@ -20,6 +20,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["fill_leak", "exhaust_leak"],
     separated_by: "small drives on both sides of the centre",
     smallest: 0.003,
+    traits: &[],
     check: "the zero adjustment of the valve",
 };
 

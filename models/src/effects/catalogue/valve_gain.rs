@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["chamber_volume", "supply_level"],
     separated_by: "fast and slow movements over the whole range",
     smallest: 0.01,
+    traits: &[],
     check: "the valve, its driver and its supply voltage",
 };
 

@@ -1,6 +1,6 @@
 //! `valve_hysteresis`: play between drive and spool.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_stiction", "transport_delay"],
     separated_by: "slow small drive reversals at several levels: play follows smoothly after the gap, stiction jumps",
     smallest: 0.004,
+    traits: &[Trait::LimitCycle],
     check: "friction and magnetic hysteresis of the valve: dither the drive and see whether it vanishes",
 };
 

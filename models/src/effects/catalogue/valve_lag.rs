@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["transport_delay", "sensor_lag"],
     separated_by: "fast drive steps: a lag starts to move at once, a dead time does not; a sensor lag rounds pressure corners that are not at drive steps",
     smallest: 0.0025,
+    traits: &[],
     check: "coil current rise, spring and friction of the spool",
 };
 

@@ -1,6 +1,6 @@
 //! `valve_stiction`: spool sticks, then jumps.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_hysteresis", "transport_delay"],
     separated_by: "slow small drive ramps: stiction shows stairs, play does not",
     smallest: 0.004,
+    traits: &[Trait::Thresholded, Trait::LimitCycle],
     check: "dirt, varnish or side load on the spool; dither",
 };
 

@@ -1,6 +1,6 @@
 //! `valve_wear`: valve gain changes over the recording.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach, Trait};
 use crate::model::ValveLaw;
 use crate::numeric::Scalar;
 
@@ -22,6 +22,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["supply_ripple", "sensor_drift"],
     separated_by: "the same movement repeated at the start and at the end, filling and venting",
     smallest: 0.005,
+    traits: &[Trait::WithinARecording],
     check: "the valve: dirt, warming coil, wear",
 };
 

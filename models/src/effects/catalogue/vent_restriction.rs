@@ -24,6 +24,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_asymmetry", "drive_saturation", "flow_function"],
     separated_by: "venting from high pressure at small and at full drive",
     smallest: 0.05,
+    traits: &[],
     check: "muffler, exhaust fitting and tube: take them off and compare",
 };
 

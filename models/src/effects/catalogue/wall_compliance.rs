@@ -21,6 +21,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["wall_creep", "flow_function", "sensor_nonlinearity"],
     separated_by: "the same flow at low and at high pressure",
     smallest: 0.004,
+    traits: &[],
     check: "the chamber under pressure: diameter and length against pressure",
 };
 

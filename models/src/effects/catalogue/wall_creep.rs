@@ -22,6 +22,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["heat_exchange", "wall_compliance", "sensor_drift"],
     separated_by: "long holds with closed ports at high and low pressure",
     smallest: 0.004,
+    traits: &[],
     check: "the material of the chamber, its age and temperature",
 };
 

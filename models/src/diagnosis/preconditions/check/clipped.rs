@@ -2,14 +2,11 @@
 
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::DriveInput;
 
-/// Part of the rows that must stand exactly at the highest value to look clipped.
-const SUSPICIOUS: f64 = 0.02;
 /// The command is above it by more than this part of the pressure's range, or the drive fills by more than this.
 const PUSHED: f64 = 0.05;
-/// A channel of which more than this part cannot be compared is not diagnosed.
-const TOO_MUCH: f64 = 0.5;
 
 /// Rows at a limit of the sensor that no rig file tells: all at the highest reading, when it repeats exactly while the channel is told to
 /// go higher.
@@ -31,7 +28,11 @@ pub fn clipped_rows(
     let rows: Vec<usize> = (0..measured_pa.len()).filter(at_top).collect();
     // A few rows at the highest reading are what every recording has.
     let told = rows.iter().filter(|row| pushed(**row)).count();
-    if high > low && told as f64 > SUSPICIOUS * measured_pa.len() as f64 { rows } else { Vec::new() }
+    if high > low && told as f64 > SETTINGS.clipped_share * measured_pa.len() as f64 {
+        rows
+    } else {
+        Vec::new()
+    }
 }
 
 /// Remarks on what cannot be compared.
@@ -41,7 +42,7 @@ pub fn clipped_rows(
 pub fn unusable(file: &str, data: &ChannelData) -> Result<Option<String>, DiagnosisError> {
     let count = data.inputs.usable.iter().filter(|u| !**u).count();
     let share = count as f64 / data.inputs.rows() as f64;
-    if share > TOO_MUCH {
+    if share > SETTINGS.clipped_most {
         return Err(DiagnosisError::Unusable {
             file: file.to_owned(),
             channel: data.id.to_string(),

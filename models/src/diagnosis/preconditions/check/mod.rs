@@ -9,22 +9,15 @@ pub use clipped::clipped_rows;
 
 use crate::diagnosis::channel::{ChannelData, Role, block_length_s};
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::DriveInput;
 use clipped::unusable;
 use statistics::deviation;
 use swapped::swapped;
 use units::units;
 
-/// Blocks needed to fit, to choose and to test.
-const WANTED: usize = 8;
 /// Rows to compare without which a block is empty.
 const LEAST_ROWS: usize = 5;
-/// Smallest standard deviation of a drive that excites anything.
-const DRIVE_MOVES: f64 = 0.01;
-/// Smallest standard deviation of a command, Pa.
-const COMMAND_MOVES_PA: f64 = 1000.0;
-/// Slowest sampling from which valves and lags can be seen, Hz.
-const SLOWEST_HZ: f64 = 10.0;
 
 /// Refuses what cannot be diagnosed; returns remarks on what can.
 ///
@@ -33,8 +26,12 @@ const SLOWEST_HZ: f64 = 10.0;
 pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, DiagnosisError> {
     for data in channels {
         let rate_hz = data.inputs.rows() as f64 / data.inputs.interval_s.iter().sum::<f64>();
-        if rate_hz < SLOWEST_HZ {
-            return Err(DiagnosisError::TooSlow { file: file.to_owned(), rate_hz, wanted_hz: SLOWEST_HZ });
+        if rate_hz < SETTINGS.slowest_hz {
+            return Err(DiagnosisError::TooSlow {
+                file: file.to_owned(),
+                rate_hz,
+                wanted_hz: SETTINGS.slowest_hz,
+            });
         }
     }
     let mut notes = Vec::new();
@@ -48,7 +45,7 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
     };
     let fewest = channels.iter().map(|d| full(d, None)).min().unwrap_or(0);
     let tests = channels.iter().map(|d| full(d, Some(Role::Test))).min();
-    if fewest < WANTED || tests.unwrap_or(0) < 2 {
+    if fewest < usize::from(SETTINGS.least_blocks) || tests.unwrap_or(0) < 2 {
         let seconds = channels.first().map_or(0.0, |d| d.inputs.duration_s);
         let block_s = block_length_s(seconds);
         return Err(DiagnosisError::TooShort {
@@ -56,17 +53,19 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
             seconds,
             blocks: fewest,
             block_s,
-            wanted: WANTED,
+            wanted: usize::from(SETTINGS.least_blocks),
         });
     }
     let (mut still, mut what) = (Vec::new(), "the drive");
     for data in channels {
         let moves = match &data.inputs.drive {
-            DriveInput::Spool(u) => deviation(u) > DRIVE_MOVES,
-            DriveInput::Separate { fill, vent } => deviation(fill).max(deviation(vent)) > DRIVE_MOVES,
+            DriveInput::Spool(u) => deviation(u) > SETTINGS.least_drive_movement,
+            DriveInput::Separate { fill, vent } => {
+                deviation(fill).max(deviation(vent)) > SETTINGS.least_drive_movement
+            }
             DriveInput::Controlled | DriveInput::Command => {
                 what = "the command";
-                deviation(&data.inputs.command_pa) > COMMAND_MOVES_PA
+                deviation(&data.inputs.command_pa) > 1e3 * SETTINGS.least_command_movement_kpa
             }
         };
         if !moves {

@@ -2,17 +2,10 @@
 
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::preconditions::check::COMMAND_MOVES_PA;
 use crate::diagnosis::preconditions::check::statistics::{correlation, deviation};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::{DriveInput, Series};
 
-/// A channel whose correlation with its own input is below this does not follow it ...
-const NOT_OWN: f64 = 0.4;
-/// ... and follows another one with which it is above this.
-const OTHER: f64 = 0.7;
-/// The same for drives, which lead to rates of pressure.
-const NOT_OWN_RATE: f64 = 0.15;
-const OTHER_RATE: f64 = 0.4;
 /// Delays at which a pressure may follow, s.
 const DELAYS_S: [f64; 6] = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8];
 /// Rows that are looked at, at most.
@@ -25,7 +18,8 @@ const RATE_ROWS: usize = 6;
 /// # Errors
 /// [`DiagnosisError::Swapped`] or [`DiagnosisError::Reversed`].
 pub fn swapped(file: &str, channels: &[ChannelData]) -> Result<(), DiagnosisError> {
-    let commanded = channels.iter().all(|d| deviation(&d.inputs.command_pa) > COMMAND_MOVES_PA);
+    let commanded =
+        channels.iter().all(|d| deviation(&d.inputs.command_pa) > 1e3 * SETTINGS.least_command_movement_kpa);
     let told: Vec<Series> = channels
         .iter()
         .map(|d| if commanded { d.inputs.command_pa.clone() } else { averaged(&drive(d)).into() })
@@ -34,7 +28,11 @@ pub fn swapped(file: &str, channels: &[ChannelData]) -> Result<(), DiagnosisErro
         .iter()
         .map(|d| if commanded { d.inputs.measured_pa.clone() } else { rate(&d.inputs.measured_pa).into() })
         .collect();
-    let (not_own, other) = if commanded { (NOT_OWN, OTHER) } else { (NOT_OWN_RATE, OTHER_RATE) };
+    let (not_own, other) = if commanded {
+        (SETTINGS.own_correlation, SETTINGS.other_correlation)
+    } else {
+        (SETTINGS.own_rate_correlation, SETTINGS.other_rate_correlation)
+    };
     let period_s = channels.first().map_or(1.0, |d| d.inputs.duration_s / d.inputs.rows().max(1) as f64);
     for (k, data) in channels.iter().enumerate() {
         let own = following(&told[k], &seen[k], period_s);

@@ -2,8 +2,9 @@
 
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::preconditions::check::gauge_pa;
 use crate::diagnosis::preconditions::check::statistics::{correlation, deviation, mean};
-use crate::diagnosis::preconditions::check::{COMMAND_MOVES_PA, gauge_pa};
+use crate::diagnosis::settings::SETTINGS;
 
 /// Pascals per pound per square inch over pascals per kilopascal.
 const KPA_PER_PSI: f64 = 6.894_757;
@@ -21,7 +22,9 @@ pub fn units(file: &str, data: &ChannelData) -> Result<(), DiagnosisError> {
     let (command, measured) =
         (gauge_pa(data, &data.inputs.command_pa), gauge_pa(data, &data.inputs.measured_pa));
     // Of a command in another unit, too, something must move.
-    if deviation(&command) < COMMAND_MOVES_PA / 10.0 || correlation(&command, &measured) < 0.3 {
+    if deviation(&command) < 1e3 * SETTINGS.least_command_movement_kpa / 10.0
+        || correlation(&command, &measured) < 0.3
+    {
         return Ok(());
     }
     // A lag changes how far a pressure moves, and not its mean.
