@@ -1,7 +1,7 @@
 //! A channel with the parameters of a fit.
 
 use pneudrive_model::data::ChannelId;
-use pneudrive_model::experiment::{ModelKind, Setup, subject};
+use pneudrive_model::experiment::{Setup, subject};
 use pneudrive_model::model::column;
 use pneudrive_model::rollout::RowStepper;
 use pneudrive_model::store::ParameterFile;
@@ -36,7 +36,7 @@ impl FittedEngine {
     ) -> Result<Self, CreateError> {
         let stored = file.channel(name, id)?;
         let mut setup = stored.setup;
-        let regulator = setup.model == ModelKind::Linear;
+        let regulator = setup.model.is_regulator();
         match control {
             Control::Drive if regulator => return Err(CreateError::Regulator { channel: id }),
             Control::SetPoint if !regulator => setup.controller = true,
@@ -72,7 +72,7 @@ impl FittedEngine {
         let pressure_kpa = self.kpa(first.unwrap_or(f64::NAN));
         let reading_pa = self.stepper.reading_pa(&self.row);
         let [fill, vent] = match self.setup {
-            Setup { model: ModelKind::Linear, .. } => [f64::NAN; 2],
+            Setup { model, .. } if model.is_regulator() => [f64::NAN; 2],
             Setup { controller: true, .. } => [last, -last],
             _ => [self.row[column::FILL], self.row[column::VENT]],
         };

@@ -29,7 +29,7 @@ pub struct Args {
     /// Folder for compare.html and compare.json
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Models [default: all three]
+    /// Models [default: all]
     #[arg(long, value_enum, value_delimiter = ',')]
     models: Vec<ModelArg>,
     #[command(flatten)]
@@ -58,7 +58,7 @@ impl Args {
         let rig = self.input.load_rig()?;
         let loaded = self.input.load(&rig)?;
         let usual = CompareSettings::default();
-        let models: Vec<ModelKind> = self.models.iter().map(|m| (*m).into()).collect();
+        let models: Vec<ModelKind> = self.models.iter().map(|m| m.0).collect();
         let settings = CompareSettings {
             models: if models.is_empty() { usual.models } else { models },
             split: self.split.split().unwrap_or(usual.split),

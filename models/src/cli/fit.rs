@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pneudrive_model::data::ChannelId;
-use pneudrive_model::experiment::{FitSettings, FittedChannel, Score, fit_channels};
+use pneudrive_model::experiment::{FitSettings, FittedChannel, ModelKind, Score, fit_channels};
 use pneudrive_model::fit::Control;
 use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::store::ParameterFile;
@@ -26,7 +26,7 @@ pub struct Args {
     #[command(flatten)]
     input: DataArgs,
     /// Model
-    #[arg(long, value_enum, default_value_t = ModelArg::Nonlinear)]
+    #[arg(long, value_enum, default_value_t = ModelArg(ModelKind::Nonlinear))]
     model: ModelArg,
     /// Parameter file to write; the JSON has the same name with .json
     #[arg(long, value_name = "FILE.toml")]
@@ -57,7 +57,7 @@ impl Args {
         let rig = self.input.load_rig()?;
         let loaded = self.input.load(&rig)?;
         let recording = &loaded.recording;
-        let model = pneudrive_model::experiment::ModelKind::from(self.model);
+        let model = self.model.0;
         let settings = FitSettings {
             model,
             split: self.split.split(),

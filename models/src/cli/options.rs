@@ -1,28 +1,32 @@
 //! Choices about models and fits that several commands share.
 
 use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use pneudrive_model::experiment::{ControllerUse, DriveKind, ModelKind, Objective, Split};
 use pneudrive_model::fit::{FitOptions, StartPressure};
 use pneudrive_model::model::FlowForm;
 
 /// `--model`
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModelArg {
-    /// First-order lag of the command
-    Linear,
-    /// Valve and chamber from first principles
-    Nonlinear,
-    /// Tassa et al. 2013
-    Parametric,
-}
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModelArg(pub ModelKind);
 
-impl From<ModelArg> for ModelKind {
-    fn from(arg: ModelArg) -> Self {
-        match arg {
-            ModelArg::Linear => Self::Linear,
-            ModelArg::Nonlinear => Self::Nonlinear,
-            ModelArg::Parametric => Self::Parametric,
-        }
+impl ValueEnum for ModelArg {
+    fn value_variants<'a>() -> &'a [Self] {
+        const ALL: [ModelArg; ModelKind::ALL.len()] = {
+            let mut all = [ModelArg(ModelKind::ALL[0]); ModelKind::ALL.len()];
+            let mut k = 1;
+            while k < all.len() {
+                all[k] = ModelArg(ModelKind::ALL[k]);
+                k += 1;
+            }
+            all
+        };
+        &ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let about = self.0.about();
+        Some(PossibleValue::new(about.id).help(about.title))
     }
 }
 

@@ -2,35 +2,60 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::board::Board;
 use crate::data::{Channel, Drive, Recording};
-use crate::model::ValveDrive;
+use crate::model::{self, About, Constants, Listed, ValveDrive};
 use crate::rig::{InputError, Needs, Rig, RigError};
+use crate::rollout::{Chamber, System};
 
-/// One of the three models.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ModelKind {
-    /// First-order lag of the command: [`crate::model::Linear`].
-    Linear,
-    /// Valve and chamber from first principles: [`crate::model::Nonlinear`].
-    #[default]
-    Nonlinear,
-    /// End pressure and rate as functions of the drive: [`crate::model::Parametric`].
-    Parametric,
+/// Makes the choice and what belongs to it from the list of models.
+macro_rules! kinds {
+    ($($name:ident),*) => {
+        /// One of the models.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum ModelKind {
+            $(#[doc = concat!("[`model::", stringify!($name), "`].")] $name,)*
+        }
+
+        impl ModelKind {
+            /// All of them, in the paper's order.
+            pub const ALL: [Self; [$(stringify!($name)),*].len()] = [$(Self::$name),*];
+
+            /// What files, reports and the command line say of it.
+            #[must_use]
+            pub const fn about(self) -> &'static About {
+                match self { $(Self::$name => &<model::$name as Listed>::ABOUT,)* }
+            }
+
+            /// The model with a rig's constants, behind a board's loop where there is one.
+            pub(super) fn chamber(self, constants: &Constants, board: Option<Board>) -> Box<dyn System> {
+                match self {
+                    $(Self::$name => Box::new(Chamber { model: <model::$name as Listed>::of(constants), board }),)*
+                }
+            }
+        }
+    };
+}
+model::for_each_model!(kinds);
+
+impl Default for ModelKind {
+    fn default() -> Self {
+        Self::Nonlinear
+    }
 }
 
 impl ModelKind {
-    /// All of them, in the paper's order.
-    pub const ALL: [Self; 3] = [Self::Linear, Self::Nonlinear, Self::Parametric];
-
     /// Name in files and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::Linear => "linear",
-            Self::Nonlinear => "nonlinear",
-            Self::Parametric => "parametric",
-        }
+        self.about().id
+    }
+
+    /// Does it describe a pressure loop along with the valve, driven by commands alone?
+    #[must_use]
+    pub const fn is_regulator(self) -> bool {
+        self.about().is_regulator
     }
 }
 
@@ -65,7 +90,7 @@ pub enum DriveKind {
 pub struct Setup {
     /// The model.
     pub model: ModelKind,
-    /// Drive kind of the valve; `None` for the linear model, which knows no valve.
+    /// Drive kind of the valve; `None` for a regulator, which knows no valve.
     pub drive: Option<DriveKind>,
     /// Whether the board's loop is simulated.
     pub controller: bool,
@@ -84,7 +109,7 @@ impl Setup {
         channel: &Channel,
         rig: &Rig,
     ) -> Result<Self, InputError> {
-        if model == ModelKind::Linear {
+        if model.is_regulator() {
             return Ok(Self { model, drive: None, controller: false });
         }
         let rig = rig.at(channel.id);
@@ -118,11 +143,11 @@ impl Setup {
     /// What the inputs must hold for this.
     #[must_use]
     pub fn needs(self, pressure: bool) -> Needs {
-        let linear = self.model == ModelKind::Linear;
+        let regulator = self.model.is_regulator();
         Needs {
-            command: linear || self.controller,
-            drive: !linear && !self.controller,
-            pneumatics: !linear,
+            command: regulator || self.controller,
+            drive: !regulator && !self.controller,
+            pneumatics: !regulator,
             pressure,
             start_kpa: 0.0,
             as_spool: self.drive == Some(DriveKind::Spool),

@@ -1,14 +1,14 @@
 //! One model set up for one channel, behind one interface whatever the model.
 
 use crate::fit::{Control, Fit, FitError, FitOptions, Problem, Space, fit_rates, fit_rollouts};
-use crate::model::{FlowForm, Linear, Parameter, Parametric, column};
+use crate::model::{FlowForm, Parameter, column};
 use crate::rig::{Rig, RigError};
 use crate::rollout::{
-    BatchError, BatchGradient, BatchInputs, BatchResults, BatchUnit, Chamber, Job, RowStepper, Rows, Series,
-    Start, Steps, System, batch_gradient, simulate, simulate_batch_into, simulate_batch_single_into,
+    BatchError, BatchGradient, BatchInputs, BatchResults, BatchUnit, Job, RowStepper, Rows, Series, Start,
+    Steps, System, batch_gradient, simulate, simulate_batch_into, simulate_batch_single_into,
 };
 
-use super::{ModelKind, Setup};
+use super::Setup;
 
 /// What a fit minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -184,15 +184,10 @@ impl Subject {
 /// # Errors
 /// [`RigError::MissingTable`] when the board's loop is asked for and not described.
 pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Subject, RigError> {
-    let (gas, drive) = (rig.gas(), setup.valve_drive());
-    let behind_board = setup.controller && setup.model != ModelKind::Linear;
+    // A regulator's model describes the loop along with the valve.
+    let behind_board = setup.controller && !setup.model.is_regulator();
     let board = if behind_board { Some(rig.board()?) } else { None };
-    Ok(Subject(match setup.model {
-        // It describes the loop along with the valve.
-        ModelKind::Linear => Box::new(Chamber::new(Linear { gas })),
-        ModelKind::Nonlinear => Box::new(Chamber { model: rig.nonlinear(drive, form), board }),
-        ModelKind::Parametric => Box::new(Chamber { model: Parametric { gas, drive }, board }),
-    }))
+    Ok(Subject(setup.model.chamber(&rig.constants(setup.valve_drive(), form), board)))
 }
 
 /// Parameters that only a changing volume can tell, and the values that leave them out: the rate of a volume that does not

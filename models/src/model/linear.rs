@@ -1,6 +1,6 @@
 //! The linear model: a first-order lag.
 
-use super::{Drive, Gas, Model, Parameter};
+use super::{About, Constants, Drive, Gas, Listed, Model, Parameter};
 use crate::numeric::Scalar;
 
 /// `dp/dt = -alpha p + beta p_cmd`, in gauge pressures: the only form in which a command of zero leaves the chamber at
@@ -22,13 +22,22 @@ pub struct LinearCoefficients<S> {
     pub beta: S,
 }
 
+impl Listed for Linear {
+    const ABOUT: About =
+        About { id: "linear", title: "First-order lag of the command", is_regulator: true };
+
+    fn of(constants: &Constants) -> Self {
+        Self { gas: constants.gas }
+    }
+}
+
 impl Model for Linear {
     type Coefficients<S: Scalar> = LinearCoefficients<S>;
     /// `beta p_cmd`, Pa/s.
     type Held<S: Scalar> = S;
 
     fn name(&self) -> &'static str {
-        "linear"
+        Self::ABOUT.id
     }
 
     fn parameters(&self) -> Vec<Parameter> {

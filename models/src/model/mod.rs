@@ -10,10 +10,7 @@ mod drive;
 mod flow;
 mod gas;
 mod joint;
-mod linear;
-mod nonlinear;
 mod parameter;
-mod parametric;
 mod ports;
 mod valve;
 
@@ -22,14 +19,69 @@ pub use drive::Drive;
 pub use flow::{FlowForm, FlowFunction};
 pub use gas::{ATMOSPHERE_PA, GAMMA, Gas, psi_max};
 pub use joint::Joint;
-pub use linear::{Linear, LinearCoefficients};
-pub use nonlinear::{Nonlinear, NonlinearCoefficients};
+pub use linear::LinearCoefficients;
+pub use nonlinear::NonlinearCoefficients;
 pub use parameter::{Parameter, Scale, nominal_values};
-pub use parametric::Parametric;
 pub use ports::Ports;
 pub use valve::{Areas, ValveDrive, ValveLaw, smooth_corner};
 
 use crate::numeric::Scalar;
+
+/// Declares the models, and `for_each_model`, which hands their names to another macro.
+macro_rules! models {
+    ($dollar:tt $($module:ident :: $name:ident,)*) => {
+        $(
+            mod $module;
+            pub use $module::$name;
+        )*
+
+        /// Calls a macro with the names of all models.
+        macro_rules! for_each_model {
+            ($dollar callback:ident) => { $dollar callback!($($name),*); };
+        }
+        pub(crate) use for_each_model;
+    };
+}
+
+// In the order of the paper that compares them (docs/models.md).
+models! { $
+    linear::Linear,
+    nonlinear::Nonlinear,
+    parametric::Parametric,
+}
+
+/// What files, reports and the command line say of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct About {
+    /// Short name, the type's in lower case.
+    pub id: &'static str,
+    /// What it is, in a few words.
+    pub title: &'static str,
+    /// Does it describe a pressure loop along with the valve, driven by commands alone?
+    pub is_regulator: bool,
+}
+
+/// What a rig says of a channel, for any model to take what it needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Constants {
+    /// The gas and its ambient pressure.
+    pub gas: Gas,
+    /// The ports' flow function.
+    pub flow: FlowFunction,
+    /// Discharge coefficient of the ports.
+    pub discharge_coefficient: f64,
+    /// One spool or two valves.
+    pub drive: ValveDrive,
+}
+
+/// A model of the list above.
+pub trait Listed: Model {
+    /// What is said of it.
+    const ABOUT: About;
+
+    /// With a rig's constants.
+    fn of(constants: &Constants) -> Self;
+}
 
 /// A model of one chamber: the rate of its pressure, and its parameters.
 ///

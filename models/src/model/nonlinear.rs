@@ -1,7 +1,7 @@
 //! The first-principles model: two valve openings, mass balance, changing volume.
 
 use super::{
-    Areas, Drive, FlowForm, FlowFunction, GAMMA, Gas, Model, Parameter, ValveDrive, ValveLaw, column,
+    About, Areas, Constants, Drive, FlowForm, FlowFunction, GAMMA, Gas, Listed, Model, Parameter, ValveDrive, ValveLaw, column,
 };
 use crate::numeric::Scalar;
 
@@ -70,12 +70,22 @@ impl Nonlinear {
     }
 }
 
+impl Listed for Nonlinear {
+    const ABOUT: About =
+        About { id: "nonlinear", title: "Valve and chamber from first principles", is_regulator: false };
+
+    fn of(constants: &Constants) -> Self {
+        let Constants { gas, flow, discharge_coefficient, drive } = *constants;
+        Self { gas, flow, discharge_coefficient, drive }
+    }
+}
+
 impl Model for Nonlinear {
     type Coefficients<S: Scalar> = NonlinearCoefficients<S>;
     type Held<S: Scalar> = Interval<S>;
 
     fn name(&self) -> &'static str {
-        "nonlinear"
+        Self::ABOUT.id
     }
 
     fn parameters(&self) -> Vec<Parameter> {

@@ -1,7 +1,7 @@
 //! The parametric model after Tassa, Wu, Movellan and Todorov (2013): a first-order lag whose end point and rate depend
 //! on the drive and on the volume.
 
-use super::{Drive, Gas, Model, Parameter, ValveDrive, column, smooth_corner};
+use super::{About, Constants, Drive, Gas, Listed, Model, Parameter, ValveDrive, column, smooth_corner};
 use crate::numeric::Scalar;
 
 /// Cubic metres in a litre: volumes enter this model in litres, so that its coefficients are of order one.
@@ -52,12 +52,21 @@ pub struct Course<S> {
     rate: S,
 }
 
+impl Listed for Parametric {
+    const ABOUT: About =
+        About { id: "parametric", title: "Tassa et al. 2013", is_regulator: false };
+
+    fn of(constants: &Constants) -> Self {
+        Self { gas: constants.gas, drive: constants.drive }
+    }
+}
+
 impl Model for Parametric {
     type Coefficients<S: Scalar> = Numbers<S>;
     type Held<S: Scalar> = Course<S>;
 
     fn name(&self) -> &'static str {
-        "parametric"
+        Self::ABOUT.id
     }
 
     fn parameters(&self) -> Vec<Parameter> {

@@ -2,7 +2,7 @@
 
 use super::{Rig, RigError};
 use crate::board::{Arithmetic, Board};
-use crate::model::{FlowForm, FlowFunction, Gas, Nonlinear, ValveDrive};
+use crate::model::{Constants, FlowForm, FlowFunction, Gas, ValveDrive};
 
 impl Rig {
     /// The air, at the temperature and the pressure of the room.
@@ -13,11 +13,11 @@ impl Rig {
         Gas { temperature_k: ambient.temperature_k, ambient_pa, ..Gas::default() }
     }
 
-    /// The first-principles model of the rig's valves, or of usual ones where they are not described.
+    /// What models take of it: of its valves, or of usual ones where they are not described.
     #[must_use]
-    pub fn nonlinear(&self, drive: ValveDrive, form: FlowForm) -> Nonlinear {
+    pub fn constants(&self, drive: ValveDrive, form: FlowForm) -> Constants {
         let valve = self.valve.clone().unwrap_or_default();
-        Nonlinear {
+        Constants {
             gas: self.gas(),
             flow: FlowFunction::new(valve.critical_ratio, form),
             discharge_coefficient: valve.discharge_coefficient,

@@ -12,7 +12,7 @@ use super::kinds::{
 use super::lanes::{self, Lot};
 use super::source::{RowSource, Rows, Steps};
 use super::stepper::{ChamberStepper, RowStepper};
-use crate::model::{Drive, Linear, Model, Nonlinear, Parameter, Parametric};
+use crate::model::{Drive, Model, Parameter};
 use crate::numeric::Lanes;
 
 /// A model with what stands in front of it, compiled for every kind of number that simulations and fits are made of.
@@ -76,8 +76,8 @@ pub trait System: Debug + Send + Sync {
 /// Implements [`System`] for chambers with these models. Not a generic implementation: that would be compiled anew in every crate
 /// that names it.
 macro_rules! systems {
-    ($($model:ty),*) => { $(
-        impl System for Chamber<$model> {
+    ($($model:ident),*) => { $(
+        impl System for Chamber<crate::model::$model> {
             fn parameters(&self) -> Vec<Parameter> {
                 self.model.parameters()
             }
@@ -146,7 +146,7 @@ macro_rules! systems {
     )* };
 }
 
-systems!(Linear, Nonlinear, Parametric);
+crate::model::for_each_model!(systems);
 
 fn sum_of_rates<Q: Model>(model: &Q, parameters: &[f64], mut rows: Rows<'_>, pressures: &[f64]) -> f64 {
     let coefficients = model.coefficients(parameters);

@@ -2,7 +2,8 @@
 
 use super::least_squares::refit;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, readings_of};
-use crate::diagnosis::likelihood::Whitening;
+use crate::diagnosis::likelihood::{Whitening, block_losses, row_count, total, whitened_residuals};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Parameter;
 
@@ -110,7 +111,7 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
     let step = |model: Extended, evaluations: usize| {
-        let whitening = Whitening::new(data, &data.disturbances(&model));
+        let whitening = weights(data, &model);
         refit(data, &whitening, &model, &free_of(data, &model, false), evaluations)
     };
     let looked = ranked.into_iter().take(2).map(|(_, start)| {
@@ -136,6 +137,21 @@ pub fn fit_base(data: &ChannelData) -> Extended {
             let nominal = data.plant.parameters().iter().map(|p| p.nominal).collect();
             with_usual(data, &Extended::base(nominal))
         }
+    }
+}
+
+/// Weights that go with a model. What is left of its error when noise and wander have had their part is an error of its own: if that
+/// is large, wander is weighed beside it.
+fn weights(data: &ChannelData, model: &Extended) -> Whitening {
+    let derivatives = data.disturbances(model);
+    let usual = Whitening::new(data, &derivatives);
+    let residuals = whitened_residuals(data, &usual, &data.readings(model));
+    let roles = &[Role::Fit];
+    let left = total(data, &block_losses(data, &residuals), roles) / row_count(data, roles).max(1.0);
+    if left > SETTINGS.large_error {
+        Whitening::beside_error(data, &derivatives, data.noise_kpa * left.sqrt())
+    } else {
+        usual
     }
 }
 

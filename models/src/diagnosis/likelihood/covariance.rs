@@ -42,7 +42,14 @@ impl Whitening {
     /// From the derivatives by a block's disturbances.
     #[must_use]
     pub fn new(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]]) -> Self {
-        Self::scaled(data, derivatives, deviations(start_kpa(data)))
+        Self::scaled(data, derivatives, deviations(start_kpa(data)), data.noise_kpa)
+    }
+
+    /// The same beside an error of this standard deviation, kPa, in the place of the noise: where a model is far off, what wanders is
+    /// small beside that, and its directions are not free to hide the error.
+    #[must_use]
+    pub fn beside_error(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]], error_kpa: f64) -> Self {
+        Self::scaled(data, derivatives, deviations(start_kpa(data)), error_kpa)
     }
 
     /// Takes out the start pressure only, entirely: what is left is the error of a rollout that starts right.
@@ -50,15 +57,16 @@ impl Whitening {
     pub fn start_only(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]]) -> Self {
         let mut deviations = [0.0; DISTURBANCES];
         deviations[0] = 1e3;
-        Self::scaled(data, derivatives, deviations)
+        Self::scaled(data, derivatives, deviations, data.noise_kpa)
     }
 
     fn scaled(
         data: &ChannelData,
         derivatives: &[[f64; DISTURBANCES]],
         deviations: [f64; DISTURBANCES],
+        noise_kpa: f64,
     ) -> Self {
-        let variance = data.noise_kpa * data.noise_kpa;
+        let variance = noise_kpa * noise_kpa;
         let mut directions = vec![[0.0; DISTURBANCES]; derivatives.len()];
         let mut shrink = Vec::with_capacity(data.spans.len());
         for span in &data.spans {

@@ -3,7 +3,7 @@
 use super::shared_inputs::to_f64;
 use crate::data::{Channel, Drive, Flags, Recording};
 use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
-use crate::model::{BaseModel, FlowForm, Linear, ValveDrive};
+use crate::model::{BaseModel, FlowForm, Linear, Listed, Nonlinear, ValveDrive};
 use crate::rig::Rig;
 
 use super::check::clipped_rows;
@@ -175,7 +175,7 @@ fn base_model(rig: &Rig, drive: &DriveInput) -> BaseModel {
         DriveInput::Separate { .. } => ValveDrive::Separate,
         DriveInput::Command => return BaseModel::Linear(Linear { gas: rig.gas() }),
     };
-    BaseModel::Nonlinear(rig.nonlinear(drive, FlowForm::Iso6358))
+    BaseModel::Nonlinear(Nonlinear::of(&rig.constants(drive, FlowForm::Iso6358)))
 }
 
 /// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.

@@ -120,14 +120,15 @@ impl ExtendedFile {
             model = stored.setup.model.name();
             let drive = match (stored.setup.model, stored.setup.controller, stored.setup.drive) {
                 (ModelKind::Linear, _, _) => "command",
-                (ModelKind::Parametric, _, _) => {
-                    return Err(format!(
-                        "{id} holds the parametric model; a diagnosis compares with the nonlinear or the linear one"
-                    ));
-                }
                 (ModelKind::Nonlinear, true, _) => "board",
                 (ModelKind::Nonlinear, false, Some(DriveKind::Separate)) => "separate",
                 (ModelKind::Nonlinear, false, _) => "spool",
+                (other, _, _) => {
+                    return Err(format!(
+                        "{id} holds the {} model; a diagnosis compares with the nonlinear or the linear one",
+                        other.name()
+                    ));
+                }
             };
             let channel = ExtendedChannel {
                 drive: drive.to_owned(),

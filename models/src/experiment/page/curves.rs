@@ -8,12 +8,12 @@ use super::super::{ChannelComparison, ModelKind, ModelResult};
 /// Length of that picture, s.
 const ZOOM_S: f64 = 20.0;
 
+/// Colours of the models, by their place in the list.
+const COLOURS: [Colour; 3] = [Colour::Orange, Colour::Blue, Colour::Green];
+
 fn colour(model: ModelKind) -> Colour {
-    match model {
-        ModelKind::Linear => Colour::Orange,
-        ModelKind::Nonlinear => Colour::Blue,
-        ModelKind::Parametric => Colour::Green,
-    }
+    let place = ModelKind::ALL.iter().position(|&other| other == model).unwrap_or(0);
+    COLOURS[place % COLOURS.len()]
 }
 
 /// What the plots of one channel draw from.

@@ -42,7 +42,7 @@ impl<'py> Given<'_, 'py> {
         if !(1..=1000).contains(&substeps) {
             return Err(errors::unusable(format!("substeps is {substeps}; it must be 1 to 1000")));
         }
-        let by_command = model == ModelKind::Linear || self.controller;
+        let by_command = model.is_regulator() || self.controller;
         let separate = self.fill.is_some() || self.vent.is_some();
         let valve = inputs::valve(self.drive.as_ref(), self.fill.as_ref(), self.vent.as_ref(), by_command)?;
         let setup = setup(model, self.controller, separate);
@@ -87,6 +87,6 @@ fn mean(here: f64, there: f64) -> f64 {
 
 pub fn setup(model: ModelKind, controller: bool, separate: bool) -> Setup {
     let kind = if separate { DriveKind::Separate } else { DriveKind::Spool };
-    let linear = model == ModelKind::Linear;
+    let linear = model.is_regulator();
     Setup { model, drive: (!linear).then_some(kind), controller: controller && !linear }
 }

@@ -81,7 +81,7 @@ pub fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) 
     match (given, &rig.supply) {
         (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa")?.checked(),
         (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
-        (None, None) if model == ModelKind::Linear => Ok(Field::constant("supply_kpa", 0.0)),
+        (None, None) if model.is_regulator() => Ok(Field::constant("supply_kpa", 0.0)),
         (None, None) => Err(errors::unusable("supply_kpa is missing: give it, or a rig with [supply]")),
     }
 }
@@ -90,7 +90,7 @@ pub fn volume<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) 
     match (given, &rig.chamber) {
         (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3")?.checked(),
         (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
-        (None, None) if model == ModelKind::Linear => Ok(Field::constant("volume_m3", 1.0)),
+        (None, None) if model.is_regulator() => Ok(Field::constant("volume_m3", 1.0)),
         (None, None) => Err(errors::unusable("volume_m3 is missing: give it, or a rig with [chamber]")),
     }
 }

@@ -3,7 +3,7 @@
 use crate::errors;
 use parking_lot::Mutex;
 use pneudrive_capi::{Channel, Control, Inputs, Outputs};
-use pneudrive_model::experiment::{DriveKind, ModelKind};
+use pneudrive_model::experiment::DriveKind;
 use pneudrive_model::simulation::CalibratedModel;
 use pyo3::prelude::*;
 use std::fmt::Display;
@@ -120,7 +120,7 @@ fn follows(model: &CalibratedModel, name: &str, control: Control) -> Follows {
                 file.channels.iter().find(|(id, _)| id.to_string() == name).map(|(_, stored)| stored);
             stored.map_or((false, false), |stored| {
                 let setup = stored.setup;
-                let regulator = setup.model == ModelKind::Linear;
+                let regulator = setup.model.is_regulator();
                 let set_point = regulator || setup.controller && control != Control::Drive;
                 (set_point, setup.drive == Some(DriveKind::Separate))
             })
