@@ -19,7 +19,7 @@ NATIVE = os.path.join(os.path.dirname(os.path.abspath(MODEL)), "libpneudrive_cap
 COMPILER, EMULATOR, SYSROOT = "aarch64-linux-gnu-gcc", "qemu-aarch64", "/usr/aarch64-linux-gnu"
 MUJOCO = os.path.abspath(os.environ.get("PNEUDRIVE_AARCH64_MUJOCO", "nowhere"))
 #: kPa. Mathematical functions of two C libraries may differ in the last digit.
-MOST_KPA = 1e-6
+MOST_KPA = 1e-9
 
 MISSING = [
     *(f"{program} ({package})" for program, package in [(COMPILER, "gcc-aarch64-linux-gnu"), (EMULATOR, "qemu-user")] if not shutil.which(program)),
