@@ -1578,7 +1578,7 @@ def simulate_batch(model: str | Parameters | ExtendedModel, parameters: ArrayLik
     -----
     Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
     many substeps when in doubt. An ``ExtendedModel`` gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
-    many in lockstep: some hundred times as long a row (docs/performance.md). All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
+    many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
     of float64, and of float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
     """
 

@@ -178,8 +178,8 @@ impl Simulator {
 
     /// How long a row takes, in Runge-Kutta steps in lockstep.
     pub fn steps(&self, interval_s: f64) -> usize {
-        /// Such steps in the time of one with effects: hundreds of nanoseconds.
-        const EFFECTS: usize = 50;
+        /// Such steps in the time of one with effects: a hundred nanoseconds.
+        const EFFECTS: usize = 10;
         match self {
             Self::Lanes { subject, substeps } => substeps * subject.ticks(interval_s),
             Self::Effects(rollouts) => EFFECTS * rollouts.steps(interval_s),
