@@ -1,4 +1,5 @@
-//! Rollouts of an extended model from inputs in memory: the numbers of `pneudrive-model simulate`, and their derivatives.
+//! Rollouts of an extended model from inputs in memory: the numbers of `pneudrive-model simulate`,
+//! and their derivatives.
 
 #![allow(clippy::unwrap_used)]
 

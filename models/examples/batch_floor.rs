@@ -1,7 +1,9 @@
-//! How far batches are from what their square roots alone cost: `cargo run --release -p pneudrive-model --example batch_floor`
+//! How far batches are from what their square roots alone cost:
+//! `cargo run --release -p pneudrive-model --example batch_floor`
 //!
-//! A chamber needs ten roots a row: two for its valve's openings, and two at each of the four stages of a Runge-Kutta step. The floor is ten
-//! times what a root takes in a loop that does nothing else, on the same processor in the same run. One thread; the smallest of many times.
+//! A chamber needs ten roots a row: two for its valve's openings, and two at each of the four
+//! stages of a Runge-Kutta step. The floor is ten times what a root takes in a loop that does
+//! nothing else, on the same processor in the same run. One thread; the smallest of many times.
 
 #![allow(clippy::unwrap_used)]
 
@@ -66,7 +68,8 @@ fn least_ns(repetitions: usize, mut run: impl FnMut()) -> f64 {
     (0..repetitions).map(time).fold(f64::INFINITY, f64::min)
 }
 
-/// Nanoseconds per chamber and row in double and in single precision: each chamber with drives and parameters of its own.
+/// Nanoseconds per chamber and row in double and in single precision: each chamber with drives and
+/// parameters of its own.
 fn batches(chambers: usize, repetitions: usize) -> [f64; 2] {
     let chamber = Chamber::new(Nonlinear::default());
     let nominal = nominal_values(&chamber.model.parameters());

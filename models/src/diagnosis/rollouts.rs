@@ -1,7 +1,8 @@
-//! Many simulations of one channel of an extended model: from inputs in memory, as a recording's are simulated.
+//! Many simulations of one channel of an extended model: from inputs in memory, as a recording's
+//! are simulated.
 //!
-//! One rollout at a time, on all threads: what effects remember (friction, dead times) goes different ways in each, so that there are no
-//! lanes.
+//! One rollout at a time, on all threads: what effects remember (friction, dead times) goes
+//! different ways in each, so that there are no lanes.
 
 use rayon::prelude::*;
 
@@ -37,11 +38,12 @@ pub struct ExtendedGradient {
 }
 
 impl ExtendedRollouts {
-    /// Sets up a channel; it is driven by set points or by its valve's drive as `set_point` says, or else as it was calibrated. `name` is the
-    /// file's, for messages.
+    /// Sets up a channel; it is driven by set points or by its valve's drive as `set_point` says,
+    /// or else as it was calibrated. `name` is the file's, for messages.
     ///
     /// # Errors
-    /// [`DiagnosisError`] when the file or its rig lacks something, or has a correction that follows other channels.
+    /// [`DiagnosisError`] when the file or its rig lacks something, or has a correction that
+    /// follows other channels.
     pub fn new(
         name: &str,
         file: &ExtendedFile,
@@ -61,13 +63,15 @@ impl ExtendedRollouts {
         Ok(Self { data, model })
     }
 
-    /// What drives it: `spool`, `separate` (fill and vent), `board` (the board's loop, from commands) or `command` (a regulator).
+    /// What drives it: `spool`, `separate` (fill and vent), `board` (the board's loop, from
+    /// commands) or `command` (a regulator).
     #[must_use]
     pub fn driven_by(&self) -> &'static str {
         self.data.driven_by()
     }
 
-    /// The parameters of base model and effects, the latter's as in `valve_lag.time_constant`, in the order of a job's.
+    /// The parameters of base model and effects, the latter's as in `valve_lag.time_constant`, in
+    /// the order of a job's.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         self.model.parameters(&self.data.plant)
@@ -95,11 +99,12 @@ impl ExtendedRollouts {
         }
     }
 
-    /// Simulates all jobs: what the sensor is expected to report, row by row. Drives, set points, supply, volume and its rate are taken from
-    /// the inputs.
+    /// Simulates all jobs: what the sensor is expected to report, row by row. Drives, set points,
+    /// supply, volume and its rate are taken from the inputs.
     ///
     /// # Errors
-    /// As [`simulate_batch_into`](crate::rollout::simulate_batch_into), and [`BatchError::Correction`].
+    /// As [`simulate_batch_into`](crate::rollout::simulate_batch_into), and
+    /// [`BatchError::Correction`].
     pub fn simulate(
         &self,
         jobs: &[Job<'_>],
@@ -145,8 +150,9 @@ impl ExtendedRollouts {
         Ok(())
     }
 
-    /// Derivatives of a weighted sum of the pressures, exact for the discretised model: a simulation with derivatives for every eight of what
-    /// they are by. `weights` has an entry `[rollout][row]`.
+    /// Derivatives of a weighted sum of the pressures, exact for the discretised model: a
+    /// simulation with derivatives for every eight of what they are by. `weights` has an entry
+    /// `[rollout][row]`.
     ///
     /// # Errors
     /// As [`simulate`](Self::simulate).
@@ -206,7 +212,8 @@ impl ExtendedRollouts {
             supply_pa: of(column::SUPPLY_PA),
             volume_m3: of(column::INVERSE_VOLUME_PER_M3),
             volume_rate_m3_s: of(column::VOLUME_RATE_M3_S),
-            // Only the first is used; no two neighbours are equal, or they would look like repeated samples.
+            // Only the first is used; no two neighbours are equal, or they would look like repeated
+            // samples.
             measured_pa: (0..shared.time_s.len()).map(|row| job.start + (row % 2) as f64).collect(),
             usable: shared.usable.clone(),
             opposite_pa: Series::default(),
@@ -268,8 +275,8 @@ impl Disturbance<Slopes> for Start {
     }
 }
 
-/// Readings (kPa) with their derivatives in all directions (the parameters, then the start in kPa per Pa), some at a time: `each` gets the
-/// row, the number of the first direction and the reading.
+/// Readings (kPa) with their derivatives in all directions (the parameters, then the start in kPa
+/// per Pa), some at a time: `each` gets the row, the number of the first direction and the reading.
 fn differentiate(
     data: &ChannelData,
     model: &Extended,

@@ -13,8 +13,9 @@ const PERIOD_S: f64 = 0.01;
 const PA_PER_KPA: f64 = 1e3;
 
 impl ExtendedFile {
-    /// A channel whose inputs say how it is driven, and nothing else: they are a few rows at rest. It is driven by set points or by its valve's
-    /// drive as `set_point` says, or else as it was calibrated. `name` is the file's, for messages.
+    /// A channel whose inputs say how it is driven, and nothing else: they are a few rows at rest.
+    /// It is driven by set points or by its valve's drive as `set_point` says, or else as it was
+    /// calibrated. `name` is the file's, for messages.
     ///
     /// # Errors
     /// [`DiagnosisError`] when the file has no such channel, or its rig lacks what the drive needs.
