@@ -9,7 +9,6 @@ use crate::engine::{Engine, check_loop};
 use crate::error::CreateError;
 use crate::inputs::{Control, Inputs};
 use crate::outputs::Outputs;
-use crate::template;
 use crate::window::{NEXT, NOW, Window};
 
 const PA_PER_KPA: f64 = 1e3;
@@ -56,11 +55,14 @@ impl ExtendedEngine {
         if control == Control::Drive && stored.drive == "command" {
             return Err(CreateError::Regulator { channel: id });
         }
-        let data = template::channel(file, stored, id, control)?;
+        let set_point = match control {
+            Control::AsCalibrated => None,
+            Control::SetPoint => Some(true),
+            Control::Drive => Some(false),
+        };
+        let data = file.template(name, id, set_point)?;
         let model = file.models(name, std::slice::from_ref(&data))?.remove(0);
-        let ChannelData { mut plant, mut inputs, .. } = data;
-        plant.command_range_pa = PA_PER_KPA * stored.command_range_kpa;
-        inputs.noise_pa = PA_PER_KPA * stored.noise_kpa;
+        let ChannelData { plant, inputs, .. } = data;
         let controlled = plant.board.filter(|_| inputs.drive == DriveInput::Controlled);
         let loops = match &controlled {
             Some(board) => {

@@ -37,7 +37,6 @@ mod inputs;
 mod outputs;
 mod partials;
 mod prepare;
-mod template;
 mod window;
 
 pub use channel::Channel;

@@ -10,7 +10,6 @@ mod support;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use multiversion::multiversion;
 use pneudrive_model::fit::{Control, FitOptions, Objective, Problem, Space, StartPressure};
 use pneudrive_model::fit::{RateObjective, RolloutObjective, fit_rates, fit_rollouts};
 use pneudrive_model::model::{Drive, Model, Nonlinear, column};
@@ -79,31 +78,6 @@ fn rollout_lanes(bencher: Bencher<'_, '_>) {
 #[divan::bench]
 fn rollout_lanes_with_sensitivities(bencher: Bencher<'_, '_>) {
     batch(bencher, 16, 2_000, true);
-}
-
-/// What bounds a rollout: as many square roots as fit in the first cache, eight to ten of which a chamber needs a row.
-#[divan::bench]
-fn square_roots_double(bencher: Bencher<'_, '_>) {
-    let mut values = vec![2.0_f64; ROOTS];
-    bencher.counter(ItemsCount::new(ROOTS)).bench_local(|| roots_double(black_box(&mut values)));
-}
-
-#[divan::bench]
-fn square_roots_single(bencher: Bencher<'_, '_>) {
-    let mut values = vec![2.0_f32; ROOTS];
-    bencher.counter(ItemsCount::new(ROOTS)).bench_local(|| roots_single(black_box(&mut values)));
-}
-
-const ROOTS: usize = 2048;
-
-#[multiversion(targets("x86_64+avx512f+avx512vl", "x86_64+avx2"))]
-fn roots_double(values: &mut [f64]) {
-    values.iter_mut().for_each(|value| *value = value.sqrt());
-}
-
-#[multiversion(targets("x86_64+avx2"))]
-fn roots_single(values: &mut [f32]) {
-    values.iter_mut().for_each(|value| *value = value.sqrt());
 }
 
 /// Normal equations of a rollout: 20,000 steps with 8 derivatives, in one segment or in lockstep segments.

@@ -223,7 +223,7 @@ pub fn stepped(
     (readings, draws)
 }
 
-fn row_inputs(
+pub fn row_inputs(
     nominal: &Inputs,
     (rig, recording): (&Rig, &Recording),
     of: &data::Channel,

@@ -30,11 +30,13 @@ mod preconditions;
 mod report;
 mod resampling;
 mod rollout_errors;
+mod rollouts;
 mod run;
 mod screening;
 mod selection;
 pub mod settings;
 mod simulation;
+mod template;
 #[cfg(test)]
 mod testing;
 
@@ -45,6 +47,7 @@ pub use error::DiagnosisError;
 pub use estimation::ChannelStage;
 pub use preconditions::{Purpose, prepare, prepare_for};
 pub use report::{EXTENDED_SCHEMA, ExtendedChannel, ExtendedFile};
+pub use rollouts::{ExtendedGradient, ExtendedRollouts};
 pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose};
 pub use selection::{Considered, Found, Outcome, Progress, Withheld, search};
 pub use simulation::{SimulatedChannel, simulate_extended};

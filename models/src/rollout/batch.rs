@@ -149,7 +149,10 @@ pub fn simulate_batch_single_into(
 }
 
 /// Whether jobs and inputs belong together, and there is room for `found` pressures.
-pub(super) fn check(
+///
+/// # Errors
+/// Inputs for another number of jobs, a wrong number of parameters, [`BatchError::Results`].
+pub fn check(
     parameters: usize,
     jobs: &[Job<'_>],
     inputs: &BatchInputs<'_>,

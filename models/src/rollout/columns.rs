@@ -219,8 +219,11 @@ impl<'a> BatchInputs<'a> {
         Ok(())
     }
 
-    /// Where the value is that was out of range when it was fetched.
-    pub(super) fn check_late(&self) -> Result<(), BatchError> {
+    /// Looks at the values that are otherwise looked at when they are fetched.
+    ///
+    /// # Errors
+    /// [`BatchError::Range`] for the first that is out of range.
+    pub fn check_late(&self) -> Result<(), BatchError> {
         self.check(|column| column.checked_late())
     }
 
@@ -234,6 +237,12 @@ impl<'a> BatchInputs<'a> {
     #[must_use]
     pub fn rows(&self) -> usize {
         self.rows
+    }
+
+    /// Whether an input is the same for all rollouts.
+    #[must_use]
+    pub fn is_shared(&self, column: usize) -> bool {
+        !self.columns[column].by_job
     }
 
     /// One input of one rollout.

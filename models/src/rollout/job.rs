@@ -32,6 +32,12 @@ pub struct BatchUnit {
 impl BatchUnit {
     /// Absolute, Pa.
     pub const PASCAL: Self = Self { zero_pa: 0.0, per_pa: 1.0 };
+
+    /// An absolute pressure in Pa, counted in it.
+    #[must_use]
+    pub fn of(&self, pa: f64) -> f64 {
+        (pa - self.zero_pa) * self.per_pa
+    }
 }
 
 /// Why a batch cannot be simulated.
@@ -81,6 +87,11 @@ pub enum BatchError {
         /// Values there is room for.
         found: usize,
     },
+    /// A model that is not differentiated.
+    #[error(
+        "a smooth correction follows a simulation without it, and has no derivatives: only pressures can be simulated with it"
+    )]
+    Correction,
     /// A job has the wrong number of parameters.
     #[error("job {job} has {found} parameters, the system has {expected}")]
     Parameters {

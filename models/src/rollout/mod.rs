@@ -21,7 +21,10 @@ mod stepper;
 mod system;
 
 pub use adjoint::{BatchGradient, DIFFERENTIATED, batch_gradient};
-pub use batch::{BatchOutput, BatchResults, simulate_batch, simulate_batch_into, simulate_batch_single_into};
+pub use batch::{
+    BatchOutput, BatchResults, check as check_batch, simulate_batch, simulate_batch_into,
+    simulate_batch_single_into,
+};
 pub use chamber::Chamber;
 pub use check::{StepCheck, choose_substeps, step_check};
 pub use columns::{BatchColumn, BatchInputs, BatchValues};

@@ -1273,7 +1273,7 @@ def _record(out: str | PathLike[str], rig_out: str | PathLike[str], *, seconds: 
     Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
     """
 
-def batch_gradient(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, weights: ArrayLike, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, progress: Any | None = None) -> dict[str, NDArray[float64]]:
+def batch_gradient(model: str | Parameters | ExtendedModel, parameters: ArrayLike | dict[str, ArrayLike] | None, interval_s: SupportsFloat | SupportsIndex, weights: ArrayLike, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool | None = None, substeps: SupportsIndex | None = None, channel: str | None = None, progress: Any | None = None) -> dict[str, NDArray[float64]]:
     """
     Differentiates a weighted sum of simulated pressures by everything that they follow from.
 
@@ -1283,17 +1283,18 @@ def batch_gradient(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
 
     Parameters
     ----------
-    model : {"nonlinear", "parametric", "linear"}
-    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
+    model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
         As of ``simulate_batch``, like all that is not described here.
     interval_s : float
     weights : array_like of float, shape (), (rows,) or (chambers, rows)
         Finite.
     drive, fill, vent, command_kpa, supply_kpa, volume_m3, start_kpa : array_like of float, optional
     rig : Rig or path, optional
-    controller : bool, default False
+    controller : bool, optional
         The converter's rounding of readings passes derivatives through; where the loop's drive is clipped they are 0.
-    substeps : int, default 1
+    substeps : int, optional
+    channel : str, optional
     progress : callable, optional
         Called with (chambers done, chambers in all, what is being done).
 
@@ -1303,16 +1304,18 @@ def batch_gradient(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
         ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
         those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
         sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
-        (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
+        (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument. Of an
+        ``ExtendedModel`` ``"parameters"`` and ``"start_kpa"`` only.
 
     Raises
     ------
     DataError
-        As ``simulate_batch``; weights that are not finite.
+        As ``simulate_batch``; weights that are not finite; a model with a smooth correction.
 
     Notes
     -----
-    Ports that close and flows that begin to choke have kinks; there the derivative is one of the two.
+    Ports that close and flows that begin to choke have kinks; there the derivative is one of the two. An ``ExtendedModel`` is differentiated
+    forwards, eight parameters at a time; where its board's loop hunts, around play or friction, the derivatives grow without bound.
     """
 
 def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, models: SupportsGetItem[int, str] | None = None, fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, progress: Any | None = None) -> Comparison:
@@ -1460,20 +1463,23 @@ def load(path: str | PathLike[str], rig: Rig | str | PathLike[str] | None = None
         The file cannot be read.
     """
 
-def model_parameters(model: str, drive: str = "spool") -> list[dict[str, Any]]:
+def model_parameters(model: str | Parameters | ExtendedModel, drive: str = "spool", *, channel: str | None = None) -> list[dict[str, Any]]:
     """
     The parameters of a model, in the order that ``simulate_batch`` takes them.
 
     Parameters
     ----------
-    model : {"nonlinear", "parametric", "linear"}
+    model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
     drive : {"spool", "separate"}, default "spool"
-        Kind of valve.
+        Kind of valve, of a model by its name.
+    channel : str, optional
+        Of a calibrated model; by default its only one.
 
     Returns
     -------
     list of dict
-        ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
+        ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``; of a calibrated model ``value``, too. An effect's are called as in
+        ``valve_lag.time_constant``.
     """
 
 def simulate(recording: Recording, parameters: Parameters | ExtendedModel, *, rig: Rig | str | PathLike[str] | None = None, controller: str = "auto", start_kpa: SupportsFloat | SupportsIndex = 0.0, progress: Any | None = None) -> Simulation:
@@ -1507,7 +1513,7 @@ def simulate(recording: Recording, parameters: Parameters | ExtendedModel, *, ri
         The recording, the rig or the parameters lack something.
     """
 
-def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], interval_s: SupportsFloat | SupportsIndex, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool = False, substeps: SupportsIndex = 1, sensitivities: bool = False, dtype: DTypeLike | None = None, progress: Any | None = None) -> Any:
+def simulate_batch(model: str | Parameters | ExtendedModel, parameters: ArrayLike | dict[str, ArrayLike] | None, interval_s: SupportsFloat | SupportsIndex, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool | None = None, substeps: SupportsIndex | None = None, sensitivities: bool = False, dtype: DTypeLike | None = None, channel: str | None = None, progress: Any | None = None) -> Any:
     """
     Simulates many chambers at once, each with parameters, inputs and a start of its own.
 
@@ -1516,9 +1522,12 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
 
     Parameters
     ----------
-    model : {"nonlinear", "parametric", "linear"}
-    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
-        In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,).
+    model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+        A model by its name, or one that was calibrated, such as ``fit(...).parameters`` or ``diagnose(...).extended_model``: with its rig, its
+        effects, and what drove it. What other channels do to the chambers is left out.
+    parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
+        In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,). ``None``, and what a dict leaves
+        out, are the values of a calibrated model.
     interval_s : float
         Time between two rows, s.
     drive : array_like of float, shape (rows,) or (chambers, rows), optional
@@ -1534,18 +1543,21 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
     start_kpa : array_like of float, shape () or (chambers,), default 0.0
         Pressure at the first row, kPa gauge.
     rig : Rig or path, optional
-        Ambient pressure and temperature, valve constants, and what is not given above.
-    controller : bool, default False
+        Ambient pressure and temperature, valve constants, and what is not given above. Not for a calibrated model, which has its own.
+    controller : bool, optional
         Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves; needs ``[controller]`` and
-        ``[sensor]`` of the rig.
-    substeps : int, default 1
-        Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000.
+        ``[sensor]`` of the rig. By default not, and for a calibrated model as it was calibrated.
+    substeps : int, optional
+        Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000; by default 1, or what a fit chose. Not for an
+        ``ExtendedModel``, which steps by 2.5 ms at most.
     sensitivities : bool, default False
         Return derivatives by the parameters, too. They are exact for the discretised model, not differences. ``batch_gradient`` has those
         by everything else.
     dtype : {numpy.float64, numpy.float32}, default numpy.float64
         Of the result. In float32 the simulation itself is in single precision, about twice as fast: pressures are within 0.02 kPa of those
         in float64 over 20,000 rows.
+    channel : str, optional
+        Of a calibrated model, such as ``"b0c1"``; by default its only one.
     progress : callable, optional
         Called with (parts done, parts in all, what is being done).
 
@@ -1559,13 +1571,14 @@ def simulate_batch(model: str, parameters: ArrayLike | dict[str, ArrayLike], int
     Raises
     ------
     DataError
-        Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities`` or
-        ``controller``.
+        Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities``, ``controller``
+        or effects; ``sensitivities`` of a model with a smooth correction.
 
     Notes
     -----
     Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
-    many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
+    many substeps when in doubt. An ``ExtendedModel`` gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
+    many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
     of float64, and of float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
     """
 

@@ -16,6 +16,7 @@ and without a graph of every Runge-Kutta step.
 
 import torch as _torch
 
+from . import DataError as _DataError
 from . import batch_gradient as _batch_gradient
 from . import simulate_batch as _simulate_batch
 
@@ -32,7 +33,7 @@ class _SimulateBatch(_torch.autograd.Function):
         ctx.there = [tensor is not None for tensor in given]
         ctx.call = (model, interval_s, fixed)
         arrays = _arrays(given)
-        pressures = _simulate_batch(model, arrays.pop("parameters"), interval_s, **arrays, **fixed)
+        pressures = _simulate_batch(model, arrays.pop("parameters", None), interval_s, **arrays, **fixed)
         result = _torch.from_numpy(pressures)
         return result.to(next(tensor for tensor in given if tensor is not None).device)
 
@@ -43,7 +44,7 @@ class _SimulateBatch(_torch.autograd.Function):
         given = [next(saved) if there else None for there in ctx.there]
         model, interval_s, fixed = ctx.call
         arrays = _arrays(given)
-        parameters = arrays.pop("parameters")
+        parameters = arrays.pop("parameters", None)
         weights = weights.detach().cpu().to(_torch.float64).numpy()
         fixed = {name: value for name, value in fixed.items() if name != "dtype"}
         slopes = _batch_gradient(model, parameters, interval_s, weights, **arrays, **fixed)
@@ -51,6 +52,8 @@ class _SimulateBatch(_torch.autograd.Function):
         for name, tensor, needed in zip(_DIFFERENTIABLE, given, ctx.needs_input_grad[3:], strict=True):
             if tensor is None or not needed:
                 found.append(None)
+            elif name not in slopes:
+                raise _DataError(f"a model with effects has no derivatives by {name}, only by parameters and start_kpa")
             else:
                 found.append(_torch.as_tensor(slopes[name]).to(tensor))
         return (None, None, None, *found)
@@ -75,22 +78,23 @@ def simulate_batch(
     volume_m3=None,
     start_kpa=None,
     rig=None,
-    controller=False,
-    substeps=1,
+    controller=None,
+    substeps=None,
     dtype=None,
+    channel=None,
 ):
     """Simulates many chambers at once, differentiably.
 
     Parameters
     ----------
-    model : {"nonlinear", "parametric", "linear"}
-    parameters : torch.Tensor, shape (parameters,) or (chambers, parameters)
-        In the order and units of ``pneudrive_py.model_parameters``.
+    model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+    parameters : torch.Tensor, shape (parameters,) or (chambers, parameters), or None
+        In the order and units of ``pneudrive_py.model_parameters``; ``None`` for those of a calibrated model.
     interval_s : float
         Time between two rows, s.
     drive, fill, vent, command_kpa, supply_kpa, volume_m3, start_kpa : torch.Tensor or array_like, optional
         Shapes, units and ranges as of :func:`pneudrive_py.simulate_batch`.
-    rig, controller, substeps
+    rig, controller, substeps, channel
         As of :func:`pneudrive_py.simulate_batch`.
     dtype : {torch.float64, torch.float32}, default torch.float64
         Of the pressures. The gradient is computed in float64, and is of the type of what it is by.
@@ -103,7 +107,8 @@ def simulate_batch(
     Raises
     ------
     DataError
-        As :func:`pneudrive_py.simulate_batch`.
+        As :func:`pneudrive_py.simulate_batch`; backwards, where a model with effects is to be differentiated by other than its parameters
+        and start.
 
     Notes
     -----
@@ -120,7 +125,13 @@ def simulate_batch(
         "start_kpa": start_kpa,
     }
     tensors = [None if given[name] is None else _torch.as_tensor(given[name]) for name in _DIFFERENTIABLE]
-    fixed = {"rig": rig, "controller": controller, "substeps": substeps, "dtype": _numpy_name(dtype)}
+    fixed = {
+        "rig": rig,
+        "controller": controller,
+        "substeps": substeps,
+        "dtype": _numpy_name(dtype),
+        "channel": channel,
+    }
     return _SimulateBatch.apply(model, interval_s, fixed, *tensors)
 
 

@@ -1,35 +1,41 @@
 use super::super::arguments;
-use super::given::setup;
-use crate::errors;
+use super::super::expected::Expected;
+use super::plant::{ModelArgument, Plant, Wanted};
 use crate::types::Dict;
-use pneudrive_model::experiment::{DriveKind, subject};
-use pneudrive_model::model::FlowForm;
-use pneudrive_model::rig::Rig;
+use pneudrive_model::experiment::DriveKind;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 /// One parameter's description.
-type Parameter<'py> = Dict<'py, Bound<'py, PyAny>>;
+type Description<'py> = Dict<'py, Bound<'py, PyAny>>;
 
 /// The parameters of a model, in the order that ``simulate_batch`` takes them.
 ///
 /// Parameters
 /// ----------
-/// model : {"nonlinear", "parametric", "linear"}
+/// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
 /// drive : {"spool", "separate"}, default "spool"
-///     Kind of valve.
+///     Kind of valve, of a model by its name.
+/// channel : str, optional
+///     Of a calibrated model; by default its only one.
 ///
 /// Returns
 /// -------
 /// list of dict
-///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``.
+///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``; of a calibrated model ``value``, too. An effect's are called as in
+///     ``valve_lag.time_constant``.
 #[pyfunction]
-#[pyo3(signature = (model, drive="spool"))]
-pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyResult<Vec<Parameter<'py>>> {
+#[pyo3(signature = (model, drive="spool", *, channel=None))]
+pub fn model_parameters<'py>(
+    py: Python<'py>,
+    model: Expected<ModelArgument>,
+    drive: &str,
+    channel: Option<&str>,
+) -> PyResult<Vec<Description<'py>>> {
     let separate = arguments::drive(drive)? == DriveKind::Separate;
-    let setup = setup(arguments::model(model)?, false, separate);
-    let subject = subject(setup, &Rig::default(), FlowForm::Iso6358).map_err(errors::unusable)?;
-    let describe = |parameter: pneudrive_model::model::Parameter| {
+    let plant =
+        Plant::new(model.0, Wanted { channel, rig: None, controller: None, substeps: None, separate })?;
+    let describe = |(k, parameter): (usize, pneudrive_model::model::Parameter)| {
         let dict = PyDict::new(py);
         dict.set_item("name", parameter.name)?;
         dict.set_item("unit", parameter.unit)?;
@@ -37,7 +43,10 @@ pub fn model_parameters<'py>(py: Python<'py>, model: &str, drive: &str) -> PyRes
         dict.set_item("nominal", parameter.nominal)?;
         dict.set_item("upper", parameter.upper)?;
         dict.set_item("meaning", parameter.meaning)?;
+        if let Some(calibrated) = &plant.calibrated {
+            dict.set_item("value", calibrated[k])?;
+        }
         Ok(Dict::new(dict))
     };
-    subject.parameters().into_iter().map(describe).collect()
+    plant.parameters().into_iter().enumerate().map(describe).collect()
 }

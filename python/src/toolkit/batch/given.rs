@@ -1,22 +1,23 @@
 //! From the arguments of a call to a batch.
 
-use super::super::arguments::{self, RigArgument};
+use super::super::arguments::RigArgument;
 use super::super::expected::Expected;
 use super::super::shapes::{self, Extent};
 use super::PA_PER_KPA;
 use super::inputs::{self, Start};
+use super::plant::{ModelArgument, Plant, Wanted};
 use super::prepared::Prepared;
 use super::table::ParameterTable;
 use crate::errors;
 use crate::types::{ArrayLike, NamedArrays};
-use pneudrive_model::experiment::{DriveKind, ModelKind, Setup, subject};
-use pneudrive_model::model::FlowForm;
+use pneudrive_model::experiment::{DriveKind, ModelKind, Setup};
 use pyo3::prelude::*;
 
 /// What all functions of batches are given.
 pub struct Given<'a, 'py> {
-    pub model: &'a str,
-    pub parameters: NamedArrays<'py>,
+    pub model: ModelArgument,
+    pub channel: Option<&'a str>,
+    pub parameters: Option<NamedArrays<'py>>,
     pub interval_s: f64,
     pub drive: Option<ArrayLike<'py>>,
     pub fill: Option<ArrayLike<'py>>,
@@ -26,32 +27,34 @@ pub struct Given<'a, 'py> {
     pub volume_m3: Option<ArrayLike<'py>>,
     pub start_kpa: Option<ArrayLike<'py>>,
     pub rig: Option<Expected<RigArgument>>,
-    pub controller: bool,
-    pub substeps: i64,
+    pub controller: Option<bool>,
+    pub substeps: Option<i64>,
 }
 
 impl<'py> Given<'_, 'py> {
     /// Checks everything that costs little to check.
     pub fn prepare(self) -> PyResult<Prepared<'py>> {
-        let (rig, _) = RigArgument::resolve(self.rig)?;
-        let (model, interval_s) = (arguments::model(self.model)?, self.interval_s);
+        let interval_s = self.interval_s;
         if !(1e-6..=10.0).contains(&interval_s) {
             return Err(errors::unusable(format!("interval_s is {interval_s}; it must be 1e-6 to 10 s")));
         }
-        let substeps = self.substeps;
-        if !(1..=1000).contains(&substeps) {
-            return Err(errors::unusable(format!("substeps is {substeps}; it must be 1 to 1000")));
-        }
-        let by_command = model.is_regulator() || self.controller;
-        let separate = self.fill.is_some() || self.vent.is_some();
-        let valve = inputs::valve(self.drive.as_ref(), self.fill.as_ref(), self.vent.as_ref(), by_command)?;
-        let setup = setup(model, self.controller, separate);
-        let subject = subject(setup, &rig, FlowForm::Iso6358).map_err(errors::unusable)?;
-        let names: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();
-        let parameters = ParameterTable::extract(&self.parameters.0, &names)?;
-        let command_kpa = inputs::command(self.command_kpa.as_ref(), by_command)?;
-        let supply_kpa = inputs::supply(self.supply_kpa.as_ref(), &rig, model)?;
-        let volume_m3 = inputs::volume(self.volume_m3.as_ref(), &rig, model)?;
+        let wanted = Wanted {
+            channel: self.channel,
+            rig: self.rig,
+            controller: self.controller,
+            substeps: self.substeps,
+            separate: self.fill.is_some() || self.vent.is_some(),
+        };
+        let plant = Plant::new(self.model, wanted)?;
+        let Plant { driven_by, regulator, .. } = plant;
+        let rig = &plant.rig;
+        let valve = inputs::valve(self.drive.as_ref(), self.fill.as_ref(), self.vent.as_ref(), driven_by)?;
+        let names: Vec<String> = plant.parameters().into_iter().map(|p| p.name).collect();
+        let given = self.parameters.as_ref().map(|parameters| &parameters.0);
+        let parameters = ParameterTable::extract(given, &names, plant.calibrated.as_deref())?;
+        let command_kpa = inputs::command(self.command_kpa.as_ref(), driven_by)?;
+        let supply_kpa = inputs::supply(self.supply_kpa.as_ref(), rig, regulator)?;
+        let volume_m3 = inputs::volume(self.volume_m3.as_ref(), rig, regulator)?;
         let start_kpa = Start::extract(self.start_kpa.as_ref())?;
 
         let (mut chambers, mut rows) = (Extent::new("chambers"), Extent::new("rows"));
@@ -65,18 +68,17 @@ impl<'py> Given<'_, 'py> {
             supply_mean_kpa: supply_kpa.pairwise(mean),
             inverse_volume_per_m3: volume_m3.pairwise(|here, there| mean(here, there).recip()),
             volume_rate_m3_s: volume_m3.pairwise(|here, there| (there - here) / interval_s),
-            subject,
+            ambient_pa: rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA,
+            controller: plant.controller,
+            simulator: plant.simulator,
             parameters,
             valve,
             command_kpa,
             supply_kpa,
             volume_m3,
             start_kpa,
-            ambient_pa: rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA,
             chambers,
             rows,
-            substeps: usize::try_from(substeps).unwrap_or(1),
-            controller: self.controller,
         })
     }
 }

@@ -4,6 +4,7 @@ use super::super::shapes::{self, Field};
 use super::super::work::Watch;
 use super::given::Given;
 use super::inputs::Valve;
+use super::plant::{ModelArgument, Simulator};
 use super::prepared::{Batch, Prepared};
 use super::sums::Sums;
 use super::{PA_PER_KPA, compute};
@@ -45,17 +46,23 @@ impl Slopes {
         }
     }
 
-    /// Adds what the chambers from `first` on contribute. `found` is of pressures in Pa, and by inputs as the models take them.
-    fn add(&mut self, batch: &Batch<'_>, first: usize, found: &BatchGradient) {
+    /// Adds what the chambers from `first` on contribute by their parameters and starts, of pressures in Pa.
+    fn add(&mut self, first: usize, parameters: &[f64], start: &[f64]) {
+        let width = parameters.len() / start.len();
+        for (job, slope) in start.iter().enumerate() {
+            self.start_kpa.add(first + job, 0, *slope);
+            for (i, slope) in parameters[job * width..][..width].iter().enumerate() {
+                self.parameters.add(first + job, i, 1.0 / PA_PER_KPA * slope);
+            }
+        }
+    }
+
+    /// Adds what they contribute by their inputs. `found` is of pressures in Pa, and by inputs as the models take them.
+    fn add_inputs(&mut self, batch: &Batch<'_>, first: usize, found: &BatchGradient) {
         let (rows, chambers) = (batch.rows, found.start.len());
-        let width = found.parameters.len() / chambers;
         let kpa = 1.0 / PA_PER_KPA;
         for job in 0..chambers {
             let chamber = first + job;
-            self.start_kpa.add(chamber, 0, found.start[job]);
-            for (i, slope) in found.parameters[job * width..][..width].iter().enumerate() {
-                self.parameters.add(chamber, i, kpa * slope);
-            }
             for row in 0..rows {
                 let of = |column: usize| {
                     let slot = DIFFERENTIATED.iter().position(|known| *known == column);
@@ -105,8 +112,17 @@ impl Batch<'_> {
                 .collect();
             let first = chambers.start;
             let jobs = self.jobs(chambers);
-            let found = self.subject.batch_gradient(&jobs, &inputs, self.substeps, &weights)?;
-            slopes.add(self, first, &found);
+            match self.simulator {
+                Simulator::Lanes { subject, substeps } => {
+                    let found = subject.batch_gradient(&jobs, &inputs, *substeps, &weights)?;
+                    slopes.add_inputs(self, first, &found);
+                    slopes.add(first, &found.parameters, &found.start);
+                }
+                Simulator::Effects(rollouts) => {
+                    let found = rollouts.gradient(&jobs, &inputs, &weights)?;
+                    slopes.add(first, &found.parameters, &found.start);
+                }
+            }
         }
         Ok(())
     }
@@ -120,17 +136,18 @@ impl Batch<'_> {
 ///
 /// Parameters
 /// ----------
-/// model : {"nonlinear", "parametric", "linear"}
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
+/// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
 ///     As of ``simulate_batch``, like all that is not described here.
 /// interval_s : float
 /// weights : array_like of float, shape (), (rows,) or (chambers, rows)
 ///     Finite.
 /// drive, fill, vent, command_kpa, supply_kpa, volume_m3, start_kpa : array_like of float, optional
 /// rig : Rig or path, optional
-/// controller : bool, default False
+/// controller : bool, optional
 ///     The converter's rounding of readings passes derivatives through; where the loop's drive is clipped they are 0.
-/// substeps : int, default 1
+/// substeps : int, optional
+/// channel : str, optional
 /// progress : callable, optional
 ///     Called with (chambers done, chambers in all, what is being done).
 ///
@@ -140,23 +157,25 @@ impl Batch<'_> {
 ///     ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
 ///     those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
 ///     sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
-///     (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
+///     (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument. Of an
+///     ``ExtendedModel`` ``"parameters"`` and ``"start_kpa"`` only.
 ///
 /// Raises
 /// ------
 /// DataError
-///     As ``simulate_batch``; weights that are not finite.
+///     As ``simulate_batch``; weights that are not finite; a model with a smooth correction.
 ///
 /// Notes
 /// -----
-/// Ports that close and flows that begin to choke have kinks; there the derivative is one of the two.
+/// Ports that close and flows that begin to choke have kinks; there the derivative is one of the two. An ``ExtendedModel`` is differentiated
+/// forwards, eight parameters at a time; where its board's loop hunts, around play or friction, the derivatives grow without bound.
 #[pyfunction]
-#[pyo3(signature = (model, parameters, interval_s, weights, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=false, substeps=1, progress=None))]
+#[pyo3(signature = (model, parameters, interval_s, weights, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, channel=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn batch_gradient<'py>(
     py: Python<'py>,
-    model: &str,
-    parameters: NamedArrays<'py>,
+    model: Expected<ModelArgument>,
+    parameters: Option<NamedArrays<'py>>,
     interval_s: f64,
     weights: ArrayLike<'py>,
     drive: Option<ArrayLike<'py>>,
@@ -167,12 +186,14 @@ pub fn batch_gradient<'py>(
     volume_m3: Option<ArrayLike<'py>>,
     start_kpa: Option<ArrayLike<'py>>,
     rig: Option<Expected<RigArgument>>,
-    controller: bool,
-    substeps: i64,
+    controller: Option<bool>,
+    substeps: Option<i64>,
+    channel: Option<&str>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Dict<'py, Array<'py, f64, IxDyn>>> {
     let given = Given {
-        model,
+        model: model.0,
+        channel,
         parameters,
         interval_s,
         drive,
@@ -202,6 +223,9 @@ pub fn batch_gradient<'py>(
     let dict = PyDict::new(py);
     dict.set_item("parameters", slopes.parameters.into_array(py)?)?;
     dict.set_item("start_kpa", slopes.start_kpa.into_array(py)?)?;
+    if matches!(prepared.simulator, Simulator::Effects(_)) {
+        return Ok(Dict::new(dict));
+    }
     match slopes.valve {
         Valve::Spool(drive) => dict.set_item("drive", drive.into_array(py)?)?,
         Valve::Separate { fill, vent } => {

@@ -1,10 +1,10 @@
 //! The inputs of a batch, each within what can be meant.
 
 use super::super::shapes::{self, Field};
+use super::plant::DrivenBy;
 use crate::arrays::shape_text;
 use crate::errors;
 use crate::types::ArrayLike;
-use pneudrive_model::experiment::ModelKind;
 use pneudrive_model::rig::Rig;
 use pyo3::prelude::*;
 
@@ -48,26 +48,34 @@ pub fn valve<'py>(
     drive: Option<&ArrayLike<'py>>,
     fill: Option<&ArrayLike<'py>>,
     vent: Option<&ArrayLike<'py>>,
-    by_command: bool,
+    driven_by: DrivenBy,
 ) -> PyResult<Valve<Field<'py>>> {
     let half = [0.0, 1.0];
-    match (drive, fill, vent) {
-        (None, None, None) if by_command => Ok(Valve::None),
-        (None, None, None) => Err(errors::unusable("neither drive nor fill and vent are given")),
-        _ if by_command => Err(errors::unusable(
+    match (drive, fill, vent, driven_by) {
+        (None, None, None, DrivenBy::Command) => Ok(Valve::None),
+        (None, None, None, _) => Err(errors::unusable("neither drive nor fill and vent are given")),
+        (.., DrivenBy::Command) => Err(errors::unusable(
             "drive, fill and vent are not used by the linear model or with controller=True",
         )),
-        (Some(drive), None, None) => Ok(Valve::Spool(Field::extract("drive", &drive.0, [-1.0, 1.0], "")?)),
-        (None, Some(fill), Some(vent)) => Ok(Valve::Separate {
+        (Some(drive), None, None, DrivenBy::Spool) => {
+            Ok(Valve::Spool(Field::extract("drive", &drive.0, [-1.0, 1.0], "")?))
+        }
+        (None, Some(fill), Some(vent), DrivenBy::Separate) => Ok(Valve::Separate {
             fill: Field::extract("fill", &fill.0, half, "")?,
             vent: Field::extract("vent", &vent.0, half, "")?,
         }),
+        (Some(_), None, None, DrivenBy::Separate) => {
+            Err(errors::unusable("the channel has two valves: give fill and vent"))
+        }
+        (None, Some(_), Some(_), DrivenBy::Spool) => {
+            Err(errors::unusable("the channel has one spool: give drive"))
+        }
         _ => Err(errors::unusable("give drive, or both fill and vent")),
     }
 }
 
-pub fn command<'py>(given: Option<&ArrayLike<'py>>, by_command: bool) -> PyResult<Field<'py>> {
-    match (given, by_command) {
+pub fn command<'py>(given: Option<&ArrayLike<'py>>, driven_by: DrivenBy) -> PyResult<Field<'py>> {
+    match (given, driven_by == DrivenBy::Command) {
         (Some(command), true) => Field::extract("command_kpa", &command.0, PRESSURE_KPA, "kPa"),
         (None, false) => Ok(Field::constant("command_kpa", 0.0)),
         (Some(_), false) => {
@@ -77,20 +85,20 @@ pub fn command<'py>(given: Option<&ArrayLike<'py>>, by_command: bool) -> PyResul
     }
 }
 
-pub fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
+pub fn supply<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, regulator: bool) -> PyResult<Field<'py>> {
     match (given, &rig.supply) {
         (Some(given), _) => Field::extract("supply_kpa", &given.0, PRESSURE_KPA, "kPa")?.checked(),
         (None, Some(supply)) => Ok(Field::constant("supply_kpa", supply.pressure_kpa)),
-        (None, None) if model.is_regulator() => Ok(Field::constant("supply_kpa", 0.0)),
+        (None, None) if regulator => Ok(Field::constant("supply_kpa", 0.0)),
         (None, None) => Err(errors::unusable("supply_kpa is missing: give it, or a rig with [supply]")),
     }
 }
 
-pub fn volume<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, model: ModelKind) -> PyResult<Field<'py>> {
+pub fn volume<'py>(given: Option<&ArrayLike<'py>>, rig: &Rig, regulator: bool) -> PyResult<Field<'py>> {
     match (given, &rig.chamber) {
         (Some(given), _) => Field::extract("volume_m3", &given.0, VOLUME_M3, "m^3")?.checked(),
         (None, Some(chamber)) => Ok(Field::constant("volume_m3", chamber.rest_volume_m3())),
-        (None, None) if model.is_regulator() => Ok(Field::constant("volume_m3", 1.0)),
+        (None, None) if regulator => Ok(Field::constant("volume_m3", 1.0)),
         (None, None) => Err(errors::unusable("volume_m3 is missing: give it, or a rig with [chamber]")),
     }
 }

@@ -4,6 +4,7 @@ mod catalogue;
 mod given;
 mod gradient;
 mod inputs;
+mod plant;
 mod precision;
 mod prepared;
 mod simulate;

@@ -2,10 +2,10 @@
 
 use super::super::shapes::{Extent, Field, FieldView};
 use super::inputs::{Start, Valve};
+use super::plant::Simulator;
 use super::table::ParameterTable;
 use super::{PA_PER_KPA, SMALL};
 use crate::errors;
-use pneudrive_model::experiment::Subject;
 use pneudrive_model::model::column;
 use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, Job};
 use pyo3::prelude::*;
@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// Everything a batch needs.
 pub struct Prepared<'py> {
-    pub subject: Subject,
+    pub simulator: Simulator,
     pub parameters: ParameterTable,
     pub interval_s: f64,
     pub valve: Valve<Field<'py>>,
@@ -27,7 +27,6 @@ pub struct Prepared<'py> {
     pub ambient_pa: f64,
     pub chambers: Extent,
     pub rows: Extent,
-    pub substeps: usize,
     pub controller: bool,
 }
 
@@ -47,7 +46,8 @@ impl Prepared<'_> {
 
     /// Whether it is done before a thread of its own would have begun.
     pub fn is_small(&self) -> bool {
-        !self.controller && self.chambers.number() * self.rows.number() * self.substeps <= SMALL
+        let steps = self.simulator.steps(self.interval_s);
+        !self.controller && self.chambers.number() * self.rows.number() * steps <= SMALL
     }
 
     /// What was found, or which input was not possible: the large ones are looked at while they are simulated.
@@ -61,7 +61,7 @@ impl Prepared<'_> {
     /// The same for other threads.
     pub fn batch(&self) -> Batch<'_> {
         Batch {
-            subject: &self.subject,
+            simulator: &self.simulator,
             parameters: &self.parameters,
             interval_s: self.interval_s,
             valve: self.valve.map(Field::view),
@@ -73,14 +73,13 @@ impl Prepared<'_> {
             ambient_pa: self.ambient_pa,
             chambers: self.chambers.number(),
             rows: self.rows.number(),
-            substeps: self.substeps,
         }
     }
 }
 
 /// A [`Prepared`] without anything of Python's.
 pub struct Batch<'a> {
-    pub subject: &'a Subject,
+    pub simulator: &'a Simulator,
     parameters: &'a ParameterTable,
     pub interval_s: f64,
     valve: Valve<FieldView<'a>>,
@@ -92,7 +91,6 @@ pub struct Batch<'a> {
     pub ambient_pa: f64,
     pub chambers: usize,
     pub rows: usize,
-    pub substeps: usize,
 }
 
 impl Batch<'_> {
@@ -127,9 +125,9 @@ impl Batch<'_> {
             .collect()
     }
 
-    /// Steps of a Runge-Kutta scheme that a chamber takes.
+    /// How long a chamber takes, in steps of a Runge-Kutta scheme.
     pub fn steps(&self) -> usize {
-        self.rows * self.substeps * self.subject.ticks(self.interval_s)
+        self.rows * self.simulator.steps(self.interval_s)
     }
 
     /// The chambers in parts of about `part`, a multiple of `lanes`.

@@ -2,6 +2,7 @@ use super::super::arguments::RigArgument;
 use super::super::expected::Expected;
 use super::super::work::Watch;
 use super::given::Given;
+use super::plant::{ModelArgument, Simulator};
 use super::precision::Precision;
 use super::prepared::Batch;
 use super::{PA_PER_KPA, compute};
@@ -28,7 +29,7 @@ enum Room<'a> {
 impl Batch<'_> {
     fn simulate(&self, watch: &Watch, mut room: Room<'_>) -> Result<(), BatchError> {
         watch.begin("simulating");
-        let count = self.subject.parameters().len();
+        let count = self.simulator.parameters().len();
         let lanes = if matches!(room, Room::Single(_)) { SINGLE_LANES } else { BATCH_LANES };
         let unit = BatchUnit { zero_pa: self.ambient_pa, per_pa: 1.0 / PA_PER_KPA };
         for chambers in self.parts(PART_STEPS / self.steps(), lanes) {
@@ -42,11 +43,16 @@ impl Batch<'_> {
                     let sensitivities =
                         derivatives.as_mut().map(|all| &mut all[rows.start * count..rows.end * count]);
                     let results = BatchResults { sensitivities, outputs: &mut pressures[rows], unit };
-                    self.subject.batch(&jobs, &inputs, self.substeps, results)?;
+                    match self.simulator {
+                        Simulator::Lanes { subject, substeps } => {
+                            subject.batch(&jobs, &inputs, *substeps, results)?;
+                        }
+                        Simulator::Effects(rollouts) => rollouts.simulate(&jobs, &inputs, results)?,
+                    }
                 }
                 Room::Single(pressures) => {
-                    let pressures = &mut pressures[rows];
-                    self.subject.batch_single(&jobs, &inputs, self.substeps, pressures, unit)?;
+                    let Simulator::Lanes { subject, substeps } = self.simulator else { continue };
+                    subject.batch_single(&jobs, &inputs, *substeps, &mut pressures[rows], unit)?;
                 }
             }
         }
@@ -61,9 +67,12 @@ impl Batch<'_> {
 ///
 /// Parameters
 /// ----------
-/// model : {"nonlinear", "parametric", "linear"}
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict
-///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,).
+/// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+///     A model by its name, or one that was calibrated, such as ``fit(...).parameters`` or ``diagnose(...).extended_model``: with its rig, its
+///     effects, and what drove it. What other channels do to the chambers is left out.
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
+///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,). ``None``, and what a dict leaves
+///     out, are the values of a calibrated model.
 /// interval_s : float
 ///     Time between two rows, s.
 /// drive : array_like of float, shape (rows,) or (chambers, rows), optional
@@ -79,18 +88,21 @@ impl Batch<'_> {
 /// start_kpa : array_like of float, shape () or (chambers,), default 0.0
 ///     Pressure at the first row, kPa gauge.
 /// rig : Rig or path, optional
-///     Ambient pressure and temperature, valve constants, and what is not given above.
-/// controller : bool, default False
+///     Ambient pressure and temperature, valve constants, and what is not given above. Not for a calibrated model, which has its own.
+/// controller : bool, optional
 ///     Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves; needs ``[controller]`` and
-///     ``[sensor]`` of the rig.
-/// substeps : int, default 1
-///     Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000.
+///     ``[sensor]`` of the rig. By default not, and for a calibrated model as it was calibrated.
+/// substeps : int, optional
+///     Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000; by default 1, or what a fit chose. Not for an
+///     ``ExtendedModel``, which steps by 2.5 ms at most.
 /// sensitivities : bool, default False
 ///     Return derivatives by the parameters, too. They are exact for the discretised model, not differences. ``batch_gradient`` has those
 ///     by everything else.
 /// dtype : {numpy.float64, numpy.float32}, default numpy.float64
 ///     Of the result. In float32 the simulation itself is in single precision, about twice as fast: pressures are within 0.02 kPa of those
 ///     in float64 over 20,000 rows.
+/// channel : str, optional
+///     Of a calibrated model, such as ``"b0c1"``; by default its only one.
 /// progress : callable, optional
 ///     Called with (parts done, parts in all, what is being done).
 ///
@@ -104,21 +116,22 @@ impl Batch<'_> {
 /// Raises
 /// ------
 /// DataError
-///     Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities`` or
-///     ``controller``.
+///     Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities``, ``controller``
+///     or effects; ``sensitivities`` of a model with a smooth correction.
 ///
 /// Notes
 /// -----
 /// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
-/// many substeps when in doubt. All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
+/// many substeps when in doubt. An ``ExtendedModel`` gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
+/// many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
 /// of float64, and of float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
 #[pyfunction]
-#[pyo3(signature = (model, parameters, interval_s, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=false, substeps=1, sensitivities=false, dtype=None, progress=None))]
+#[pyo3(signature = (model, parameters, interval_s, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, sensitivities=false, dtype=None, channel=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn simulate_batch<'py>(
     py: Python<'py>,
-    model: &str,
-    parameters: NamedArrays<'py>,
+    model: Expected<ModelArgument>,
+    parameters: Option<NamedArrays<'py>>,
     interval_s: f64,
     drive: Option<ArrayLike<'py>>,
     fill: Option<ArrayLike<'py>>,
@@ -128,14 +141,16 @@ pub fn simulate_batch<'py>(
     volume_m3: Option<ArrayLike<'py>>,
     start_kpa: Option<ArrayLike<'py>>,
     rig: Option<Expected<RigArgument>>,
-    controller: bool,
-    substeps: i64,
+    controller: Option<bool>,
+    substeps: Option<i64>,
     sensitivities: bool,
     dtype: Option<Precision>,
+    channel: Option<&str>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let given = Given {
-        model,
+        model: model.0,
+        channel,
         parameters,
         interval_s,
         drive,
@@ -154,14 +169,17 @@ pub fn simulate_batch<'py>(
     if precision == Precision::Single && sensitivities {
         return Err(errors::unusable("sensitivities are computed in float64 only: leave dtype out"));
     }
-    if precision == Precision::Single && controller {
+    if precision == Precision::Single && matches!(prepared.simulator, Simulator::Effects(_)) {
+        return Err(errors::unusable("effects are simulated in float64 only: leave dtype out"));
+    }
+    if precision == Precision::Single && prepared.controller {
         // A reading that single precision rounds to the next count of the converter changes the drive.
         return Err(errors::unusable(
             "boards' loops (controller=True) are simulated in float64 only: leave dtype out",
         ));
     }
     let (chambers, rows) = (prepared.chambers.number(), prepared.rows.number());
-    let count = prepared.subject.parameters().len();
+    let count = prepared.simulator.parameters().len();
     prepared.check_size(if sensitivities { count + 1 } else { 1 })?;
     let small = prepared.is_small();
     if precision == Precision::Single {

@@ -1,6 +1,6 @@
 //! Parameters of many chambers, from an array or from a dictionary of arrays.
 
-use super::super::shapes::{Extent, numbers};
+use super::super::shapes::{Extent, Values, numbers};
 use crate::arrays::shape_text;
 use crate::errors;
 use pyo3::prelude::*;
@@ -17,11 +17,21 @@ pub struct ParameterTable {
 
 impl ParameterTable {
     /// An array of shape (parameters,) or (chambers, parameters), or a dictionary from all of `names` to arrays of shape () or
-    /// (chambers,).
-    pub fn extract(object: &Bound<'_, PyAny>, names: &[String]) -> PyResult<Self> {
+    /// (chambers,). Of a calibrated model they may be left out, or some of the dictionary.
+    pub fn extract(
+        given: Option<&Bound<'_, PyAny>>,
+        names: &[String],
+        calibrated: Option<&[f64]>,
+    ) -> PyResult<Self> {
         let width = names.len();
+        let Some(object) = given else {
+            let values = calibrated.ok_or_else(|| {
+                errors::unusable("parameters is None: only a model that was calibrated has values of its own")
+            })?;
+            return Ok(Self { values: values.to_vec(), shape: vec![width], width });
+        };
         let (shape, values) = match object.cast::<PyDict>() {
-            Ok(dict) => from_dict(dict, names)?,
+            Ok(dict) => from_dict(dict, names, calibrated)?,
             Err(_) => {
                 let (shape, values) = numbers("parameters", object)?;
                 match shape[..] {
@@ -58,7 +68,11 @@ impl ParameterTable {
     }
 }
 
-fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<(Vec<usize>, Vec<f64>)> {
+fn from_dict(
+    dict: &Bound<'_, PyDict>,
+    names: &[String],
+    calibrated: Option<&[f64]>,
+) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let given: Vec<String> = dict.keys().extract().map_err(|error| {
         errors::instead_of(dict.py(), error, || errors::unusable("names of parameters are texts"))
     })?;
@@ -67,9 +81,15 @@ fn from_dict(dict: &Bound<'_, PyDict>, names: &[String]) -> PyResult<(Vec<usize>
     }
     let mut columns = Vec::with_capacity(names.len());
     let (mut chambers, mut shared) = (Extent::new("chambers"), true);
-    for name in names {
-        let value = dict.get_item(name)?;
-        let value = value.ok_or_else(|| errors::unusable(format!("parameter {name} is missing")))?;
+    for (k, name) in names.iter().enumerate() {
+        let value = match (dict.get_item(name)?, calibrated) {
+            (Some(value), _) => value,
+            (None, Some(calibrated)) => {
+                columns.push(Values::Own(vec![calibrated[k]]));
+                continue;
+            }
+            (None, None) => return Err(errors::unusable(format!("parameter {name} is missing"))),
+        };
         let (shape, values) = numbers(name, &value)?;
         if shape.len() > 1 {
             return Err(errors::unusable(format!(
