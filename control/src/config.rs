@@ -1,5 +1,6 @@
 use crate::law::ControlLaw;
 use crate::{Micros, ValveDrive};
+use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
 use thiserror::Error;
 
@@ -10,6 +11,10 @@ use thiserror::Error;
 pub struct BoardConfig {
     /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it. Default 1 Mbaud.
     pub baud: Baud,
+
+    /// Fastest line rate that a host may ask for: what the board's transceiver and driver enable can do. Default 3 Mbaud. It speaks
+    /// at [`baud`](Self::baud) until a host asks.
+    pub max_baud: LineRate,
 
     /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 14.
     ///
@@ -96,6 +101,7 @@ impl BoardConfig {
     /// The original's values, usable in constants.
     pub const ORIGINAL: Self = Self {
         baud: Baud::ORIGINAL,
+        max_baud: LineRate::ThreeMbaud,
         answer_delay: Micros::new(14),
         hears_itself: true,
         loop_period: Micros::new(1_000),

@@ -1,7 +1,7 @@
 //! The parameters that a host can change, between [`BoardConfig`] and the numbers that go over the bus and into flash.
 
 use crate::{BoardConfig, Micros};
-use pneudrive_protocol::pages::Parameter;
+use pneudrive_protocol::pages::{LineRate, Parameter};
 use pneudrive_protocol::{Address, CHANNELS, Counts};
 
 /// A value for every [`Parameter`], in the unit of [`Parameter::info`].
@@ -92,6 +92,7 @@ fn value_in(config: &BoardConfig, parameter: Parameter) -> u32 {
         Parameter::Channels => {
             (0..).zip(config.enabled).fold(0, |bits, (bit, used)| bits | u32::from(used) << bit)
         }
+        Parameter::MaxBaud => config.max_baud as u32,
     }
 }
 
@@ -126,6 +127,10 @@ fn put(config: &mut BoardConfig, parameter: Parameter, value: u32) {
             }
             config.enabled = enabled;
         }
+        Parameter::MaxBaud => {
+            let rate = u8::try_from(value).ok().and_then(LineRate::of_number);
+            config.max_baud = rate.unwrap_or(LineRate::Compiled);
+        }
     }
 }
 
@@ -145,13 +150,13 @@ mod tests {
     #[test]
     fn the_table_and_the_rules_of_compiled_parameters_agree() {
         use Parameter::{
-            Address, Channels, FilterPrevious, RiseNeedsTwo, SensorMargin, SensorMax, SensorMin,
+            Address, Channels, FilterPrevious, MaxBaud, RiseNeedsTwo, SensorMargin, SensorMax, SensorMin,
         };
         for parameter in Parameter::ALL {
             let info = parameter.info();
             assert_eq!(with(parameter, info.max + 1), Err(parameter));
             assert_eq!(with(parameter, info.min.wrapping_sub(1)), Err(parameter));
-            if [Address, Channels, FilterPrevious, RiseNeedsTwo, SensorMargin, SensorMax, SensorMin]
+            if [Address, Channels, FilterPrevious, MaxBaud, RiseNeedsTwo, SensorMargin, SensorMax, SensorMin]
                 .contains(&parameter)
             {
                 continue;
@@ -184,6 +189,8 @@ mod tests {
             (Parameter::SensorMargin, 40),
             (Parameter::RiseNeedsTwo, 1),
             (Parameter::Channels, 0b0101),
+            (Parameter::MaxBaud, 1),
+            (Parameter::MaxBaud, 2),
         ];
         for (parameter, value) in changed {
             let config = with(parameter, value).unwrap();

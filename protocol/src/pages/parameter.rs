@@ -42,6 +42,8 @@ pub enum Parameter {
     RiseNeedsTwo = 17,
     /// Channels in use, bit k for channel k.
     Channels = 18,
+    /// Fastest line rate that a host may ask for ([`LineRate`](super::LineRate)).
+    MaxBaud = 19,
 }
 
 /// Name, unit and range of a [`Parameter`].
@@ -61,7 +63,7 @@ pub struct ParameterInfo {
 
 impl Parameter {
     /// How many there are.
-    pub const COUNT: usize = 19;
+    pub const COUNT: usize = 20;
 
     /// The [`Address`](Self::Address) that means that of the board's switch.
     pub const BY_SWITCH: u32 = 256;
@@ -87,6 +89,7 @@ impl Parameter {
         Self::DamageWindow,
         Self::RiseNeedsTwo,
         Self::Channels,
+        Self::MaxBaud,
     ];
 
     /// Name, unit and range. A value in its range can still be refused together with others (sensor limits and their margin).
@@ -127,6 +130,7 @@ impl Parameter {
             Self::DamageWindow => of("damage_window", "ms", (1, 60_000), "in which they are counted"),
             Self::RiseNeedsTwo => of("rise_needs_two", "", (0, 1), "a rise needs two agreeing requests"),
             Self::Channels => of("channels", "", (0, 15), "in use, bit k for channel k"),
+            Self::MaxBaud => of("max_baud", "Mbaud", (1, 3), "fastest rate that a host may ask for"),
         }
     }
 
@@ -155,7 +159,7 @@ mod tests {
             assert_eq!(Parameter::of_name(info.name), Some(parameter));
             assert!(info.min < info.max && info.max <= Change::VALUE_MAX, "{info:?}");
         }
-        assert_eq!(Parameter::of_number(19), None);
+        assert_eq!(Parameter::of_number(20), None);
         assert_eq!(Parameter::of_name("gain"), None);
     }
 }
