@@ -68,6 +68,24 @@ impl Parameter {
     /// The [`Address`](Self::Address) that means that of the board's switch.
     pub const BY_SWITCH: u32 = 256;
 
+    /// What makes a control loop of 2 kHz of the original's, with the same filter, damping and sensor faults in time.
+    pub const LOOP_2_KHZ: [(Self, u32); 5] = [
+        (Self::LoopPeriod, 500),
+        (Self::Kd, 40),
+        (Self::FilterPrevious, 232),
+        (Self::FaultAfterSteps, 20),
+        (Self::RecoverAfterSteps, 2_000),
+    ];
+
+    /// The same of the original's loop of 1 kHz.
+    pub const LOOP_1_KHZ: [(Self, u32); 5] = [
+        (Self::LoopPeriod, 1_000),
+        (Self::Kd, 20),
+        (Self::FilterPrevious, 210),
+        (Self::FaultAfterSteps, 10),
+        (Self::RecoverAfterSteps, 1_000),
+    ];
+
     /// In the order of their entries.
     pub const ALL: [Self; Self::COUNT] = [
         Self::Address,
