@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use pneudrive_chip::{Level, LineErrors, Ticks};
-use pneudrive_host::bus::BusOptions;
+use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{LineRatePolicy, MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
@@ -300,7 +300,7 @@ fn poll(boards: u16, fastest: LineRate, pace: Pace, seconds: f64) -> (Statistics
     for board in 0..boards as u8 {
         bus.ping(board).unwrap();
     }
-    let run = |bus, options: PollerOptions, points: &SetPoints, seconds: f64| {
+    let run = |bus: Bus<VirtualBus>, options: PollerOptions, points: &SetPoints, seconds: f64| {
         let mut polling = Polling::new(bus, options, Box::new(points.clone()), Vec::new());
         let end_ns = polling.bus_mut().line().now_ns() + (seconds * 1e9) as u64;
         while polling.bus_mut().line().now_ns() < end_ns {

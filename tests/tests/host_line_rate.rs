@@ -242,7 +242,7 @@ fn a_trial_that_fails_costs_a_tenth_of_a_second() {
     assert_eq!(told.len(), 1, "{told:?}");
     assert!(
         told[0].starts_with(
-            "line_rate: the line rate stays at 1000000 baud: board 0 does not answer as it should at"
+            "line_rate: the line rate stays at 1000000 baud: board 1 (0xFFFE) does not answer as it should at"
         ),
         "{told:?}"
     );
@@ -278,7 +278,7 @@ fn a_board_of_the_original_kind_keeps_the_bus_at_1_mbaud() {
     let mut run = Run::fast(&RigOptions { original: [1].into(), ..rig(2) });
     run.poll(4_000);
     let told = run.told.take();
-    let sentence = "board 1: it is of the original kind, which has one line rate only";
+    let sentence = "board 1 (0xFFFE): it is of the original kind, which has one line rate only";
     assert!(told.iter().any(|line| line.contains(sentence)), "{told:?}");
     assert_eq!(run.baud(), 1_000_000);
     assert_eq!(run.state(0).returns, 0, "it was never asked");
@@ -292,7 +292,7 @@ fn boards_say_how_fast_they_may_be_asked_to_be() {
         run.poll(500);
         assert_eq!(run.baud(), rate);
         let told = run.told.take();
-        let refused = told[0].contains("board 0: its parameter max_baud does not allow a faster rate");
+        let refused = told[0].contains("board 0 (0xFFFF): its parameter max_baud does not allow a faster rate");
         assert_eq!(refused, max_baud == LineRate::Compiled, "{told:?}");
     }
 }

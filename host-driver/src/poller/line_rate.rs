@@ -102,8 +102,11 @@ impl<L: Line> Polling<L> {
 
     fn raise(&mut self) -> Result<(), LineError> {
         let now_ns = self.bus.line().now_ns();
-        let all_there = self.rows.iter().all(|row| row.state == BoardState::Present);
-        if !all_there || now_ns < self.line_rate.next_try_ns {
+        // Sessions begin with the first requests.
+        let is_ready = |row: &super::BoardRow| {
+            row.state == BoardState::Present && !self.bus.session_is_due(row.board)
+        };
+        if !self.rows.iter().all(is_ready) || now_ns < self.line_rate.next_try_ns {
             return Ok(());
         }
         if let Pace::Every { period_ns, .. } = self.options.pace
