@@ -1,8 +1,8 @@
 //! The control loop: samples to the board, its drives to the valves.
 
 use crate::sensors::Sensors;
-use crate::{bus, shared};
 use crate::valves::Valve;
+use crate::{bus, shared};
 use embassy_time::{Duration, Ticker};
 use pneudrive_control::{ControlLoop, DirPwm, Micros};
 

@@ -59,6 +59,8 @@ impl Host {
     fn go_to(&mut self, rate: LineRate) {
         let answer = self.ask(PageEntry::SetLineRate(rate)).unwrap();
         assert_eq!(LineRateAnswer::from_entry(answer), Some(LineRateAnswer::Taken));
+        // The answer, and the change.
+        self.bench.run(Ticks::from_micros(100));
         self.bench.baud = rate.baud(Baud::ORIGINAL);
     }
 

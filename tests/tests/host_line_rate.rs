@@ -292,7 +292,8 @@ fn boards_say_how_fast_they_may_be_asked_to_be() {
         run.poll(500);
         assert_eq!(run.baud(), rate);
         let told = run.told.take();
-        let refused = told[0].contains("board 0 (0xFFFF): its parameter max_baud does not allow a faster rate");
+        let refused =
+            told[0].contains("board 0 (0xFFFF): its parameter max_baud does not allow a faster rate");
         assert_eq!(refused, max_baud == LineRate::Compiled, "{told:?}");
     }
 }

@@ -63,6 +63,8 @@ const TRIES: u32 = 3;
 /// Rounds of requests to all boards at a new rate, of which so many may be lost.
 const ROUNDS: u32 = 8;
 const LOST_IN_TRIAL: u32 = 1;
+/// What boards and adapter are given to change, ns: a board needs some 30 us after its answer.
+const SETTLE_NS: u64 = 1_000_000;
 /// Slow adapters get fewer rounds: boards wait for their commands meanwhile, ns.
 const TRIAL_NS: u64 = 60_000_000;
 
@@ -165,6 +167,7 @@ impl<L: Line> Bus<L> {
         if !self.go_to(rate)? {
             return Err(LineRateError::Adapter { baud });
         }
+        self.line.sleep_until(self.line.now_ns() + SETTLE_NS);
         let started_ns = self.line.now_ns();
         let mut lost = 0;
         for round in 0..ROUNDS {

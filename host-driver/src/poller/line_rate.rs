@@ -103,9 +103,8 @@ impl<L: Line> Polling<L> {
     fn raise(&mut self) -> Result<(), LineError> {
         let now_ns = self.bus.line().now_ns();
         // Sessions begin with the first requests.
-        let is_ready = |row: &super::BoardRow| {
-            row.state == BoardState::Present && !self.bus.session_is_due(row.board)
-        };
+        let is_ready =
+            |row: &super::BoardRow| row.state == BoardState::Present && !self.bus.session_is_due(row.board);
         if !self.rows.iter().all(is_ready) || now_ns < self.line_rate.next_try_ns {
             return Ok(());
         }
@@ -180,8 +179,7 @@ mod tests {
             let asked = schedule.ceiling;
             tries.push((asked as u8, schedule.give_up(0) / 1_000_000_000));
         }
-        let expected =
-            [(3, 10), (2, 20), (3, 40), (2, 80), (3, 160), (2, 320), (3, 640), (2, 640), (3, 640)];
+        let expected = [(3, 10), (2, 20), (3, 40), (2, 80), (3, 160), (2, 320), (3, 640), (2, 640), (3, 640)];
         assert_eq!(tries, expected);
     }
 

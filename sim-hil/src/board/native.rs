@@ -4,8 +4,8 @@ use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_control::{
     AdcSample, Board, BoardConfig, BoardStart, BoardStatus, ConfigError, DirPwm, Identity, Micros,
 };
-use pneudrive_protocol::{Address, Baud};
 use pneudrive_protocol::pages::ChipKind;
+use pneudrive_protocol::{Address, Baud};
 use std::collections::VecDeque;
 
 /// A board that runs the control crate natively, with its own loop and its own clock.

@@ -1,8 +1,8 @@
 use super::host::{HostReceiver, HostTransmitter};
+use super::misheard::heard_at;
 use super::referee::{Referee, Verdict};
 use super::wire::{Contention, InFlight, Wire};
 use super::{Air, BusCounters, BusNode, Character, HostByte, Line, Talker};
-use super::misheard::heard_at;
 use crate::fault::{FaultInjector, LineEvent, Passage};
 use pneudrive_protocol::Baud;
 
@@ -52,7 +52,10 @@ impl Bus {
             faults,
             transmitter: HostTransmitter::new(line),
             receiver: HostReceiver::default(),
-            boards: boards.into_iter().map(|node| Place { node, plugged: true, babbling: false, baud: None }).collect(),
+            boards: boards
+                .into_iter()
+                .map(|node| Place { node, plugged: true, babbling: false, baud: None })
+                .collect(),
             air,
         }
     }
@@ -224,9 +227,7 @@ impl Bus {
     fn line_of(&self, talker: Talker) -> Line {
         match talker {
             Talker::Host => self.host_line,
-            Talker::Board(index) => {
-                self.line.at_rate(self.boards.get(index).and_then(|place| place.baud))
-            }
+            Talker::Board(index) => self.line.at_rate(self.boards.get(index).and_then(|place| place.baud)),
             Talker::Noise => self.line,
         }
     }

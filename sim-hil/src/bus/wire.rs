@@ -184,7 +184,10 @@ mod tests {
         let mut wire = Wire::new();
         assert_eq!(wire.begin(Talker::Host, line(), at(0, 1)), Contention::None);
         assert_eq!(wire.begin(Talker::Board(0), line(), at(10_000, 2)), Contention::None);
-        assert_eq!(wire.begin(Talker::Board(1), line(), at(19_999, 7)), Contention::Begun { with: Talker::Board(0) });
+        assert_eq!(
+            wire.begin(Talker::Board(1), line(), at(19_999, 7)),
+            Contention::Begun { with: Talker::Board(0) }
+        );
         let heard: Vec<Heard> =
             std::iter::from_fn(|| wire.take_ended(100_000)).map(|flight| flight.heard).collect();
         let fought = Heard { byte: 2, damaged: true };
@@ -215,7 +218,8 @@ mod tests {
         for i in 0..60 {
             let host = wire.begin(Talker::Host, line(), at(i * 10_000, 0));
             // Answers of ten characters, ten characters apart.
-            let board = (i / 10 % 2 == 1).then(|| wire.begin(Talker::Board(0), line(), at(i * 10_000 + 2_000, 0)));
+            let board =
+                (i / 10 % 2 == 1).then(|| wire.begin(Talker::Board(0), line(), at(i * 10_000 + 2_000, 0)));
             begun += [Some(host), board].iter().flatten().filter(|c| **c != Contention::None).count();
             while wire.take_ended(i * 10_000 + 10_000).is_some() {}
         }

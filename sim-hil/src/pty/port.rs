@@ -85,8 +85,7 @@ impl VirtualPort {
     pub(super) fn raised_baud(&self) -> nix::Result<Option<Baud>> {
         // `cfgetospeed` panics at rates that have no code of their own.
         let code = (tcgetattr(&self.master)?.control_flags & ControlFlags::CBAUD).bits();
-        let raised =
-            [(BaudRate::B2000000, Baud::TWO_MBAUD), (BaudRate::B3000000, Baud::THREE_MBAUD)];
+        let raised = [(BaudRate::B2000000, Baud::TWO_MBAUD), (BaudRate::B3000000, Baud::THREE_MBAUD)];
         Ok(raised.into_iter().find(|(known, _)| *known as u32 == code).map(|(_, baud)| baud))
     }
 
