@@ -79,7 +79,8 @@ impl LineRateKeeper {
         self.held = true;
     }
 
-    /// Something came damaged. On trial the rest of the bus is still at the rate before, so that everything does.
+    /// Something came damaged. Seldom, so that it need not be quick. On trial the rest of the bus is still at the rate before, so that everything does.
+    #[inline(never)]
     pub(crate) fn damaged(&mut self, now: Micros) {
         if self.now != LineRate::Compiled && self.held && now.since(self.counted) >= Self::APART {
             self.counted = now;
@@ -110,6 +111,7 @@ impl LineRateKeeper {
         Some(self.go_to(LineRate::Compiled, now))
     }
 
+    #[inline(never)]
     fn go_to(&mut self, rate: LineRate, now: Micros) -> Baud {
         self.now = rate;
         self.next = None;

@@ -37,6 +37,9 @@ impl Responder {
     }
 
     /// The line rate is this from now on. What was heard of a packet before is no part of one.
+    ///
+    /// Once, because start-up copies all code to RAM before a board can answer.
+    #[inline(never)]
     pub(crate) fn set_baud(&mut self, baud: Baud) {
         // From the end of one character to the end of the next: the gap and the character itself. Half a character
         // less, so that a gap of just the right length is seen whatever the resolution of the time stamps.

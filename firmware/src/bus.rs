@@ -129,6 +129,7 @@ pub fn look_after_line_rate() {
 
 impl Bus {
     /// What is being received is lost: it is not of this rate. Takes 15 bits' time, in which nobody speaks to this board.
+    #[inline(never)]
     fn set_baud(&mut self, baud: Baud) {
         self.uart.set_baudrate(baud.get());
         self.transmitter.set_baud(baud);
