@@ -44,7 +44,8 @@ impl Chip {
         self.bus.uarts[uart].overruns()
     }
 
-    /// The line rate that UART `uart`'s divisors make of clk_peri, bit/s, to the nearest; 0 while either is not set up.
+    /// The line rate that UART `uart`'s divisors make of clk_peri, bit/s, to the nearest; 0 while
+    /// either is not set up.
     ///
     /// # Panics
     ///

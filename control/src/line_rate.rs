@@ -11,8 +11,8 @@ use pneudrive_protocol::pages::{LineRate, LineRateAnswer, LineRateState, RateRet
 ///     +-- no request for 100 ms ------------+------------- or too much damage ----+
 /// ```
 ///
-/// It says at which rate the board speaks and nothing else: set points, command timeout and what follows from them
-/// go on whatever becomes of it.
+/// It says at which rate the board speaks and nothing else: set points, command timeout and what
+/// follows from them go on whatever becomes of it.
 #[derive(Debug, Clone)]
 pub(crate) struct LineRateKeeper {
     compiled: Baud,
@@ -32,11 +32,12 @@ pub(crate) struct LineRateKeeper {
 }
 
 impl LineRateKeeper {
-    /// Silence after which a board goes back. A polling host's longest pause, with three boards missing and a busy machine, is shorter;
-    /// and four fifths of the command timeout's default are left in which the host finds the board at the compiled rate,
-    /// before it holds.
+    /// Silence after which a board goes back. A polling host's longest pause, with three boards
+    /// missing and a busy machine, is shorter; and four fifths of the command timeout's default are
+    /// left in which the host finds the board at the compiled rate, before it holds.
     pub(crate) const SILENCE: Micros = Micros::from_millis(100);
-    /// Damage counts once in this time: a burst of noise is one, and a wrong rate one after the other.
+    /// Damage counts once in this time: a burst of noise is one, and a wrong rate one after the
+    /// other.
     const APART: Micros = Micros::from_millis(1);
 
     pub(crate) fn new(config: &BoardConfig) -> Self {
@@ -79,7 +80,8 @@ impl LineRateKeeper {
         self.held = true;
     }
 
-    /// Something came damaged. Seldom, so that it need not be quick. On trial the rest of the bus is still at the rate before, so that everything does.
+    /// Something came damaged. Seldom, so that it need not be quick. On trial the rest of the bus
+    /// is still at the rate before, so that everything does.
     #[inline(never)]
     pub(crate) fn damaged(&mut self, now: Micros) {
         if self.now != LineRate::Compiled && self.held && now.since(self.counted) >= Self::APART {

@@ -58,8 +58,9 @@ impl ParameterSet {
     }
 }
 
-/// Which parameter a rule of [`BoardConfig::check`] is about, where each by itself is in its range: one of the two rules about the sensor's
-/// limits. (To look for its name among all takes 1.7 KB of code, which start-up copies to RAM.)
+/// Which parameter a rule of [`BoardConfig::check`] is about, where each by itself is in its range:
+/// one of the two rules about the sensor's limits. (To look for its name among all takes 1.7 KB of
+/// code, which start-up copies to RAM.)
 fn parameter_of_rule(rule: &str) -> Parameter {
     if rule.starts_with("sensor_max") { Parameter::SensorMax } else { Parameter::SensorMin }
 }

@@ -156,10 +156,12 @@ impl BusPort {
         self.responder.idle();
     }
 
-    /// The last stop bit of an answer had been sent at `now`. Gives the line rate that the board must listen and speak at from now on, if
-    /// that is another: a host has asked for it, or leaves.
+    /// The last stop bit of an answer had been sent at `now`. Gives the line rate that the board
+    /// must listen and speak at from now on, if that is another: a host has asked for it, or
+    /// leaves.
     ///
-    /// Whoever cannot change its line rate need not call it; the board then stays at the one that it has.
+    /// Whoever cannot change its line rate need not call it; the board then stays at the one that
+    /// it has.
     pub fn answer_sent(&mut self, now: Micros) -> Option<Baud> {
         self.responder.answer_sent(now);
         let baud = self.line_rate.answer_sent(now)?;
@@ -167,8 +169,9 @@ impl BusPort {
         Some(baud)
     }
 
-    /// Gives the line rate that the board was compiled for if it must go back to it at `now`: no request has come for 100 ms at
-    /// another one, or too much came damaged. To be called with every control step, but not while an answer waits or is being sent.
+    /// Gives the line rate that the board was compiled for if it must go back to it at `now`: no
+    /// request has come for 100 ms at another one, or too much came damaged. To be called with
+    /// every control step, but not while an answer waits or is being sent.
     pub fn line_rate_due(&mut self, now: Micros) -> Option<Baud> {
         let baud = self.line_rate.due(now)?;
         self.responder.set_baud(baud);

@@ -41,8 +41,9 @@ impl Responder {
     /// Once, because start-up copies all code to RAM before a board can answer.
     #[inline(never)]
     pub(crate) fn set_baud(&mut self, baud: Baud) {
-        // From the end of one character to the end of the next: the gap and the character itself. Half a character
-        // less, so that a gap of just the right length is seen whatever the resolution of the time stamps.
+        // From the end of one character to the end of the next: the gap and the character itself.
+        // Half a character less, so that a gap of just the right length is seen whatever the
+        // resolution of the time stamps.
         let half_character_ns = baud.characters_ns(1) / 2;
         self.gap = Micros::new((baud.idle_gap_ns() + half_character_ns) / 1_000);
         let late_ns = half_character_ns.max(Self::LATEST_NS);
@@ -69,8 +70,8 @@ impl Responder {
     /// request to this board). The next request's first byte ends a whole character later; half of it is allowed for
     /// an answer that begins late.
     ///
-    /// Above 1 Mbaud a late answer's echo ends when the next request can have begun, so that whoever sends it tells
-    /// [its end](Self::answer_sent).
+    /// Above 1 Mbaud a late answer's echo ends when the next request can have begun, so that
+    /// whoever sends it tells [its end](Self::answer_sent).
     pub(crate) fn answered(&mut self, now: Micros) {
         self.deaf_until = now.after(self.deaf_time);
     }

@@ -106,7 +106,8 @@ fn a_rate_is_changed_in_a_session_after_the_answer_and_told() {
     assert_eq!((host.state().returns, host.state().last_return), (0, None));
 }
 
-/// A gap is three characters of the rate in effect: 8 us are one at 3 Mbaud with the character, and none at 1 Mbaud.
+/// A gap is three characters of the rate in effect: 8 us are one at 3 Mbaud with the character, and
+/// none at 1 Mbaud.
 #[test]
 fn gaps_are_those_of_the_rate() {
     let mut host = Host::new();
@@ -129,7 +130,8 @@ fn gaps_are_those_of_the_rate() {
     }
 }
 
-/// The same story for a board that has been raised and for one that has not: commands, then a host that dies.
+/// The same story for a board that has been raised and for one that has not: commands, then a host
+/// that dies.
 #[test]
 fn a_host_that_dies_is_answered_by_hold_and_vent_as_at_the_compiled_rate() {
     let (mut raised, mut plain) = (Host::new(), Host::new());

@@ -32,7 +32,8 @@ fn the_parameters_of_a_2_khz_loop_are_those_of_the_same_loop() {
     }
 }
 
-/// A chamber that fills in proportion to its valve's drive, seen through a converter of 12 bits, averaged as the firmware does.
+/// A chamber that fills in proportion to its valve's drive, seen through a converter of 12 bits,
+/// averaged as the firmware does.
 struct Chamber {
     counts: f64,
     drive: f64,
@@ -85,7 +86,8 @@ fn largest_difference(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(one, other)| (one - other).abs()).fold(0.0, f64::max)
 }
 
-/// Measured: 0.09 counts, of the filter's weight, which is rounded to 1/256, and of valves that follow half a millisecond earlier.
+/// Measured: 0.09 counts, of the filter's weight, which is rounded to 1/256, and of valves that
+/// follow half a millisecond earlier.
 #[test]
 fn the_closed_loop_is_the_same_at_2_khz() {
     let usual = response(ORIGINAL);

@@ -112,7 +112,8 @@ pub fn on_answer_alarm() {
     });
 }
 
-/// Goes back to the line rate that the board was compiled for, if it must. To be called once a control step.
+/// Goes back to the line rate that the board was compiled for, if it must. To be called once a
+/// control step.
 pub fn look_after_line_rate() {
     let now = shared::now();
     cortex_m::interrupt::free(|masked| {
@@ -128,7 +129,8 @@ pub fn look_after_line_rate() {
 }
 
 impl Bus {
-    /// What is being received is lost: it is not of this rate. Takes 15 bits' time, in which nobody speaks to this board.
+    /// What is being received is lost: it is not of this rate. Takes 15 bits' time, in which nobody
+    /// speaks to this board.
     #[inline(never)]
     fn set_baud(&mut self, baud: Baud) {
         self.uart.set_baudrate(baud.get());

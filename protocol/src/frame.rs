@@ -162,8 +162,9 @@ impl FrameFinder {
         }
     }
 
-    /// Takes a byte in the middle of what may become a packet, which most are, in the few cycles that a board has at 3 Mbaud. False, and
-    /// the byte is not taken, if there is more to do about it.
+    /// Takes a byte in the middle of what may become a packet, which most are, in the few cycles
+    /// that a board has at 3 Mbaud. False, and the byte is not taken, if there is more to do about
+    /// it.
     #[inline]
     pub(crate) fn continues_with(&mut self, byte: u8) -> bool {
         let continues = self.len + 1 < PACKET_LEN && fits_at(self.len, byte);
@@ -206,8 +207,9 @@ impl FrameFinder {
         self.len
     }
 
-    /// Drops the first byte, and those behind it with which no packet can begin. In one go: a packet of another board's session is
-    /// dropped whole, and at 3 Mbaud the next one follows in 3 us.
+    /// Drops the first byte, and those behind it with which no packet can begin. In one go: a
+    /// packet of another board's session is dropped whole, and at 3 Mbaud the next one follows in 3
+    /// us.
     fn drop_to_the_next_start(&mut self) {
         let begins = |start: &usize| {
             self.bytes[*start..self.len].iter().enumerate().all(|(position, &byte)| fits_at(position, byte))

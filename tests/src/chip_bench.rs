@@ -1,4 +1,5 @@
-//! One emulated chip on the bench: its pins wired as a board wires them, and a bus at 1 Mbaud or another rate.
+//! One emulated chip on the bench: its pins wired as a board wires them, and a bus at 1 Mbaud or
+//! another rate.
 
 use crate::firmware;
 use pneudrive_chip::{Chip, Level, LineErrors, Ticks, Transmitted};

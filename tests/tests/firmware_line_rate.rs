@@ -1,28 +1,23 @@
-//! The firmware at 2 and 3 Mbaud: when it answers, when it goes back, and a whole bus of chips.
+//! The firmware at 2 and 3 Mbaud: when it answers, and when it goes back.
 //!
-//! `cargo test -p system-tests --test firmware_line_rate -- --nocapture` prints the figures that docs/firmware.md and
-//! docs/scaling.md state.
+//! `cargo test -p system-tests --test firmware_line_rate -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 #![allow(clippy::unwrap_used)]
 
 use pneudrive_chip::{Level, LineErrors, Ticks};
-use pneudrive_host::bus::{Bus, BusOptions};
-use pneudrive_host::line::Line;
-use pneudrive_host::poller::{LineRatePolicy, MissedTick, Pace, PollerOptions, Polling, SetPoints};
-use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::pages::{
-    Counter, Entry, LineRate, LineRateAnswer, LineRateState, PageEntry, RateReturn, SessionOffer, number_in,
+    Change, ChangeAnswer, Counter, Entry, LineRate, LineRateAnswer, LineRateState, PageEntry, Parameter,
+    RateReturn, SessionOffer, number_in,
 };
 use pneudrive_protocol::{
-    Address, AnswerDecoder, Baud, CheckedPacket, Counts, Direction, Echo, Heard, PageRequest, RequestNumber,
+    Address, AnswerDecoder, Baud, CheckedPacket, Direction, Echo, Heard, PageRequest, RequestNumber,
     Sequence, Session,
 };
-use pneudrive_sim::rig::{Firmware, RigOptions};
-use system_tests::chip_bench::{Answer, BUS, ChipBench, DRIVER_ENABLE, packet};
-use system_tests::firmware;
-use system_tests::virtual_bus::{VirtualBus, bus};
+use system_tests::chip_bench::{Answer, BOOT, BUS, ChipBench, DRIVER_ENABLE, packet};
 
-/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its first start bit.
+/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its
+/// first start bit.
 const EARLIEST: Ticks = Ticks::new(1_700);
 const LATEST: Ticks = Ticks::from_micros(20);
 const MS: Ticks = Ticks::from_millis(1);
@@ -51,7 +46,11 @@ impl Host {
 
     /// At this rate.
     fn at(rate: LineRate, board: u8) -> Self {
-        let mut host = Self::in_session(ChipBench::running(board), board);
+        Self::of(ChipBench::running(board), rate, board)
+    }
+
+    fn of(bench: ChipBench, rate: LineRate, board: u8) -> Self {
+        let mut host = Self::in_session(bench, board);
         host.go_to(rate);
         host
     }
@@ -166,7 +165,8 @@ fn the_driver_is_enabled_for_the_shorter_answer_only() {
     }
 }
 
-/// A board that hears its own answers (its receiver stays enabled) takes none for a request, and none of the next request for an answer.
+/// A board that hears its own answers (its receiver stays enabled) takes none for a request, and
+/// none of the next request for an answer.
 #[test]
 fn a_board_that_hears_itself_answers_what_follows_at_once() {
     let mut host = Host::at(LineRate::ThreeMbaud, 0);
@@ -190,7 +190,8 @@ fn a_board_that_hears_itself_answers_what_follows_at_once() {
     assert_eq!(host.counter(Counter::DamagedRequests), 0);
 }
 
-/// To the millisecond, at every phase of the control loop; then the board answers at 1 Mbaud and says why.
+/// To the millisecond, at every phase of the control loop; then the board answers at 1 Mbaud and
+/// says why.
 #[test]
 fn a_board_that_hears_no_request_goes_back_after_100_ms() {
     let mut host = Host::at(LineRate::ThreeMbaud, 2);
@@ -234,17 +235,32 @@ fn damage_sends_a_board_back_before_it_vents() {
     assert_eq!((state.now, state.last_return), (LineRate::Compiled, Some(RateReturn::Damage)));
 }
 
-/// Four boards as one of them hears it: answers as prompt as ever, nothing lost, and the control loop in step. At 2 kHz, and without any pause
-/// between an answer and the next request.
+/// Four boards as one of them hears it: answers as prompt as ever, nothing lost, and the control
+/// loop in step. At 2 kHz, and without any pause between an answer and the next request.
 #[test]
 fn a_chip_on_a_bus_of_four_at_3_mbaud_has_time_for_everything() {
-    four_boards("at 2 kHz", 15_600);
-    four_boards("at the wire's limit", 0);
+    four_boards("at 2 kHz", 15_600, ChipBench::running(2), 1_000);
+    four_boards("at the wire's limit", 0, ChipBench::running(2), 1_000);
+}
+
+/// The same with a control loop of 2 kHz, which a host has set.
+#[test]
+fn so_has_one_whose_control_loop_runs_at_2_khz() {
+    let mut host = Host::in_session(ChipBench::running(2), 2);
+    let changes = Parameter::LOOP_2_KHZ.map(|(parameter, value)| Change::Set(parameter, value));
+    for change in [Change::Begin].into_iter().chain(changes).chain([Change::Commit]) {
+        let answer = ChangeAnswer::from_entry(host.ask(PageEntry::Change(change)).unwrap());
+        assert_eq!(answer, Some(ChangeAnswer::Taken), "{change:?}");
+    }
+    let mut bench = host.bench;
+    bench.run(MS * 70 + BOOT + MS * 2_000);
+    four_boards("at 2 kHz, loop of 2 kHz", 15_600, bench, 2_000);
 }
 
 /// `slot`: ticks from request to request, if there is more time than they take.
-fn four_boards(name: &str, slot: u64) {
-    let mut host = Host::at(LineRate::ThreeMbaud, 2);
+fn four_boards(name: &str, slot: u64, bench: ChipBench, loop_hz: u32) {
+    let mut host = Host::of(bench, LineRate::ThreeMbaud, 2);
+    let steps = host.counter(Counter::Steps);
     let (from, cycles) = (host.bench.chip.now(), host.bench.chip.cycles());
     let mut delays = Vec::new();
     for cycle in 0..4_000_u64 {
@@ -289,83 +305,9 @@ fn four_boards(name: &str, slot: u64) {
     let (late, longest) = (host.counter(Counter::LateSteps), host.counter(Counter::LongestIntervalUs));
     println!("control loop: {late} late steps, longest interval {longest} us");
     assert_eq!(late, 0);
-}
-
-fn chips(boards: usize) -> RigOptions {
-    RigOptions {
-        boards,
-        firmware: Some(Firmware::new(firmware::elf())),
-        strict: true,
-        ..RigOptions::default()
-    }
-}
-
-/// Chips polled for so long at up to `fastest`; the statistics of the time after the first half second, in which rates are agreed on.
-fn poll(boards: u16, fastest: LineRate, pace: Pace, seconds: f64) -> (Statistics, Polling<VirtualBus>) {
-    let points = SetPoints::new(usize::from(boards));
-    let line_rate = LineRatePolicy { fastest, ..LineRatePolicy::default() };
-    let options = PollerOptions {
-        pace,
-        line_rate: Some(line_rate).filter(|_| fastest != LineRate::Compiled),
-        ..PollerOptions::for_devices(boards)
-    };
-    let mut bus = bus(&chips(usize::from(boards)), BusOptions::default());
-    // So that what is measured begins at the rate.
-    for board in 0..boards as u8 {
-        bus.ping(board).unwrap();
-    }
-    let run = |bus: Bus<VirtualBus>, options: PollerOptions, points: &SetPoints, seconds: f64| {
-        let mut polling = Polling::new(bus, options, Box::new(points.clone()), Vec::new());
-        let end_ns = polling.bus_mut().line().now_ns() + (seconds * 1e9) as u64;
-        while polling.bus_mut().line().now_ns() < end_ns {
-            let due_ns = polling.next_cycle_ns();
-            polling.bus_mut().line_mut().sleep_until(due_ns);
-            polling.cycle().unwrap();
-        }
-        polling
-    };
-    let polling = run(bus, options.clone(), &points, 0.2);
-    for board in 0..usize::from(boards) {
-        points.set(board, [Counts::saturating(250); 4]).unwrap();
-    }
-    let mut polling = run(polling.into_bus(), options, &points, seconds);
-    (polling.finish(), polling)
-}
-
-/// Four emulated chips at 3 Mbaud, 2 kHz, checked packets in sessions, nothing lost.
-#[test]
-fn four_chips_at_3_mbaud_are_polled_at_2_khz_without_a_loss() {
-    let pace = Pace::Every { period_ns: 500_000, missed: MissedTick::Skip };
-    let (statistics, mut polling) = poll(4, LineRate::ThreeMbaud, pace, 4.0);
-    assert_eq!(statistics.baud, Some(3_000_000));
-    assert!((statistics.loop_hz.mean - 2_000.0).abs() < 1.0, "{statistics:?}");
-    assert_eq!((statistics.lost, statistics.rejected, statistics.missed_ticks), (0, 0, 0), "{statistics:?}");
-    assert!(statistics.exchanges >= 31_990, "{statistics:?}");
-    for board in 0..4 {
-        assert!(polling.bus_mut().in_session(board));
-        assert_eq!(polling.bus_mut().counter(board, Counter::LateSteps), Ok(0));
-        assert_eq!(polling.bus_mut().counter(board, Counter::DamagedRequests), Ok(0));
-    }
-    assert_eq!(polling.bus_mut().line().counters().violations(), 0);
-}
-
-/// The table of docs/scaling.md: as fast as possible, in virtual time, so that the boards' turnaround is all that is added to the wire.
-#[test]
-fn a_table_of_rates() {
-    println!("| boards | 1 Mbaud: wire's limit, measured | 2 Mbaud | 3 Mbaud |\n| --- | --- | --- | --- |");
-    for boards in 1..=4 {
-        let cells = LineRate::ALL.map(|rate| {
-            let baud = rate.baud(Baud::ORIGINAL);
-            let (statistics, _) = poll(boards, rate, Pace::AsFastAsPossible, 1.0);
-            assert_eq!(statistics.baud, Some(baud.get()));
-            assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
-            let limit = baud.cycle_limit_hz(boards.into());
-            // At most 20 us of turnaround, and 0.2 % by which a chip's divisors miss 3 Mbaud.
-            let slowest = 1e9 / (f64::from(boards) * (baud.exchange_ns() as f64 * 1.002 + 20_000.0));
-            let mean = statistics.loop_hz.mean;
-            assert!(mean < limit && mean > slowest, "{mean} Hz, wire {limit} Hz, slowest {slowest} Hz");
-            format!("{limit:.0}, {mean:.0}")
-        });
-        println!("| {boards} | {} |", cells.join(" | "));
-    }
+    let made = u64::from(host.counter(Counter::Steps) - steps);
+    assert!(
+        (made * Ticks::PER_SECOND).abs_diff(ticks * u64::from(loop_hz)) < 3 * Ticks::PER_SECOND,
+        "{made} steps"
+    );
 }

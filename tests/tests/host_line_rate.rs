@@ -6,7 +6,7 @@
 
 use pneudrive_control::BoardConfig;
 use pneudrive_host::bus::{Bus, BusOptions, FrameMode, LineRateError};
-use pneudrive_host::line::{Line, LineError};
+use pneudrive_host::line::Line;
 use pneudrive_host::notices::Narrator;
 use pneudrive_host::poller::{
     BoardState, Event, LineRatePolicy, MissedTick, Observer, Pace, PollerOptions, Polling, Row, SetPoints,
@@ -15,6 +15,7 @@ use pneudrive_protocol::pages::{LineRate, LineRateState, RateReturn, StateNow};
 use pneudrive_protocol::{Baud, Counts};
 use pneudrive_sim::rig::RigOptions;
 use std::sync::{Arc, Mutex};
+use system_tests::cable::Cable;
 use system_tests::virtual_bus::{VirtualBus, bus};
 
 const MS: u64 = 1_000_000;
@@ -37,57 +38,6 @@ impl Told {
         let lines = std::mem::take(&mut self.0.lock().unwrap().1);
         lines.iter().for_each(|line| println!("{line}"));
         lines
-    }
-}
-
-/// A cable or transceiver that damages bytes on their way to the host at fast rates.
-#[derive(Debug)]
-struct Cable<L> {
-    line: L,
-    baud: Baud,
-    /// Rates from here on are damaged.
-    from: Baud,
-    /// One byte in so many, from this time on, ns.
-    every: u64,
-    from_ns: u64,
-    bytes: u64,
-}
-
-impl<L: Line> Cable<L> {
-    fn sound(line: L) -> Self {
-        let (baud, from) = (Baud::ORIGINAL, Baud::new(Baud::MAX).unwrap());
-        Self { line, baud, from, every: u64::MAX, from_ns: 0, bytes: 0 }
-    }
-}
-
-impl<L: Line> Line for Cable<L> {
-    fn now_ns(&self) -> u64 {
-        self.line.now_ns()
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        self.line.send(bytes)
-    }
-
-    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
-        let count = self.line.receive(into, wanted, deadline_ns)?;
-        for byte in &mut into[..count] {
-            self.bytes += 1;
-            let damaged = self.baud >= self.from && self.now_ns() >= self.from_ns;
-            if damaged && self.bytes.is_multiple_of(self.every) {
-                *byte ^= 0x10;
-            }
-        }
-        Ok(count)
-    }
-
-    fn sleep_until(&mut self, at_ns: u64) {
-        self.line.sleep_until(at_ns);
-    }
-
-    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
-        self.baud = baud;
-        self.line.change_baud(baud)
     }
 }
 
@@ -181,7 +131,8 @@ fn at_the_end_all_are_back_for_whoever_comes_next() {
     }
 }
 
-/// The host is stopped for longer than boards keep a rate, and for less than they wait for commands.
+/// The host is stopped for longer than boards keep a rate, and for less than they wait for
+/// commands.
 #[test]
 fn a_host_that_was_stopped_finds_its_boards_at_1_mbaud_and_nothing_has_happened() {
     let mut run = Run::fast(&rig(4));
@@ -217,7 +168,7 @@ fn errors_send_all_back_and_a_slower_rate_is_tried_later() {
     run.told.take();
     // One answer in 25: too few in a row to be noticed otherwise.
     let line = run.polling.bus_mut().line_mut();
-    (line.from, line.every, line.from_ns) = (Baud::THREE_MBAUD, 251, 0);
+    (line.from, line.every) = (Baud::THREE_MBAUD, 251);
     run.poll(2_000);
     let told = run.told.take();
     assert_eq!(run.baud(), 1_000_000);
@@ -231,7 +182,8 @@ fn errors_send_all_back_and_a_slower_rate_is_tried_later() {
     assert_eq!(run.polling.statistics().lost, lost);
 }
 
-/// Nothing at all comes through at 3 Mbaud: the trial ends it, boards are silent for 0.1 s, and none of them holds or is missing.
+/// Nothing at all comes through at 3 Mbaud: the trial ends it, boards are silent for 0.1 s, and
+/// none of them holds or is missing.
 #[test]
 fn a_trial_that_fails_costs_a_tenth_of_a_second() {
     let mut run = Run::fast(&rig(3));

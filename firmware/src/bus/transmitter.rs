@@ -51,7 +51,8 @@ impl Transmitter {
         set_alarm(due);
     }
 
-    /// The alarm has gone off; gives the time at which the UART was seen to have sent an answer's last stop bit.
+    /// The alarm has gone off; gives the time at which the UART was seen to have sent an answer's
+    /// last stop bit.
     pub fn on_alarm(&mut self) -> Option<Micros> {
         TIMER.intr().write(|w| w.set_alarm(ALARM, true));
         let now = crate::shared::now();

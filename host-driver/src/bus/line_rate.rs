@@ -1,8 +1,9 @@
 //! A faster line rate for a whole bus, and the way back.
 //!
-//! Boards are asked one after the other at the rate that they were compiled for; each goes to the new one when it has answered, and
-//! back by itself when no request comes at it for 100 ms. So whatever is lost on the way, everybody is at the compiled
-//! rate again after that time. Nothing of it commands anything: set points stay, and a board's command timeout runs on.
+//! Boards are asked one after the other at the rate that they were compiled for; each goes to the
+//! new one when it has answered, and back by itself when no request comes at it for 100 ms. So
+//! whatever is lost on the way, everybody is at the compiled rate again after that time. Nothing of
+//! it commands anything: set points stay, and a board's command timeout runs on.
 
 use super::{Bus, ExchangeError, Frames, PageError};
 use crate::line::{Line, LineError};
@@ -79,7 +80,8 @@ impl<L: Line> Bus<L> {
         self.options.baud
     }
 
-    /// The fastest line rate that all `boards` allow, and why it is no faster than that which they were compiled for, if it is not.
+    /// The fastest line rate that all `boards` allow, and why it is no faster than that which they
+    /// were compiled for, if it is not.
     ///
     /// # Errors
     /// The first board that does not allow any, and why.
@@ -104,8 +106,9 @@ impl<L: Line> Bus<L> {
         Ok(fastest)
     }
 
-    /// Takes `boards`, which must be all on the bus, to `rate`: all of them, or none. Costs the time of some ten exchanges a board; if it fails,
-    /// boards that were not told in time are silent for up to 100 ms.
+    /// Takes `boards`, which must be all on the bus, to `rate`: all of them, or none. Costs the
+    /// time of some ten exchanges a board; if it fails, boards that were not told in time are
+    /// silent for up to 100 ms.
     ///
     /// # Errors
     /// What keeps them from it. Host and boards are at the compiled rate then, or will be after 100 ms.
@@ -118,7 +121,8 @@ impl<L: Line> Bus<L> {
         raised
     }
 
-    /// Takes `boards` and host back to the rate that they were compiled for. A board that does not hear it goes back by itself.
+    /// Takes `boards` and host back to the rate that they were compiled for. A board that does not
+    /// hear it goes back by itself.
     ///
     /// # Errors
     /// Only when the line failed.
@@ -138,7 +142,8 @@ impl<L: Line> Bus<L> {
         self.go_to(LineRate::Compiled).map(drop)
     }
 
-    /// Each board in turn. One whose answer is lost may have gone to the new rate already: the trial will tell.
+    /// Each board in turn. One whose answer is lost may have gone to the new rate already: the
+    /// trial will tell.
     fn ask_for_rate(&mut self, boards: &[u8], rate: LineRate) -> Result<(), LineRateError> {
         for &board in boards {
             let asked = Address::of_board(board);

@@ -57,8 +57,9 @@ pub trait Line {
         let _ = at_ns;
     }
 
-    /// From now on the line sends and listens at `baud`, and what came before is discarded. False if it cannot do that rate, or
-    /// no other than its own; then it is as it was. Nothing may be on its way.
+    /// From now on the line sends and listens at `baud`, and what came before is discarded. False
+    /// if it cannot do that rate, or no other than its own; then it is as it was. Nothing may be on
+    /// its way.
     ///
     /// # Errors
     /// The line is gone or the device failed.

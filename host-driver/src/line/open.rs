@@ -76,7 +76,8 @@ fn is_near(asked: u32, got: u32) -> bool {
     got.abs_diff(asked) <= asked / 50
 }
 
-/// Sets another line rate and discards what has come. False if the driver refuses or rounds it: then the rate is the one before.
+/// Sets another line rate and discards what has come. False if the driver refuses or rounds it:
+/// then the rate is the one before.
 pub(super) fn set_baud(file: &OwnedFd, settings: &mut Termios, baud: Baud) -> Result<bool, Errno> {
     let mut wanted = settings.clone();
     wanted.set_speed(baud.get())?;

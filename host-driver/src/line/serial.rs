@@ -259,12 +259,10 @@ impl Line for SerialPort {
 
     fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
         let file = self.file.as_ref().ok_or_else(|| LineError::Gone { port: self.path.clone() })?;
-        match set_baud(file, &mut self.settings, baud) {
-            Ok(true) => self.baud = baud,
-            Ok(false) => return Ok(false),
-            Err(errno) => return Err(self.failed("setting the line rate", errno)),
-        }
-        Ok(true)
+        let taken = set_baud(file, &mut self.settings, baud);
+        let taken = taken.map_err(|errno| self.failed("setting the line rate", errno))?;
+        self.baud = if taken { baud } else { self.baud };
+        Ok(taken)
     }
 
     fn can_reopen(&self) -> bool {

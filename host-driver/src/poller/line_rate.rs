@@ -7,10 +7,11 @@ use pneudrive_protocol::pages::LineRate;
 
 /// How fast a line rate to ask the boards for, and how often.
 ///
-/// They are asked when all boards of the bus answer. If they agree, and answer at the new rate, it is kept until a board fails
-/// [`PresencePolicy::failures`](super::PresencePolicy::failures) times in a row or [`lost_in_a_second`](Self::lost_in_a_second)
-/// exchanges are lost; then all are back at the compiled rate. They are asked again after `first_pause_ns`, for the next lower rate, and after twice as
-/// long each time up to `longest_pause_ns`.
+/// They are asked when all boards of the bus answer. If they agree, and answer at the new rate, it
+/// is kept until a board fails [`PresencePolicy::failures`](super::PresencePolicy::failures) times
+/// in a row or [`lost_in_a_second`](Self::lost_in_a_second) exchanges are lost; then all are back
+/// at the compiled rate. They are asked again after `first_pause_ns`, for the next lower rate, and
+/// after twice as long each time up to `longest_pause_ns`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineRatePolicy {
     /// The fastest to ask for.
@@ -24,8 +25,9 @@ pub struct LineRatePolicy {
 }
 
 impl Default for LineRatePolicy {
-    /// Asking costs the boards some ten exchanges each, and 0.1 s without answers where it fails: 1 % of the time at first, next to nothing
-    /// later. Twenty losses a second are half of what four boards lose at 1 kHz where one character in 2000 is damaged.
+    /// Asking costs the boards some ten exchanges each, and 0.1 s without answers where it fails: 1
+    /// % of the time at first, next to nothing later. Twenty losses a second are half of what four
+    /// boards lose at 1 kHz where one character in 2000 is damaged.
     fn default() -> Self {
         Self {
             fastest: LineRate::ThreeMbaud,

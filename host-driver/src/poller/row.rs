@@ -128,7 +128,8 @@ pub enum Event<'a> {
         /// The rate.
         baud: Baud,
     },
-    /// The boards are not, or not all, to be had for a faster line rate. Told once for each reason in a row.
+    /// The boards are not, or not all, to be had for a faster line rate. Told once for each reason
+    /// in a row.
     LineRateKept {
         /// The rate in effect.
         baud: Baud,
@@ -137,7 +138,8 @@ pub enum Event<'a> {
         /// They are asked again after this time, ns.
         pause_ns: u64,
     },
-    /// A faster line rate is not asked for, because the boards would go back from it between two cycles.
+    /// A faster line rate is not asked for, because the boards would go back from it between two
+    /// cycles.
     LineRateTooSlowPace {
         /// The rate in effect.
         baud: Baud,

@@ -3,8 +3,9 @@ use crate::{Baud, Counts};
 
 /// A line rate that a host can ask a board for: page 9. A board obeys it in a session only.
 ///
-/// A board starts with the rate that it was compiled for and goes back to it by itself: when it hears no request at
-/// another rate for 100 ms, when too much comes damaged, and when its host leaves.
+/// A board starts with the rate that it was compiled for and goes back to it by itself: when it
+/// hears no request at another rate for 100 ms, when too much comes damaged, and when its host
+/// leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum LineRate {
@@ -41,8 +42,8 @@ impl LineRate {
     }
 }
 
-/// The line rate of a board: page 9, entry 0. Words: rate in effect, fastest one that it allows, times that it went back by itself,
-/// and why it did last.
+/// The line rate of a board: page 9, entry 0. Words: rate in effect, fastest one that it allows,
+/// times that it went back by itself, and why it did last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LineRateState {
     /// The rate in effect.

@@ -32,7 +32,8 @@
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
 //!
-//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a session only.
+//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a
+//! session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
 //! different moments; each by itself is of one.

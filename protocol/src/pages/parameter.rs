@@ -68,7 +68,8 @@ impl Parameter {
     /// The [`Address`](Self::Address) that means that of the board's switch.
     pub const BY_SWITCH: u32 = 256;
 
-    /// What makes a control loop of 2 kHz of the original's, with the same filter, damping and sensor faults in time.
+    /// What makes a control loop of 2 kHz of the original's, with the same filter, damping and
+    /// sensor faults in time.
     pub const LOOP_2_KHZ: [(Self, u32); 5] = [
         (Self::LoopPeriod, 500),
         (Self::Kd, 40),

@@ -70,8 +70,8 @@ impl Bus {
         &self.line
     }
 
-    /// The host's adapter sends and listens at this line rate from now on; `None` is that of the rig. Whoever listens at another rate than
-    /// is spoken at hears something else.
+    /// The host's adapter sends and listens at this line rate from now on; `None` is that of the
+    /// rig. Whoever listens at another rate than is spoken at hears something else.
     pub fn set_host_baud(&mut self, baud: Option<Baud>) {
         let line = self.line.at_rate(baud);
         if line != self.host_line {

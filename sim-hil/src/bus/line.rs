@@ -37,7 +37,8 @@ impl Line {
         Self { bits_per_second: Self::INSTANT, pulse: pulse(976, Parts::ORIGINAL), min_turnaround_ns: 0 }
     }
 
-    /// How a party that has gone to another line rate sees this wire; `None` has not. A wire that takes no time takes none at any rate.
+    /// How a party that has gone to another line rate sees this wire; `None` has not. A wire that
+    /// takes no time takes none at any rate.
     #[must_use]
     pub fn at_rate(&self, baud: Option<Baud>) -> Self {
         match baud {
@@ -48,7 +49,8 @@ impl Line {
         }
     }
 
-    /// Whether who listens at this rate understands who speaks at the other: 8N1 bears 2 % between the two.
+    /// Whether who listens at this rate understands who speaks at the other: 8N1 bears 2 % between
+    /// the two.
     pub fn understands(&self, other: &Self) -> bool {
         self.bits_per_second.abs_diff(other.bits_per_second) <= self.bits_per_second / 50
     }

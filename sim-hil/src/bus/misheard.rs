@@ -5,9 +5,9 @@ use super::{Heard, Line};
 
 /// Gives `take` what whoever listens at `line` hears of a character: itself at the same rate.
 ///
-/// At another rate it is what a UART samples: from a falling edge on it looks at the middle of each bit, and flags the byte if the
-/// stop bit is low. Each character is looked at by itself, with an idle line behind it. So most of it comes flagged, and
-/// some as a byte that nobody sent.
+/// At another rate it is what a UART samples: from a falling edge on it looks at the middle of each
+/// bit, and flags the byte if the stop bit is low. Each character is looked at by itself, with an
+/// idle line behind it. So most of it comes flagged, and some as a byte that nobody sent.
 pub(super) fn heard_at(line: &Line, flight: &InFlight, mut take: impl FnMut(Heard)) {
     if line.understands(&flight.line) {
         return take(flight.heard);
@@ -66,7 +66,8 @@ mod tests {
         assert_eq!(heard(0xFF, 1_000_000, 3_000_000), [(0xFC, false)]);
         // Low for 27 of its bits: one flagged byte, and no edge after it.
         assert_eq!(heard(0x00, 1_000_000, 3_000_000), [(0x00, true)]);
-        // 0 10101010: start and low, and then three lows of one bit each, seen as bytes with a high stop bit or not.
+        // 0 10101010: start and low, and then three lows of one bit each, seen as bytes with a high
+        // stop bit or not.
         assert_eq!(heard(0x55, 1_000_000, 3_000_000).len(), 3);
     }
 

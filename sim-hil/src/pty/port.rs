@@ -81,7 +81,8 @@ impl VirtualPort {
         self.make_raw()
     }
 
-    /// 2 or 3 Mbaud, if the client has set its end to it. A pty knows no line rate, but it keeps what it is told.
+    /// 2 or 3 Mbaud, if the client has set its end to it. A pty knows no line rate, but it keeps
+    /// what it is told.
     pub(super) fn raised_baud(&self) -> nix::Result<Option<Baud>> {
         // `cfgetospeed` panics at rates that have no code of their own.
         let code = (tcgetattr(&self.master)?.control_flags & ControlFlags::CBAUD).bits();

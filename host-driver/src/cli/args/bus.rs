@@ -43,7 +43,8 @@ pub struct BusArgs {
     /// Most boards accepted for --devices: 4 with the boards' two-way switch, 256 addresses exist
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub max_devices: u16,
-    /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and goes back on errors [default: 1000000]
+    /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and
+    /// goes back on errors [default: 1000000]
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|BAUD", value_parser = baud)]
     pub baud: Option<BaudArg>,
     /// How long a board may take to answer beyond the wire time, us
