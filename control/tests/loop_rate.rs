@@ -63,7 +63,7 @@ fn response(config: BoardConfig) -> Vec<f64> {
         let values = [Counts::new(command).unwrap(); CHANNELS];
         for step in 0..400_000 / period_us {
             // A host that polls at 100 Hz, so that nobody holds.
-            if step * period_us % 10_000 == 0 {
+            if (step * period_us).is_multiple_of(10_000) {
                 for byte in (Packet { address: Address::of_board(0), values }).encode() {
                     board.receive_byte(Micros::new(now_us), byte);
                 }
@@ -73,7 +73,7 @@ fn response(config: BoardConfig) -> Vec<f64> {
             chamber.drive = f64::from(drives[0].get()) / f64::from(ValveDrive::FULL);
             chamber.run(period_us);
             now_us += period_us;
-            if now_us % 1_000 == 0 {
+            if now_us.is_multiple_of(1_000) {
                 pressures.push(chamber.counts);
             }
         }
