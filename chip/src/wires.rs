@@ -44,6 +44,16 @@ impl Chip {
         self.bus.uarts[uart].overruns()
     }
 
+    /// The line rate that UART `uart`'s divisors make of clk_peri, bit/s, to the nearest; 0 while
+    /// either is not set up.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such UART.
+    pub fn uart_baud(&self, uart: usize) -> u64 {
+        self.bus.uarts[uart].baud()
+    }
+
     /// What the outside puts on a pin, from now on.
     ///
     /// # Panics

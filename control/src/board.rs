@@ -2,7 +2,7 @@ use crate::{
     AdcSample, Answer, BoardConfig, BoardStatus, BusPort, ConfigError, ControlLoop, ControlStatus, Counters,
     Identity, Micros, ValveDrive,
 };
-use pneudrive_protocol::{Address, CHANNELS};
+use pneudrive_protocol::{Address, Baud, CHANNELS};
 
 /// A board: its bus side and its control side together.
 ///
@@ -73,6 +73,11 @@ impl Board {
     /// The address it answers to.
     pub fn address(&self) -> Address {
         self.port.address()
+    }
+
+    /// The line rate at which it speaks and listens.
+    pub fn baud(&self) -> Baud {
+        self.port.baud()
     }
 
     /// The board at a glance.

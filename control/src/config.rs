@@ -1,5 +1,6 @@
 use crate::law::ControlLaw;
 use crate::{Micros, ValveDrive};
+use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
 use thiserror::Error;
 
@@ -10,6 +11,10 @@ use thiserror::Error;
 pub struct BoardConfig {
     /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it. Default 1 Mbaud.
     pub baud: Baud,
+
+    /// Fastest line rate that a host may ask for: what the board's transceiver and driver enable
+    /// can do. Default 3 Mbaud. It speaks at [`baud`](Self::baud) until a host asks.
+    pub max_baud: LineRate,
 
     /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 14.
     ///
@@ -25,8 +30,9 @@ pub struct BoardConfig {
 
     /// Time between two control steps, us: 100 to 10,000. Default 1000, the original's loop of about 1 kHz.
     ///
-    /// `kd` and `filter_previous` count in steps. To keep the closed loop as it is at another period, multiply `kd` by
-    /// (old period / new period) and raise `filter_previous` / 256 to the power of (new period / old period).
+    /// `kd` and `filter_previous` count in steps. To keep the closed loop as it is at another
+    /// period, multiply `kd` by (old period / new period) and raise `filter_previous` / 256 to the
+    /// power of (new period / old period): [`at_twice_the_rate`](Self::at_twice_the_rate) does.
     pub loop_period: Micros,
 
     /// Proportional gain, drive counts per count of error: 1 to 1000. Default 10: full drive at 40 counts (34 kPa).
@@ -96,6 +102,7 @@ impl BoardConfig {
     /// The original's values, usable in constants.
     pub const ORIGINAL: Self = Self {
         baud: Baud::ORIGINAL,
+        max_baud: LineRate::ThreeMbaud,
         answer_delay: Micros::new(14),
         hears_itself: true,
         loop_period: Micros::new(1_000),
@@ -117,6 +124,24 @@ impl BoardConfig {
         rise_needs_two: false,
         enabled: [true; CHANNELS],
     };
+
+    /// The same board with half the loop period: what counts steps is changed so that filter,
+    /// damping and sensor faults take the same time as before. Of the original's loop it makes one
+    /// of 2 kHz.
+    #[must_use]
+    pub const fn at_twice_the_rate(self) -> Self {
+        // The weight's square root, to the nearest 1/256: two steps weigh as much as one did.
+        let square = 4 * 256 * self.filter_previous as u32;
+        let filter_previous = square.isqrt().div_ceil(2) as u8;
+        Self {
+            loop_period: Micros::new(self.loop_period.get() / 2),
+            kd: 2 * self.kd,
+            filter_previous,
+            fault_after_steps: 2 * self.fault_after_steps,
+            recover_after_steps: 2 * self.recover_after_steps,
+            ..self
+        }
+    }
 
     /// Checks every limit stated at the fields; usable in constants.
     ///

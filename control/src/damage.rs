@@ -15,13 +15,12 @@ pub(crate) struct DamageMonitor {
 
 impl DamageMonitor {
     pub(crate) fn new(config: &BoardConfig) -> Self {
-        Self {
-            limit: config.damage_limit,
-            window: config.damage_window,
-            began: Micros::ZERO,
-            count: 0,
-            latched: false,
-        }
+        Self::with(config.damage_limit, config.damage_window)
+    }
+
+    /// So many in this time are too many.
+    pub(crate) fn with(limit: u16, window: Micros) -> Self {
+        Self { limit, window, began: Micros::ZERO, count: 0, latched: false }
     }
 
     /// A damaged request was heard at `now`.

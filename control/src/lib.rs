@@ -58,6 +58,7 @@ mod filter;
 mod identity;
 mod indicator;
 mod law;
+mod line_rate;
 mod liveness;
 mod pages;
 mod parameters;

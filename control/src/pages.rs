@@ -26,6 +26,8 @@ impl BusPort {
             PageEntry::Compiled(parameter) => self.desk().compiled(parameter),
             PageEntry::Store => self.desk().state().to_entry(),
             PageEntry::Change(change) => self.desk().change(change, in_session).to_entry(),
+            PageEntry::LineRate => self.line_rate().state().to_entry(),
+            PageEntry::SetLineRate(rate) => self.line_rate().change(rate, in_session).to_entry(),
         }
     }
 

@@ -1,11 +1,12 @@
 use crate::agreement::Agreement;
 use crate::damage::DamageMonitor;
 use crate::desk::ParameterDesk;
+use crate::line_rate::LineRateKeeper;
 use crate::responder::Responder;
 use crate::{BoardConfig, ChannelStatus, ConfigError, ControlStatus, Identity, Micros, ParameterSet, Stored};
 use pneudrive_protocol::pages::{ChipKind, CommitOutcome, SessionOffer};
 use pneudrive_protocol::{
-    Address, Asked, CHANNELS, Counts, FrameStatistics, PACKET_LEN, PageRequest, Request,
+    Address, Asked, Baud, CHANNELS, Counts, FrameStatistics, PACKET_LEN, PageRequest, Request,
 };
 
 /// Counts above atmosphere that a vented chamber's sensor may read.
@@ -30,6 +31,7 @@ pub struct BusPort {
     agreement: Agreement,
     damage: DamageMonitor,
     desk: ParameterDesk,
+    line_rate: LineRateKeeper,
     sessions: u32,
     requests: u32,
     answers: u32,
@@ -72,6 +74,7 @@ impl BusPort {
             agreement: Agreement::new(config.rise_needs_two, config.initial_command),
             damage: DamageMonitor::new(config),
             desk: ParameterDesk::new(ParameterSet::of(config)),
+            line_rate: LineRateKeeper::new(config),
             sessions: 0,
             control: None,
             identity: Identity::of_chip(ChipKind::Native),
@@ -89,9 +92,12 @@ impl BusPort {
         let asked = self.responder.byte(now, byte);
         if self.responder.damaged_requests() != damaged {
             self.damage.damaged(now);
+            self.line_rate.damaged(now);
             self.orders.too_much_damage = self.damage.latched();
         }
-        let answer = match asked? {
+        let asked = asked?;
+        self.line_rate.heard(now);
+        let answer = match asked {
             Asked::Pressures(request) => self.obey(now, &request),
             Asked::Page(request) => self.look_up(now, &request),
         }?;
@@ -105,6 +111,7 @@ impl BusPort {
         if request.is_leave() {
             self.damage.release();
             self.desk.forget();
+            self.line_rate.leave();
         }
         let too_much_damage = self.damage.latched();
         self.orders = Orders { commands, last_request: Some(now), too_much_damage };
@@ -140,12 +147,44 @@ impl BusPort {
     /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the frame is lost.
     pub fn line_error(&mut self, now: Micros) {
         self.responder.error(now);
+        self.line_rate.damaged(now);
         self.line_errors = self.line_errors.saturating_add(1);
     }
 
     /// The line has been silent for an idle gap: the next byte starts a frame.
     pub fn line_idle(&mut self) {
         self.responder.idle();
+    }
+
+    /// The last stop bit of an answer had been sent at `now`. Gives the line rate that the board
+    /// must listen and speak at from now on, if that is another: a host has asked for it, or
+    /// leaves.
+    ///
+    /// Whoever cannot change its line rate need not call it; the board then stays at the one that
+    /// it has.
+    pub fn answer_sent(&mut self, now: Micros) -> Option<Baud> {
+        self.responder.answer_sent(now);
+        let baud = self.line_rate.answer_sent(now)?;
+        self.responder.set_baud(baud);
+        Some(baud)
+    }
+
+    /// Gives the line rate that the board was compiled for if it must go back to it at `now`: no
+    /// request has come for 100 ms at another one, or too much came damaged. To be called with
+    /// every control step, but not while an answer waits or is being sent.
+    pub fn line_rate_due(&mut self, now: Micros) -> Option<Baud> {
+        let baud = self.line_rate.due(now)?;
+        self.responder.set_baud(baud);
+        Some(baud)
+    }
+
+    /// The line rate in effect.
+    pub fn baud(&self) -> Baud {
+        self.line_rate.baud()
+    }
+
+    pub(crate) fn line_rate(&mut self) -> &mut LineRateKeeper {
+        &mut self.line_rate
     }
 
     /// What the next control step is to do.

@@ -17,6 +17,7 @@ use embassy_rp::interrupt::{InterruptExt, Priority};
 use embassy_rp::peripherals::{DMA_CH0, DMA_CH1, PIN_0, PIN_1, UART0};
 use embassy_rp::uart::{self, Blocking, Uart};
 use pneudrive_control::{BoardConfig, Micros};
+use pneudrive_protocol::Baud;
 use receiver::Receiver;
 use transmitter::Transmitter;
 
@@ -40,8 +41,8 @@ struct Bus {
     receiver: Receiver,
     transmitter: Transmitter,
     answer_delay: Micros,
-    /// Dropping it would switch the UART off.
-    _uart: Uart<'static, Blocking>,
+    /// Dropping it would switch it off.
+    uart: Uart<'static, Blocking>,
 }
 
 static BUS: Mutex<RefCell<Option<Bus>>> = Mutex::new(RefCell::new(None));
@@ -51,9 +52,9 @@ pub fn start(hardware: BusHardware, config: &BoardConfig) {
     let mut uart_config = uart::Config::default();
     uart_config.baudrate = config.baud.get();
     let bus = Bus {
-        _uart: Uart::new_blocking(hardware.uart, hardware.transmit, hardware.receive, uart_config),
+        uart: Uart::new_blocking(hardware.uart, hardware.transmit, hardware.receive, uart_config),
         receiver: Receiver::start(hardware.characters, hardware.stamps),
-        transmitter: Transmitter::new(hardware.driver_enable),
+        transmitter: Transmitter::new(hardware.driver_enable, config.baud),
         answer_delay: config.answer_delay,
     };
     cortex_m::interrupt::free(|masked| BUS.borrow(masked).replace(Some(bus)));
@@ -100,7 +101,41 @@ fn pass_on(bus: &mut Bus, shared: &mut Shared) {
 
 /// The transmitter's alarm has gone off.
 pub fn on_answer_alarm() {
-    within(&alone(), |bus| bus.transmitter.on_alarm());
+    let alone = alone();
+    within(&alone, |bus| {
+        let Some(sent) = bus.transmitter.on_alarm() else { return };
+        shared::within(&alone, |shared| {
+            if let Some(baud) = shared.port.answer_sent(sent) {
+                bus.set_baud(baud);
+            }
+        });
+    });
+}
+
+/// Goes back to the line rate that the board was compiled for, if it must. To be called once a
+/// control step.
+pub fn look_after_line_rate() {
+    let now = shared::now();
+    cortex_m::interrupt::free(|masked| {
+        within(masked, |bus| {
+            // A rate that changed now would spoil the answer.
+            if bus.transmitter.is_silent()
+                && let Some(baud) = shared::within(masked, |shared| shared.port.line_rate_due(now))
+            {
+                bus.set_baud(baud);
+            }
+        });
+    });
+}
+
+impl Bus {
+    /// What is being received is lost: it is not of this rate. Takes 15 bits' time, in which nobody
+    /// speaks to this board.
+    #[inline(never)]
+    fn set_baud(&mut self, baud: Baud) {
+        self.uart.set_baudrate(baud.get());
+        self.transmitter.set_baud(baud);
+    }
 }
 
 fn within(masked: &CriticalSection, action: impl FnOnce(&mut Bus)) {

@@ -1,8 +1,8 @@
 //! The control loop: samples to the board, its drives to the valves.
 
 use crate::sensors::Sensors;
-use crate::shared;
 use crate::valves::Valve;
+use crate::{bus, shared};
 use embassy_time::{Duration, Ticker};
 use pneudrive_control::{ControlLoop, DirPwm, Micros};
 
@@ -32,5 +32,6 @@ pub async fn run(
             shared.port.loop_took(took);
             shared.liveness.control_ran();
         });
+        bus::look_after_line_rate();
     }
 }

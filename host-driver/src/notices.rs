@@ -41,6 +41,10 @@ pub enum NoticeKind {
     CommandLowered,
     /// A board does not tell its valves' drives.
     NoDrives,
+    /// The line rate was raised, or stays as it is.
+    LineRate,
+    /// The line rate was lowered because too much was lost.
+    LineRateLowered,
     /// 0 kPa is commanded to all boards until somebody releases them.
     Vented,
     /// The boards were released.
@@ -73,6 +77,8 @@ impl NoticeKind {
             Self::CommandsBack => "commands_back",
             Self::CommandLowered => "command_lowered",
             Self::NoDrives => "no_drives",
+            Self::LineRate => "line_rate",
+            Self::LineRateLowered => "line_rate_lowered",
             Self::Vented => "vented",
             Self::Released => "released",
             Self::Page => "page",
@@ -94,6 +100,7 @@ impl NoticeKind {
                 | Self::Stalled
                 | Self::CommandsStale
                 | Self::NoDrives
+                | Self::LineRateLowered
                 | Self::NotSafe
         )
     }
@@ -138,6 +145,33 @@ impl Narrator {
                     "board {board} does not tell its valves' drives ({error}); firmware of before pages does not"
                 );
                 Some(Notice { kind: NoticeKind::NoDrives, board: Some(*board), text })
+            }
+            Event::LineRateRaised { baud } => {
+                new(NoticeKind::LineRate, format!("all boards have gone to {} baud", baud.get()))
+            }
+            Event::LineRateKept { baud, error, pause_ns } => new(
+                NoticeKind::LineRate,
+                format!(
+                    "the line rate stays at {} baud: {error}; asked again after {:.0} s",
+                    baud.get(),
+                    seconds(*pause_ns)
+                ),
+            ),
+            Event::LineRateTooSlowPace { baud, period_ms } => new(
+                NoticeKind::LineRate,
+                format!(
+                    "the line rate stays at {} baud: a cycle every {period_ms} ms would lose a faster one, which boards keep for 100 ms",
+                    baud.get()
+                ),
+            ),
+            Event::LineRateLowered { from, to, silent, lost, pause_ns } => {
+                let why = match silent {
+                    Some(board) => format!("board {board} did not answer any more"),
+                    None => format!("{lost} exchanges were lost within a second"),
+                };
+                let (from, to, pause) = (from.get(), to.get(), seconds(*pause_ns));
+                let text = format!("back from {from} to {to} baud: {why}; asked again after {pause:.0} s");
+                Some(Notice { kind: NoticeKind::LineRateLowered, board: *silent, text })
             }
             Event::LineNotBack { error: OpenBusError::Port(OpenError::NotFound { .. }) } => None,
             Event::LineNotBack { error } => {

@@ -24,6 +24,11 @@ impl Baud {
     pub const MAX: u32 = 7_812_500;
     /// The original's 1 Mbaud.
     pub const ORIGINAL: Self = Self(NonZeroU32::new(1_000_000).unwrap());
+    /// Twice the original's: what host and boards can agree on
+    /// ([`LineRate`](crate::pages::LineRate)).
+    pub const TWO_MBAUD: Self = Self(NonZeroU32::new(2_000_000).unwrap());
+    /// Three times the original's, likewise.
+    pub const THREE_MBAUD: Self = Self(NonZeroU32::new(3_000_000).unwrap());
 
     /// Refuses rates outside [`Baud::MIN`] to [`Baud::MAX`].
     pub const fn new(value: u32) -> Result<Self, BaudError> {

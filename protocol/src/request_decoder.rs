@@ -106,7 +106,16 @@ impl RequestDecoder {
     }
 
     /// Takes one byte; gives the request to this board that it completes.
+    #[inline]
     pub fn push(&mut self, byte: u8) -> Option<Asked> {
+        if self.finder.continues_with(byte) {
+            return None;
+        }
+        self.decide(byte)
+    }
+
+    /// The byte completes a packet, or fits none.
+    fn decide(&mut self, byte: u8) -> Option<Asked> {
         let (own, held) = (self.own, self.session);
         let seal = |address, sequence| held.filter(|_| address == own)?.seal(sequence);
         let Some(frame) = self.finder.push_with(byte, self.host_checks.then_some(own), seal) else {

@@ -75,6 +75,7 @@ fn parameters_keep_their_numbers() {
         "damage_window",
         "rise_needs_two",
         "channels",
+        "max_baud",
     ];
     for (number, name) in (0..).zip(names) {
         assert_eq!(Parameter::of_number(number).unwrap().info().name, name);

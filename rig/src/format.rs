@@ -37,6 +37,8 @@ pub(crate) enum Kind {
     Number { above: bool, low: f64, high: f64, unit: &'static str },
     /// A whole number in a range.
     Whole { low: i64, high: i64, unit: &'static str },
+    /// The same, or a word.
+    WholeOr { word: &'static str, low: i64, high: i64, unit: &'static str },
     /// A text of 1 to so many characters, none of which ends a line.
     Text { most: usize, what: &'static str },
     /// One of some words.
@@ -53,6 +55,9 @@ impl Kind {
             }
             Self::Number { low, high, unit, .. } => format!("a number from {low} to {high}{}", of(unit)),
             Self::Whole { low, high, unit } => format!("a whole number from {low} to {high}{}", of(unit)),
+            Self::WholeOr { word, low, high, unit } => {
+                format!("a whole number from {low} to {high}{}, or \"{word}\"", of(unit))
+            }
             Self::Text { most, what } => format!("{what} of 1 to {most} characters, in quotes"),
             Self::Word(words) => {
                 let quoted: Vec<_> = words.iter().map(|word| format!("\"{word}\"")).collect();
@@ -169,9 +174,9 @@ static BUS: Table = table(
         },
         Key {
             name: "baud",
-            kind: Kind::Whole { low: 1_200, high: 20_000_000, unit: "bit/s" },
+            kind: Kind::WholeOr { word: "auto", low: 1_200, high: 20_000_000, unit: "bit/s" },
             required: false,
-            meaning: "line rate; 1000000 unless said otherwise",
+            meaning: "line rate, \"auto\" for the fastest that all boards agree to; 1000000 unless said otherwise",
         },
         positive("rate_hz", 100_000.0, "Hz", "cycles per second; as fast as possible without it"),
     ],

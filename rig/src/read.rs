@@ -131,10 +131,13 @@ impl Reader<'_> {
                 let inside = number <= high && if above { number > low } else { number >= low };
                 if inside { Ok(Value::Number(number)) } else { Err(wrong()) }
             }
-            (Kind::Whole { low, high, .. }, DeValue::Integer(_)) => {
+            (Kind::Whole { low, high, .. } | Kind::WholeOr { low, high, .. }, DeValue::Integer(_)) => {
                 let number = number_of(value.get_ref()).ok_or_else(wrong)?;
                 let inside = number >= low as f64 && number <= high as f64;
                 if inside { Ok(Value::Number(number)) } else { Err(wrong()) }
+            }
+            (Kind::WholeOr { word, .. }, DeValue::String(text)) if text.as_ref() == word => {
+                Ok(Value::Text(text.clone().into_owned()))
             }
             (Kind::Text { most, .. }, DeValue::String(text)) => {
                 let fits = (1..=most).contains(&text.chars().count());

@@ -20,8 +20,10 @@ pub struct Bus {
     pub port: Option<String>,
     /// Boards on the bus, numbered from 0: 1 to 256.
     pub boards: Option<u16>,
-    /// Line rate, bit/s.
+    /// Line rate, bit/s; `None` also where it is [found out](Self::baud_auto).
     pub baud: Option<u32>,
+    /// The fastest line rate that all boards agree to.
+    pub baud_auto: bool,
     /// Cycles per second, Hz, above 0.
     pub rate_hz: Option<f64>,
 }
@@ -130,6 +132,7 @@ impl Rig {
             // Whole numbers in these ranges, or the file would have been refused.
             boards: self.number("bus.boards").map(|boards| boards as u16),
             baud: self.number("bus.baud").map(|baud| baud as u32),
+            baud_auto: self.words("bus.baud").is_some(),
             rate_hz: self.number("bus.rate_hz"),
         }
     }

@@ -61,13 +61,20 @@ fn key(key: &Key) -> Value {
             json!({ "type": "number", (low_end): low, "maximum": high })
         }
         Kind::Whole { low, high, .. } => json!({ "type": "integer", "minimum": low, "maximum": high }),
+        Kind::WholeOr { word, low, high, .. } => {
+            json!({ "anyOf": [{ "type": "integer", "minimum": low, "maximum": high }, { "const": word }] })
+        }
         Kind::Text { most, .. } => {
             json!({ "type": "string", "minLength": 1, "maxLength": most, "pattern": "[^ \\t]" })
         }
         Kind::Word(words) => json!({ "enum": words }),
     };
     let unit = match key.kind {
-        Kind::Number { unit, .. } | Kind::Whole { unit, .. } if !unit.is_empty() => format!(", {unit}"),
+        Kind::Number { unit, .. } | Kind::Whole { unit, .. } | Kind::WholeOr { unit, .. }
+            if !unit.is_empty() =>
+        {
+            format!(", {unit}")
+        }
         _ => String::new(),
     };
     schema["description"] = json!(format!("{}{unit}", key.meaning));

@@ -1,8 +1,9 @@
-//! One emulated chip on the bench: its pins wired as a board wires them, and a bus at 1 Mbaud.
+//! One emulated chip on the bench: its pins wired as a board wires them, and a bus at 1 Mbaud or
+//! another rate.
 
 use crate::firmware;
 use pneudrive_chip::{Chip, Level, LineErrors, Ticks, Transmitted};
-use pneudrive_protocol::{Address, CHANNELS, Counts, PACKET_LEN, Packet};
+use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, PACKET_LEN, Packet};
 
 /// UART of the bus.
 pub const BUS: usize = 0;
@@ -30,6 +31,8 @@ pub const FILL: [f64; CHANNELS] = [1.0; CHANNELS];
 pub struct ChipBench {
     /// The chip.
     pub chip: Chip,
+    /// The rate of whoever else is on the bus.
+    pub baud: Baud,
     line_free_at: Ticks,
 }
 
@@ -99,7 +102,7 @@ impl ChipBench {
         for pin in DIR.into_iter().chain(PWM) {
             chip.set_pin_input(pin, Level::High);
         }
-        let mut bench = Self { chip, line_free_at: Ticks::ZERO };
+        let mut bench = Self { chip, baud: Baud::ORIGINAL, line_free_at: Ticks::ZERO };
         bench.read([102; CHANNELS]);
         bench
     }
@@ -150,9 +153,10 @@ impl ChipBench {
 
     /// Somebody sends these bytes back to back; gives the time of the last stop bit.
     pub fn send(&mut self, bytes: &[u8]) -> Ticks {
-        let mut end = self.line_free_at.max(self.chip.now());
-        for byte in bytes {
-            end += CHARACTER;
+        let start = self.line_free_at.max(self.chip.now());
+        let mut end = start;
+        for (count, byte) in (1..).zip(bytes) {
+            end = start + Ticks::new(self.baud.characters_ns(count) * Ticks::PER_SECOND / 1_000_000_000);
             self.chip.uart_receive(BUS, end, *byte, LineErrors::NONE);
         }
         self.line_free_at = end;

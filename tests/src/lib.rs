@@ -3,6 +3,7 @@
 //! The tests are in `tests/`; here is what several of them share.
 
 pub mod blind;
+pub mod cable;
 pub mod chip_bench;
 pub mod fault_table;
 pub mod firmware;

@@ -9,7 +9,7 @@
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::line::{Line, LineError};
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
-use pneudrive_protocol::Counts;
+use pneudrive_protocol::{Baud, Counts};
 use pneudrive_sim::bus::BusCounters;
 use pneudrive_sim::rig::RigOptions;
 
@@ -90,6 +90,12 @@ impl Line for VirtualBus {
         if at_ns > self.rig.now_ns() {
             self.rig.run_until(at_ns);
         }
+    }
+
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        self.rig.set_host_baud(Some(baud));
+        self.heard.clear();
+        Ok(true)
     }
 }
 

@@ -126,6 +126,13 @@ impl Uart {
         16 * self.divisor * bits
     }
 
+    /// Bits per second, to the nearest.
+    pub fn baud(&self) -> u64 {
+        let counts = self.bits(1).max(1);
+        let second = self.clock.counts_in(Ticks::new(Ticks::PER_SECOND));
+        if self.divisor == 0 { 0 } else { (second + counts / 2) / counts }
+    }
+
     /// Bits of a character on the wire: start, data, parity, stop.
     fn character_bits(&self) -> u64 {
         let data = 5 + u64::from(self.line_control >> 5 & 3);

@@ -25,6 +25,7 @@ mod echo;
 mod error;
 mod guard;
 mod heard;
+mod line_rate;
 mod options;
 mod pages;
 mod parameters;
@@ -38,6 +39,7 @@ pub use dialect::{FrameMode, Frames};
 pub use echo::EchoError;
 pub use error::{ExchangeError, OpenBusError};
 pub use heard::HeardBytes;
+pub use line_rate::LineRateError;
 pub use options::{BusOptions, EchoMode};
 pub use pages::{PageError, PageReply};
 pub use parameters::{ChangeFrom, ParameterChange, ParameterError};
@@ -47,8 +49,8 @@ pub use safe_state::SafeStateOptions;
 use crate::line::{Line, SerialPort};
 use dialect::Dialect;
 use peer::Peer;
-use pneudrive_protocol::pages::SessionOffer;
-use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, Format, Packet, Sequence};
+use pneudrive_protocol::pages::{LineRate, SessionOffer};
+use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, Echo, Format, Packet, Sequence};
 use std::path::Path;
 use transaction::Question;
 
@@ -75,7 +77,11 @@ impl Answer {
 #[derive(Debug)]
 pub struct Bus<L: Line = SerialPort> {
     line: L,
+    /// Its `baud` is that of the rate in effect.
     options: BusOptions,
+    /// The rate that the boards were compiled for.
+    compiled: Baud,
+    line_rate: LineRate,
     echo: Echo,
     peers: Vec<Peer>,
     unsolicited_bytes: u64,
@@ -113,6 +119,8 @@ impl<L: Line> Bus<L> {
         let host_number = (line.now_ns() / 1_000 % u64::from(SessionOffer::HOST_NUMBERS)) as u8;
         Ok(Self {
             line,
+            compiled: options.baud,
+            line_rate: LineRate::Compiled,
             options,
             echo,
             peers,
@@ -130,6 +138,7 @@ impl<L: Line> Bus<L> {
     /// As for [`new`](Self::new); it can be tried again.
     pub fn reopen(&mut self) -> Result<(), OpenBusError> {
         self.line.reopen()?;
+        (self.line_rate, self.options.baud) = (LineRate::Compiled, self.compiled);
         if let EchoMode::Detect { unused_board } = self.options.echo {
             self.echo = echo::detect(&mut self.line, &self.options, unused_board)?;
         }
@@ -239,7 +248,7 @@ impl<L: Line> Bus<L> {
         self.echo
     }
 
-    /// The settings it was made with.
+    /// The settings it was made with, and the line rate in effect.
     pub fn options(&self) -> &BusOptions {
         &self.options
     }

@@ -10,6 +10,7 @@
 
 use super::{Bus, BusOptions, ExchangeError, Frames};
 use crate::line::{Line, LineError};
+use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{CHANNELS, CheckedPacket, Counts};
 
 /// When a board of the original kind counts as vented at the end, and how long is waited for it. Times are ns.
@@ -133,6 +134,10 @@ impl<L: Line> Bus<L> {
         }
         for board in &boards {
             self.leave(board.board)?;
+        }
+        // Boards that were left go back by themselves.
+        if self.line_rate != LineRate::Compiled {
+            self.go_to(LineRate::Compiled)?;
         }
         Ok(boards.iter().filter(|board| !board.confirmed).map(|board| board.board).collect())
     }

@@ -129,7 +129,7 @@ impl<L: Line> Bus<L> {
     }
 
     /// Whether `board` is to be asked for a session before the next request.
-    pub(super) fn session_is_due(&self, board: u8) -> bool {
+    pub(crate) fn session_is_due(&self, board: u8) -> bool {
         self.frames(board) == Frames::Checked
             && self.peers[usize::from(board)].session.is_due(self.line.now_ns())
     }

@@ -89,7 +89,7 @@ fn print(report: &ParameterReport, name: &str) {
 
 /// Changes some of them.
 pub fn set(args: &BusArgs, set: &BoardSetArgs, setup: &Setup) -> Result<(), Failure> {
-    let changes: Vec<_> = set.changes.iter().map(|text| parse(text)).collect::<Result<_, _>>()?;
+    let changes = set.changes.iter().map(|text| parse_set(text)).collect::<Result<Vec<_>, _>>()?.concat();
     if let Some((twice, _)) = changes
         .iter()
         .enumerate()
@@ -151,6 +151,16 @@ fn change(
     Ok(())
 }
 
+/// `NAME=VALUE`, or `loop_rate=HZ` for all that a loop of that rate needs.
+fn parse_set(text: &str) -> Result<Vec<(Parameter, u32)>, Failure> {
+    match text.split_once('=') {
+        Some(("loop_rate", "1000")) => Ok(Parameter::LOOP_1_KHZ.to_vec()),
+        Some(("loop_rate", "2000")) => Ok(Parameter::LOOP_2_KHZ.to_vec()),
+        Some(("loop_rate", _)) => Err(Failure::input(format!("{text}: must be 1000 or 2000 Hz"))),
+        _ => parse(text).map(|change| vec![change]),
+    }
+}
+
 /// `NAME=VALUE`, in the parameter's range.
 fn parse(text: &str) -> Result<(Parameter, u32), Failure> {
     let Some((name, value)) = text.split_once('=') else {
@@ -210,7 +220,9 @@ mod tests {
 
     #[test]
     fn what_cannot_be_meant_is_refused_with_what_could_be() {
-        let words = |text| parse(text).unwrap_err().to_string();
+        let words = |text| parse_set(text).unwrap_err().to_string();
+        assert_eq!(parse_set("loop_rate=2000"), Ok(Parameter::LOOP_2_KHZ.to_vec()));
+        assert_eq!(words("loop_rate=1500"), "loop_rate=1500: must be 1000 or 2000 Hz");
         assert_eq!(parse("kp=12"), Ok((Parameter::Kp, 12)));
         assert_eq!(parse("address=switch"), Ok((Parameter::Address, 256)));
         assert_eq!(words("kp=0"), "kp=0: must be a whole number from 1 to 1000 drive counts/count");

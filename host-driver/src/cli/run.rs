@@ -92,6 +92,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         vent: overriding.latch(),
         resume: run.resume,
         drives: run.drives,
+        line_rate: args.line_rate(),
         ..PollerOptions::for_devices(devices)
     };
     if run.no_reopen {
@@ -243,12 +244,12 @@ fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {
             Some(_) => Err(Failure::input("--missed needs a rate: --rate, or rate_hz in the rig file")),
         };
     };
-    let polls = Baud::new(args.baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
+    let polls = Baud::new(args.fastest_baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
     let limit = polls / (1.0 + run.drives.map_or(0.0, DriveShare::get));
     if !(rate > 0.0 && rate <= limit) {
         return Err(Failure::input(format!(
             "--rate {rate}: must be above 0 and at most {limit:.1} Hz, the wire's limit for {devices} board(s) at {} baud{}",
-            args.baud(),
+            args.fastest_baud(),
             run.drives.map_or_else(String::new, |share| format!(" with --drives {}", share.get()))
         )));
     }

@@ -45,6 +45,7 @@ pub fn description(
         .with("command_line", command_line)
         .with("port", args.port.as_deref().map(name))
         .with("baud", args.baud())
+        .with("baud_auto", args.line_rate().is_some())
         .with("rate_hz", run.rate);
     if *limits != Limits::default() {
         // One who is not limited has an infinite limit, which is null in JSON.

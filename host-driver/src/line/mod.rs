@@ -17,6 +17,8 @@ pub use ports::{PortInfo, ports};
 pub use serial::{SerialOptions, SerialPort};
 pub use spin::Spin;
 
+use pneudrive_protocol::Baud;
+
 /// A half-duplex byte line with a clock.
 ///
 /// Times are ns on a clock of the line's own that never goes back; deadlines belong to the line, so that the same
@@ -53,6 +55,17 @@ pub trait Line {
     /// The next bytes are due at `at_ns`, not earlier: a line that would rather not be woken for them may use it. Only a hint.
     fn expect_answer_at(&mut self, at_ns: u64) {
         let _ = at_ns;
+    }
+
+    /// From now on the line sends and listens at `baud`, and what came before is discarded. False
+    /// if it cannot do that rate, or no other than its own; then it is as it was. Nothing may be on
+    /// its way.
+    ///
+    /// # Errors
+    /// The line is gone or the device failed.
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        let _ = baud;
+        Ok(false)
     }
 
     /// Whether [`reopen`](Self::reopen) can ever succeed.

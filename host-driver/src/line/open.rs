@@ -66,10 +66,33 @@ pub(super) fn unlock(file: &OwnedFd) {
 fn check_speed(port: &Path, file: &OwnedFd, baud: Baud) -> Result<(), OpenError> {
     let set = tcgetattr(file).map_err(|errno| explain(port, "reading the settings", errno))?;
     let (asked, got) = (baud.get(), set.output_speed());
-    if got.abs_diff(asked) > asked / 50 {
-        return Err(OpenError::BaudRefused { port: port.to_owned(), asked, got });
+    if is_near(asked, got) {
+        return Ok(());
     }
-    Ok(())
+    Err(OpenError::BaudRefused { port: port.to_owned(), asked, got })
+}
+
+fn is_near(asked: u32, got: u32) -> bool {
+    got.abs_diff(asked) <= asked / 50
+}
+
+/// Sets another line rate and discards what has come. False if the driver refuses or rounds it:
+/// then the rate is the one before.
+pub(super) fn set_baud(file: &OwnedFd, settings: &mut Termios, baud: Baud) -> Result<bool, Errno> {
+    let mut wanted = settings.clone();
+    wanted.set_speed(baud.get())?;
+    let taken = match tcsetattr(file, OptionalActions::Now, &wanted) {
+        Ok(()) => is_near(baud.get(), tcgetattr(file)?.output_speed()),
+        Err(Errno::INVAL) => false,
+        Err(errno) => return Err(errno),
+    };
+    if taken {
+        *settings = wanted;
+    } else {
+        tcsetattr(file, OptionalActions::Now, settings)?;
+    }
+    tcflush(file, QueueSelector::IFlush)?;
+    Ok(taken)
 }
 
 fn explain(port: &Path, what: &'static str, errno: Errno) -> OpenError {

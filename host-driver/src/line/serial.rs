@@ -1,7 +1,7 @@
 use super::clock::timespec;
 use super::name::Name;
 use super::naps::Naps;
-use super::open::{open_exclusive, unlock, wake_at};
+use super::open::{open_exclusive, set_baud, unlock, wake_at};
 use super::spin::{Lead, Spin};
 use super::way::{Trial, Way};
 use super::{Clock, Line, LineError, OpenError};
@@ -33,6 +33,8 @@ pub struct SerialPort {
     name: Name,
     settings: Termios,
     options: SerialOptions,
+    /// The rate in effect.
+    baud: Baud,
     /// Bytes from which on the kernel reports the port readable.
     wakes_at: usize,
     /// When the next answer is due, ns.
@@ -58,6 +60,7 @@ impl SerialPort {
             file: Some(file),
             name,
             settings,
+            baud: options.baud,
             options,
             wakes_at: 1,
             due_ns: None,
@@ -214,7 +217,7 @@ impl Line for SerialPort {
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let wanted = wanted.min(into.len());
-        let mut naps = Naps::new(self.options.baud.characters_ns(1));
+        let mut naps = Naps::new(self.baud.characters_ns(1));
         let mut have = self.spin(into, wanted, deadline_ns)?;
         let due_ns = self.due_ns.take();
         if self.now_ns() >= deadline_ns {
@@ -254,6 +257,14 @@ impl Line for SerialPort {
         self.due_ns = Some(at_ns);
     }
 
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        let file = self.file.as_ref().ok_or_else(|| LineError::Gone { port: self.path.clone() })?;
+        let taken = set_baud(file, &mut self.settings, baud);
+        let taken = taken.map_err(|errno| self.failed("setting the line rate", errno))?;
+        self.baud = if taken { baud } else { self.baud };
+        Ok(taken)
+    }
+
     fn can_reopen(&self) -> bool {
         self.name != Name::Passing || self.is_alive()
     }
@@ -262,7 +273,10 @@ impl Line for SerialPort {
         if self.is_alive()
             && let Some(file) = &self.file
             && tcflush(file, QueueSelector::IOFlush).is_ok()
+            && (self.baud == self.options.baud
+                || set_baud(file, &mut self.settings, self.options.baud) == Ok(true))
         {
+            self.baud = self.options.baud;
             return Ok(());
         }
         // As long as it is open, the system cannot give a device that returns its old name.
@@ -276,6 +290,7 @@ impl Line for SerialPort {
         let (file, settings) = open_exclusive(&self.path, self.options.baud)?;
         self.name = Name::of(&self.path, &file);
         (self.file, self.settings, self.wakes_at) = (Some(file), settings, 1);
+        self.baud = self.options.baud;
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! The loop itself: which board is asked when, and who is told.
 
 use super::drives::DriveSchedule;
+use super::line_rate::LineRateSchedule;
 use super::outage::{Outage, Try};
 use super::presence::Presence;
 use super::schedule::Schedule;
@@ -30,6 +31,7 @@ pub struct Polling<L: Line> {
     pub(super) slews: Vec<Slew>,
     /// When each board is asked for its valves' drives.
     pub(super) drives: Vec<DriveSchedule>,
+    pub(super) line_rate: LineRateSchedule,
     pub(super) rows: Vec<BoardRow>,
     pub(super) cycles: CycleStatistics,
     pub(super) round_trips: Durations,
@@ -82,6 +84,7 @@ impl<L: Line> Polling<L> {
             scales: options.boards.iter().map(|&board| options.calibration.of(board)).collect(),
             slews: options.boards.iter().map(|&board| options.slew(board, timeout_ns)).collect(),
             drives: vec![DriveSchedule::new(options.drives); options.boards.len()],
+            line_rate: LineRateSchedule::new(options.line_rate),
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
             round_trips: Durations::new(),
@@ -156,6 +159,9 @@ impl<L: Line> Polling<L> {
                     self.line_lost(error)?;
                     break;
                 }
+            }
+            if let Err(error) = self.look_after_line_rate() {
+                self.line_lost(error)?;
             }
         }
         for (row, count) in self.rows.iter().zip(&mut self.without_reading) {

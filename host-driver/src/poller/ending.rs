@@ -21,6 +21,7 @@ impl<L: Line> Polling<L> {
         Statistics {
             devices: self.rows.len(),
             seconds: self.cycles.seconds(),
+            baud: Some(self.bus.baud().get()),
             cycles: self.cycles.count(),
             loop_hz: self.cycles.rate(),
             cycle_us: self.cycles.times(),

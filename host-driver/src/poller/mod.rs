@@ -16,6 +16,7 @@ mod ending;
 mod filter;
 mod latest;
 mod limits;
+mod line_rate;
 mod outage;
 mod overrides;
 mod presence;
@@ -31,6 +32,7 @@ pub use drives::{DriveReading, DriveShare, DriveShareError};
 pub use filter::{FilterError, PressureFilter};
 pub use latest::{Latest, Snapshot};
 pub use limits::{AboveLimit, ChannelLimit, LimitError, Limits};
+pub use line_rate::LineRatePolicy;
 pub use outage::ReopenPolicy;
 pub use overrides::{Commanding, Override, OverrideError};
 pub use presence::{BoardState, PresencePolicy};
@@ -71,6 +73,8 @@ pub struct PollerOptions {
     /// After which share of its polls a board is asked for its valves' drives as well; `None`, the default, for none. Each such
     /// request takes the bus as long as a poll.
     pub drives: Option<DriveShare>,
+    /// Whether to ask the boards for a faster line rate; `None`, the default, is not.
+    pub line_rate: Option<LineRatePolicy>,
     /// What the bus thread asks of the scheduler; nothing by default.
     pub real_time: RealTime,
 }
@@ -110,6 +114,7 @@ impl PollerOptions {
             limits: Limits::default(),
             return_rate_kpa_s: Self::RETURN_RATE_KPA_S,
             drives: None,
+            line_rate: None,
             real_time: RealTime::default(),
         }
     }

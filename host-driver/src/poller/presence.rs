@@ -74,6 +74,12 @@ impl Presence {
         self.state = BoardState::Present;
     }
 
+    /// What it failed at is no more: it is asked at once.
+    pub(super) fn ask_again(&mut self) {
+        self.failures = 0;
+        self.next_probe_ns = 0;
+    }
+
     /// The line is gone, and the board with it; when the line is back it is asked at once.
     pub(super) fn line_lost(&mut self) {
         self.failures = 0;

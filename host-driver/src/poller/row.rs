@@ -1,9 +1,9 @@
 //! What a cycle brought.
 
 use super::{BoardCommand, BoardState, DriveReading};
-use crate::bus::{ExchangeError, OpenBusError, PageError};
+use crate::bus::{ExchangeError, LineRateError, OpenBusError, PageError};
 use crate::line::LineError;
-use pneudrive_protocol::{CHANNELS, Counts};
+use pneudrive_protocol::{Baud, CHANNELS, Counts};
 
 /// What the last answer of a board said. It does not get newer by being looked at: see [`Reading::age_ns`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -122,6 +122,42 @@ pub enum Event<'a> {
         board: u8,
         /// What came of the last request.
         error: &'a PageError,
+    },
+    /// All boards have gone to a faster line rate.
+    LineRateRaised {
+        /// The rate.
+        baud: Baud,
+    },
+    /// The boards are not, or not all, to be had for a faster line rate. Told once for each reason
+    /// in a row.
+    LineRateKept {
+        /// The rate in effect.
+        baud: Baud,
+        /// Why.
+        error: &'a LineRateError,
+        /// They are asked again after this time, ns.
+        pause_ns: u64,
+    },
+    /// A faster line rate is not asked for, because the boards would go back from it between two
+    /// cycles.
+    LineRateTooSlowPace {
+        /// The rate in effect.
+        baud: Baud,
+        /// Time from cycle to cycle, ms.
+        period_ms: u64,
+    },
+    /// Too much was lost at a faster line rate: host and boards have gone back.
+    LineRateLowered {
+        /// The rate before.
+        from: Baud,
+        /// The rate now.
+        to: Baud,
+        /// The board that did not answer any more, if it was one.
+        silent: Option<u8>,
+        /// Exchanges lost in the last second.
+        lost: u64,
+        /// They are asked again after this time, ns.
+        pause_ns: u64,
     },
     /// A set point of channel 3 is sent one count lower, because board 0 could take it for its address
     /// ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a run; rows have what was sent.

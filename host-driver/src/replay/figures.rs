@@ -52,6 +52,7 @@ impl Figures {
         Statistics {
             devices: boards.len(),
             seconds: self.cycles.seconds(),
+            baud: None,
             cycles: self.cycles.count(),
             loop_hz: self.cycles.rate(),
             cycle_us: self.cycles.times(),

@@ -17,6 +17,8 @@ pub struct Statistics {
     pub devices: usize,
     /// Time from the start of the first cycle to the end of the last, s.
     pub seconds: f64,
+    /// Line rate in effect, bit/s; `None` where it is not known.
+    pub baud: Option<u32>,
     /// Cycles: every board asked once, or left out because it is missing.
     pub cycles: u64,
     /// Cycles per second.

@@ -24,13 +24,16 @@
 //! | 2, the board | 0 | chip and version ([`About`]) |
 //! | 3, post-mortem | 0 to 12 | words of the [`PostMortem`], all 0 if there is none |
 //! | 4, session | 0 to 101 | a [`SessionOffer`]; the entry is a number of the host's |
-//! | 5, parameters | 0 to 18 | value in effect of a [`Parameter`] |
-//! | 6, as compiled | 0 to 18 | value that its firmware was compiled with |
+//! | 5, parameters | 0 to 19 | value in effect of a [`Parameter`] |
+//! | 6, as compiled | 0 to 19 | value that its firmware was compiled with |
 //! | 7, store | 0 | a [`StoreState`] |
 //! | 8, change | 0 to 2 | begin, begin from what was compiled, commit: a [`ChangeAnswer`] |
-//! | 10 to 19, set | 0 to 18 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//! | 9, line rate | 0 | a [`LineRateState`] |
+//! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
+//! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
 //!
-//! Pages 8 and above change something, see [`Change`]; a board obeys them in a session only.
+//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a
+//! session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
 //! different moments; each by itself is of one.
@@ -38,6 +41,7 @@
 mod about;
 mod change;
 mod counter;
+mod line_rate;
 mod now;
 mod packets;
 mod parameter;
@@ -47,6 +51,7 @@ mod session;
 pub use about::{About, ChipKind};
 pub use change::{Change, ChangeAnswer, CommitOutcome, ParameterSource, StoreState};
 pub use counter::Counter;
+pub use line_rate::{LineRate, LineRateAnswer, LineRateState, RateReturn};
 pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
 pub use parameter::{Parameter, ParameterInfo};
@@ -84,9 +89,15 @@ pub enum PageEntry {
     Store,
     /// A [`ChangeAnswer`].
     Change(Change),
+    /// A [`LineRateState`].
+    LineRate,
+    /// Go to this rate: a [`LineRateAnswer`].
+    SetLineRate(LineRate),
 }
 
 impl PageEntry {
+    const LINE_RATE_PAGE: u8 = 9;
+
     /// Page and entry in it, as they stand in a request.
     pub const fn numbers(self) -> (u8, u8) {
         let [page, entry, ..] = self.words();
@@ -106,6 +117,8 @@ impl PageEntry {
             Self::Compiled(parameter) => (6, parameter as u8),
             Self::Store => (7, 0),
             Self::Change(change) => return change.words(),
+            Self::LineRate => (Self::LINE_RATE_PAGE, 0),
+            Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
         };
         [page, entry, 0, 0]
     }
@@ -123,6 +136,12 @@ impl PageEntry {
     #[inline]
     pub(crate) fn of_words(words: [u8; 4]) -> Option<Self> {
         let [page, entry, ..] = words;
+        if page == Self::LINE_RATE_PAGE {
+            return match entry {
+                0 => Some(Self::LineRate),
+                number => LineRate::of_number(number).map(Self::SetLineRate),
+            };
+        }
         if page >= Change::PAGE {
             return Change::of_words(words).map(Self::Change);
         }
@@ -176,7 +195,11 @@ mod tests {
             .filter_map(|(page, entry)| Some(((page, entry), PageEntry::of_numbers(page, entry)?)))
             .collect();
         let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
-        assert_eq!(known.len(), 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters);
+        let line_rate = 1 + LineRate::ALL.len();
+        assert_eq!(
+            known.len(),
+            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate
+        );
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
             assert!(numbers.0 < 102 && numbers.1 < 102, "a request stays below 0 kPa");

@@ -42,6 +42,8 @@ pub enum Parameter {
     RiseNeedsTwo = 17,
     /// Channels in use, bit k for channel k.
     Channels = 18,
+    /// Fastest line rate that a host may ask for ([`LineRate`](super::LineRate)).
+    MaxBaud = 19,
 }
 
 /// Name, unit and range of a [`Parameter`].
@@ -61,10 +63,29 @@ pub struct ParameterInfo {
 
 impl Parameter {
     /// How many there are.
-    pub const COUNT: usize = 19;
+    pub const COUNT: usize = 20;
 
     /// The [`Address`](Self::Address) that means that of the board's switch.
     pub const BY_SWITCH: u32 = 256;
+
+    /// What makes a control loop of 2 kHz of the original's, with the same filter, damping and
+    /// sensor faults in time.
+    pub const LOOP_2_KHZ: [(Self, u32); 5] = [
+        (Self::LoopPeriod, 500),
+        (Self::Kd, 40),
+        (Self::FilterPrevious, 232),
+        (Self::FaultAfterSteps, 20),
+        (Self::RecoverAfterSteps, 2_000),
+    ];
+
+    /// The same of the original's loop of 1 kHz.
+    pub const LOOP_1_KHZ: [(Self, u32); 5] = [
+        (Self::LoopPeriod, 1_000),
+        (Self::Kd, 20),
+        (Self::FilterPrevious, 210),
+        (Self::FaultAfterSteps, 10),
+        (Self::RecoverAfterSteps, 1_000),
+    ];
 
     /// In the order of their entries.
     pub const ALL: [Self; Self::COUNT] = [
@@ -87,6 +108,7 @@ impl Parameter {
         Self::DamageWindow,
         Self::RiseNeedsTwo,
         Self::Channels,
+        Self::MaxBaud,
     ];
 
     /// Name, unit and range. A value in its range can still be refused together with others (sensor limits and their margin).
@@ -127,6 +149,7 @@ impl Parameter {
             Self::DamageWindow => of("damage_window", "ms", (1, 60_000), "in which they are counted"),
             Self::RiseNeedsTwo => of("rise_needs_two", "", (0, 1), "a rise needs two agreeing requests"),
             Self::Channels => of("channels", "", (0, 15), "in use, bit k for channel k"),
+            Self::MaxBaud => of("max_baud", "Mbaud", (1, 3), "fastest rate that a host may ask for"),
         }
     }
 
@@ -155,7 +178,7 @@ mod tests {
             assert_eq!(Parameter::of_name(info.name), Some(parameter));
             assert!(info.min < info.max && info.max <= Change::VALUE_MAX, "{info:?}");
         }
-        assert_eq!(Parameter::of_number(19), None);
+        assert_eq!(Parameter::of_number(20), None);
         assert_eq!(Parameter::of_name("gain"), None);
     }
 }

@@ -3,6 +3,7 @@
 use super::ending::{LOOK_EVERY, Signals};
 use parking_lot::Mutex;
 use pneudrive_host::line::{Line, LineError, OpenError, SerialPort};
+use pneudrive_protocol::Baud;
 use pyo3::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -101,6 +102,10 @@ impl Line for Interruptible {
 
     fn expect_answer_at(&mut self, at_ns: u64) {
         self.port.expect_answer_at(at_ns);
+    }
+
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        self.port.change_baud(baud)
     }
 
     fn can_reopen(&self) -> bool {

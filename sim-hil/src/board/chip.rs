@@ -1,7 +1,7 @@
 use super::pin_map::{BUS_UART, DIR, PRESSURE, PWM, SWITCH};
 use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_chip::{Chip, ElfError, Level, LineErrors, Ticks};
-use pneudrive_protocol::Address;
+use pneudrive_protocol::{Address, Baud};
 use std::collections::VecDeque;
 
 /// A board with an emulated RP2040 that runs the firmware's ELF, wired as `pin_map` says.
@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 pub struct ChipBoard {
     chip: Chip,
     address: Address,
+    line: Line,
     position: u8,
     /// How far it may run ahead of what it can hear, ns.
     quantum_ns: u64,
@@ -28,12 +29,20 @@ pub struct ChipBoard {
 #[derive(Debug)]
 struct SensorWiring {
     renew_ns: u64,
+    /// The firmware's control period as seen, ns.
+    period_ns: u64,
+    /// When the first conversion of the last loop was seen, ns.
+    loop_ns: u64,
     conversions: u64,
     converting_ns: u64,
 }
 
-/// The firmware's control period, ns.
+/// The firmware's control period until it has been seen, ns.
 const LOOP_NS: u64 = 1_000_000;
+/// The longest that a board can be set to, ns.
+const LONGEST_LOOP_NS: u64 = 10_000_000;
+/// To which a period is rounded, because it is seen with the bus's resolution, ns.
+const LOOP_STEP_NS: u64 = 50_000;
 /// Before conversions begin, their voltages are renewed by so much, ns.
 const RENEW_AHEAD_NS: u64 = 30_000;
 /// A pause of the converter that has a new loop behind it, ns.
@@ -61,13 +70,20 @@ impl ChipBoard {
         Ok(Self {
             chip,
             address: Address::of_board(position),
+            line,
             position,
             quantum_ns: line.character_ns() / 2,
             origin_ns: 0,
             advanced_to_ns: 0,
             powered: true,
             drives: [f64::NAN; 4],
-            sensors: SensorWiring { renew_ns: 0, conversions: 0, converting_ns: 0 },
+            sensors: SensorWiring {
+                renew_ns: 0,
+                period_ns: LOOP_NS,
+                loop_ns: 0,
+                conversions: 0,
+                converting_ns: 0,
+            },
             sending: VecDeque::new(),
         })
     }
@@ -81,7 +97,7 @@ impl ChipBoard {
         for (channel, code) in PRESSURE.into_iter().zip(codes) {
             self.chip.set_adc(channel, code);
         }
-        self.sensors.renew_ns += LOOP_NS;
+        self.sensors.renew_ns += self.sensors.period_ns;
     }
 
     /// Keeps the renewal in step with the firmware's loop.
@@ -91,7 +107,12 @@ impl ChipBoard {
             return;
         }
         if now_ns - self.sensors.converting_ns > CONVERTER_PAUSE_NS {
-            self.sensors.renew_ns = now_ns + LOOP_NS - RENEW_AHEAD_NS;
+            let seen_ns = (now_ns - self.sensors.loop_ns + LOOP_STEP_NS / 2) / LOOP_STEP_NS * LOOP_STEP_NS;
+            if (LOOP_STEP_NS..=LONGEST_LOOP_NS).contains(&seen_ns) {
+                self.sensors.period_ns = seen_ns;
+            }
+            self.sensors.loop_ns = now_ns;
+            self.sensors.renew_ns = now_ns + self.sensors.period_ns - RENEW_AHEAD_NS;
         }
         self.sensors.conversions = count;
         self.sensors.converting_ns = now_ns;
@@ -118,6 +139,17 @@ impl ChipBoard {
 impl BusNode for ChipBoard {
     fn address(&self) -> Address {
         self.address
+    }
+
+    fn baud(&self) -> Option<Baud> {
+        let baud = u32::try_from(self.chip.uart_baud(BUS_UART)).ok().and_then(|rate| Baud::new(rate).ok())?;
+        // What its divisors make of the rig's rate is that rate.
+        let as_set = self.line.at_rate(Some(baud));
+        (self.powered && !self.line.understands(&as_set)).then_some(baud)
+    }
+
+    fn set_shortest_character(&mut self, ns: u64) {
+        self.quantum_ns = ns / 2;
     }
 
     fn next_event_ns(&self) -> u64 {

@@ -4,8 +4,8 @@ use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_control::{
     AdcSample, Board, BoardConfig, BoardStart, BoardStatus, ConfigError, DirPwm, Identity, Micros,
 };
-use pneudrive_protocol::Address;
 use pneudrive_protocol::pages::ChipKind;
+use pneudrive_protocol::{Address, Baud};
 use std::collections::VecDeque;
 
 /// A board that runs the control crate natively, with its own loop and its own clock.
@@ -29,6 +29,8 @@ pub struct NativeBoard {
     last_heard_ns: u64,
     idle_told: bool,
     answer: VecDeque<Character>,
+    /// When the last stop bit of the answer under way ends, ns.
+    answer_ends_ns: Option<u64>,
 }
 
 /// What an erase and a program of flash take on the chip.
@@ -85,6 +87,7 @@ impl NativeBoard {
             last_heard_ns: 0,
             idle_told: true,
             answer: VecDeque::new(),
+            answer_ends_ns: None,
         })
     }
 
@@ -98,7 +101,16 @@ impl NativeBoard {
     }
 
     fn idle_at_ns(&self) -> u64 {
-        self.last_heard_ns + self.line.idle_gap_ns()
+        self.last_heard_ns + self.line.at_rate(self.baud()).idle_gap_ns()
+    }
+
+    /// The answer has been sent, if one was.
+    fn end_answer(&mut self, now_ns: u64) {
+        let Some(ends_ns) = self.answer_ends_ns.take_if(|ends_ns| *ends_ns <= now_ns) else { return };
+        if let Some(clock) = self.clock(ends_ns) {
+            // What the rate is now, the port tells.
+            let _ = self.board.port().answer_sent(clock);
+        }
     }
 
     fn control_step(&mut self, air: &mut dyn Air) {
@@ -109,6 +121,9 @@ impl NativeBoard {
         let coil = drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
         air.drive(self.position, step_ns, coil);
         self.next_step_ns += self.start.config().loop_period.get() * 1_000;
+        if self.answer_ends_ns.is_none() {
+            let _ = self.board.port().line_rate_due(clock);
+        }
         self.obey_commit(step_ns, air);
     }
 
@@ -132,19 +147,25 @@ impl BusNode for NativeBoard {
         self.start.address()
     }
 
+    fn baud(&self) -> Option<Baud> {
+        Some(self.board.baud()).filter(|baud| *baud != self.start.config().baud)
+    }
+
     fn next_event_ns(&self) -> u64 {
         if self.powered_since_ns.is_none() {
             return u64::MAX;
         }
         let idle = if self.idle_told { u64::MAX } else { self.idle_at_ns() };
         let answer = self.answer.front().map_or(u64::MAX, |character| character.start_ns);
-        self.next_step_ns.min(idle).min(answer)
+        let ends = self.answer_ends_ns.unwrap_or(u64::MAX);
+        self.next_step_ns.min(idle).min(answer).min(ends)
     }
 
     fn advance(&mut self, now_ns: u64, air: &mut dyn Air) {
         if self.powered_since_ns.is_none() {
             return;
         }
+        self.end_answer(now_ns);
         while self.next_step_ns <= now_ns {
             self.control_step(air);
         }
@@ -172,7 +193,8 @@ impl BusNode for NativeBoard {
         }
         let Some(answer) = self.board.receive_byte(clock, heard.byte) else { return };
         let first_ns = self.config.turnaround.answer_start_ns(now_ns);
-        let line = self.line;
+        let line = self.line.at_rate(self.baud());
+        self.answer_ends_ns = Some(first_ns + line.characters_ns(answer.len() as u64));
         self.answer.extend(
             (0..).zip(answer).map(|(n, byte)| Character { start_ns: first_ns + line.characters_ns(n), byte }),
         );
@@ -180,6 +202,7 @@ impl BusNode for NativeBoard {
 
     fn set_powered(&mut self, powered: bool, now_ns: u64, air: &mut dyn Air) {
         self.answer.clear();
+        self.answer_ends_ns = None;
         if !powered {
             self.powered_since_ns = None;
             air.drive(self.position, now_ns, [-1.0; 4]);

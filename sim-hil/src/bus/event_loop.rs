@@ -1,13 +1,17 @@
 use super::host::{HostReceiver, HostTransmitter};
+use super::misheard::heard_at;
 use super::referee::{Referee, Verdict};
 use super::wire::{Contention, InFlight, Wire};
 use super::{Air, BusCounters, BusNode, Character, HostByte, Line, Talker};
 use crate::fault::{FaultInjector, LineEvent, Passage};
+use pneudrive_protocol::Baud;
 
 /// Host adapter, wire, boards, faults and the air behind the boards, advanced together.
 pub struct Bus {
     now_ns: u64,
     line: Line,
+    /// The wire at the host adapter's line rate.
+    host_line: Line,
     wire: Wire,
     referee: Referee,
     counters: BusCounters,
@@ -23,6 +27,8 @@ struct Place {
     node: Box<dyn BusNode + Send>,
     plugged: bool,
     babbling: bool,
+    /// The line rate to which it has gone, if it has.
+    baud: Option<Baud>,
 }
 
 impl Bus {
@@ -39,13 +45,17 @@ impl Bus {
         Self {
             now_ns: 0,
             line,
-            wire: Wire::new(line),
+            host_line: line,
+            wire: Wire::new(),
             referee: Referee::new(line, strict, boards.iter().map(|node| node.address())),
             counters: BusCounters::default(),
             faults,
             transmitter: HostTransmitter::new(line),
             receiver: HostReceiver::default(),
-            boards: boards.into_iter().map(|node| Place { node, plugged: true, babbling: false }).collect(),
+            boards: boards
+                .into_iter()
+                .map(|node| Place { node, plugged: true, babbling: false, baud: None })
+                .collect(),
             air,
         }
     }
@@ -58,6 +68,17 @@ impl Bus {
     /// How long bits last on it.
     pub fn line(&self) -> &Line {
         &self.line
+    }
+
+    /// The host's adapter sends and listens at this line rate from now on; `None` is that of the
+    /// rig. Whoever listens at another rate than is spoken at hears something else.
+    pub fn set_host_baud(&mut self, baud: Option<Baud>) {
+        let line = self.line.at_rate(baud);
+        if line != self.host_line {
+            self.host_line = line;
+            self.transmitter.set_line(line);
+            self.rates_changed();
+        }
     }
 
     /// What has happened so far.
@@ -117,7 +138,7 @@ impl Bus {
         let host_done_ns = self.transmitter.done_at_ns();
         if host_done_ns > self.now_ns {
             // What follows a request takes a character at least.
-            return Some(host_done_ns + self.line.character_ns());
+            return Some(host_done_ns + self.host_line.character_ns());
         }
         self.referee.answer_ends_at_ns(self.now_ns).or_else(|| self.wire.next_end_ns())
     }
@@ -181,12 +202,33 @@ impl Bus {
         for index in 0..self.boards.len() {
             let place = &mut self.boards[index];
             place.node.advance(self.now_ns, self.air.as_mut());
+            let baud = place.node.baud();
+            let changed = std::mem::replace(&mut place.baud, baud) != baud;
             // A babbling UART has no room for answers, and nobody hears an unplugged board.
             while let Some(character) = self.boards[index].node.transmit() {
                 if self.boards[index].plugged && !self.boards[index].babbling {
                     self.begin(Talker::Board(index), character);
                 }
             }
+            if changed {
+                self.rates_changed();
+            }
+        }
+    }
+
+    fn rates_changed(&mut self) {
+        let boards = self.boards.iter().map(|place| self.line.at_rate(place.baud).character_ns());
+        let shortest_ns = boards.chain([self.host_line.character_ns()]).min().unwrap_or(1);
+        for place in &mut self.boards {
+            place.node.set_shortest_character(shortest_ns);
+        }
+    }
+
+    fn line_of(&self, talker: Talker) -> Line {
+        match talker {
+            Talker::Host => self.host_line,
+            Talker::Board(index) => self.line.at_rate(self.boards.get(index).and_then(|place| place.baud)),
+            Talker::Noise => self.line,
         }
     }
 
@@ -198,15 +240,18 @@ impl Bus {
     }
 
     fn begin(&mut self, talker: Talker, character: Character) {
-        if let Contention::Begun { with } = self.wire.begin(talker, character) {
+        let line = self.line_of(talker);
+        if let Contention::Begun { with } = self.wire.begin(talker, line, character) {
             self.referee.collision(&mut self.counters, talker, with, character.start_ns);
         }
         match talker {
-            Talker::Host => self.referee.host_begins(&mut self.counters, character.byte, character.start_ns),
+            Talker::Host => {
+                self.referee.host_begins(&mut self.counters, character.byte, &line, character.start_ns);
+            }
             Talker::Board(index) => {
                 // A host can have changed it.
                 self.referee.set_address(index, self.boards[index].node.address());
-                let verdict = self.referee.board_begins(&mut self.counters, index, character.start_ns);
+                let verdict = self.referee.board_begins(&mut self.counters, index, &line, character.start_ns);
                 if verdict == Verdict::CutOff {
                     self.wire.cut_off_last(talker);
                 }
@@ -226,18 +271,21 @@ impl Bus {
     fn deliver(&mut self, flight: &InFlight) {
         for (index, place) in self.boards.iter_mut().enumerate() {
             if place.plugged && flight.talker != Talker::Board(index) {
-                place.node.receive(flight.end_ns, flight.heard);
+                let line = self.line.at_rate(place.baud);
+                heard_at(&line, flight, |heard| place.node.receive(flight.end_ns, heard));
             }
         }
         let echoed = flight.talker == Talker::Host;
         if echoed && !self.faults.echoes(&mut self.counters) {
             return;
         }
-        let Passage { copies, byte, hold_ns } =
-            self.faults.wire_to_host(flight.end_ns, flight.heard.byte, &mut self.counters);
-        let at_ns = flight.end_ns + hold_ns;
-        for _ in 0..copies {
-            self.receiver.push(HostByte { at_ns, byte, damaged: flight.heard.damaged });
-        }
+        let (host_line, faults, counters) = (self.host_line, &mut self.faults, &mut self.counters);
+        heard_at(&host_line, flight, |heard| {
+            let Passage { copies, byte, hold_ns } = faults.wire_to_host(flight.end_ns, heard.byte, counters);
+            let at_ns = flight.end_ns + hold_ns;
+            for _ in 0..copies {
+                self.receiver.push(HostByte { at_ns, byte, damaged: heard.damaged });
+            }
+        });
     }
 }

@@ -21,6 +21,12 @@ impl HostTransmitter {
         Self { line, queue: VecDeque::new(), burst_first_ns: 0, burst_sent: 0 }
     }
 
+    /// The adapter's line rate is this from now on.
+    pub fn set_line(&mut self, line: Line) {
+        (self.burst_first_ns, self.burst_sent) = (self.free_at_ns(), 0);
+        self.line = line;
+    }
+
     pub fn push(&mut self, not_before_ns: u64, byte: u8) {
         self.queue.push_back(Queued { not_before_ns, byte });
     }

@@ -11,6 +11,9 @@ pub struct Line {
 }
 
 impl Line {
+    /// Bits per second of a wire that takes no time to speak of.
+    const INSTANT: u64 = 1_000_000_000;
+
     /// The host's adapter must have let go of the pair before a board drives it. The driver disable times in
     /// datasheets of 1 Mbaud transceivers stay below 1 us.
     pub const MIN_TURNAROUND_NS: u64 = 1_000;
@@ -31,7 +34,25 @@ impl Line {
     /// A wire that takes no time to speak of: 1 ns a bit, 0.2 us an exchange. For `--timing instant`; no 555 can
     /// be too short for it and no turnaround too quick.
     pub fn instant() -> Self {
-        Self { bits_per_second: 1_000_000_000, pulse: pulse(976, Parts::ORIGINAL), min_turnaround_ns: 0 }
+        Self { bits_per_second: Self::INSTANT, pulse: pulse(976, Parts::ORIGINAL), min_turnaround_ns: 0 }
+    }
+
+    /// How a party that has gone to another line rate sees this wire; `None` has not. A wire that
+    /// takes no time takes none at any rate.
+    #[must_use]
+    pub fn at_rate(&self, baud: Option<Baud>) -> Self {
+        match baud {
+            Some(baud) if self.bits_per_second != Self::INSTANT => {
+                Self { bits_per_second: u64::from(baud.get()), ..*self }
+            }
+            _ => *self,
+        }
+    }
+
+    /// Whether who listens at this rate understands who speaks at the other: 8N1 bears 2 % between
+    /// the two.
+    pub fn understands(&self, other: &Self) -> bool {
+        self.bits_per_second.abs_diff(other.bits_per_second) <= self.bits_per_second / 50
     }
 
     /// Time of `characters` back to back, ns, rounded up.
@@ -44,6 +65,11 @@ impl Line {
     /// One start, eight data and one stop bit, ns, rounded up.
     pub fn character_ns(&self) -> u64 {
         self.characters_ns(1)
+    }
+
+    /// One bit, ps, rounded down.
+    pub(super) fn bit_ps(&self) -> u64 {
+        1_000_000_000_000 / self.bits_per_second
     }
 
     /// One bit, ns, rounded up.

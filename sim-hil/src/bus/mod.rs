@@ -9,6 +9,9 @@
 //! - `Wire` (private): characters on their way; what overlaps is damaged.
 //! - `Referee` (private): counts into [`BusCounters`] what a healthy bus never shows; in strict mode it panics.
 //!
+//! Parties can be at different line rates: who listens at another rate than is spoken at hears what
+//! its receiver makes of the bits.
+//!
 //! A character is delivered to every other party at the end of its stop bit. Half duplex: a board does not hear
 //! itself, and the host hears its own bytes only where the `echo` fault says so.
 
@@ -17,6 +20,7 @@ mod counters;
 mod event_loop;
 mod host;
 mod line;
+mod misheard;
 mod node;
 mod referee;
 mod wire;

@@ -1,5 +1,5 @@
 use super::{Character, Heard};
-use pneudrive_protocol::Address;
+use pneudrive_protocol::{Address, Baud};
 
 /// A board on the virtual bus: the control crate run natively, or an emulated chip with our firmware in it.
 ///
@@ -12,6 +12,14 @@ use pneudrive_protocol::Address;
 pub trait BusNode {
     /// The address it answers to; the referee compares.
     fn address(&self) -> Address;
+
+    /// The line rate at which it speaks and listens; `None` is that of the rig.
+    fn baud(&self) -> Option<Baud> {
+        None
+    }
+
+    /// From now on the shortest character on the bus takes this long, ns.
+    fn set_shortest_character(&mut self, _ns: u64) {}
 
     /// When it must next be advanced even if nothing is heard, ns; at or after the time it was last advanced to.
     fn next_event_ns(&self) -> u64;

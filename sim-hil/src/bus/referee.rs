@@ -52,30 +52,36 @@ impl Referee {
         self.object(now_ns, format_args!("{talker} began while {with} spoke"));
     }
 
-    pub fn host_begins(&mut self, counters: &mut BusCounters, byte: u8, start_ns: u64) {
+    pub fn host_begins(&mut self, counters: &mut BusCounters, byte: u8, line: &Line, start_ns: u64) {
         counters.host_characters += 1;
         for index in 0..self.boards.len() {
             self.close_answer(counters, index, start_ns);
         }
         let silence_ns = self.host.quiet_since_ns.map_or(0, |end| start_ns.saturating_sub(end));
-        if silence_ns >= self.line.idle_gap_ns() {
+        if silence_ns >= line.idle_gap_ns() {
             self.host.len = 0;
         }
-        self.host.quiet_since_ns = Some(start_ns + self.line.character_ns());
+        self.host.quiet_since_ns = Some(start_ns + line.character_ns());
         if let Some(address) = self.host.push(byte) {
             counters.requests += 1;
             self.host.asked = Some(address);
         }
     }
 
-    pub fn board_begins(&mut self, counters: &mut BusCounters, index: usize, start_ns: u64) -> Verdict {
+    pub fn board_begins(
+        &mut self,
+        counters: &mut BusCounters,
+        index: usize,
+        line: &Line,
+        start_ns: u64,
+    ) -> Verdict {
         counters.board_characters += 1;
-        let end_ns = start_ns + self.line.character_ns();
+        let end_ns = start_ns + line.character_ns();
         let pulse = self.line.pulse();
         let talker = Talker::Board(index);
         let speech = &self.boards[index];
         let pause_ns = start_ns.saturating_sub(speech.last_end_ns);
-        let contiguous = speech.characters > 0 && pause_ns <= self.line.bit_ns();
+        let contiguous = speech.characters > 0 && pause_ns <= line.bit_ns();
         let unfinished = speech.characters > 0 && speech.characters < PACKET_LEN;
 
         if !contiguous && !unfinished {

@@ -11,8 +11,16 @@ pub(super) struct InFlight {
     pub start_ns: u64,
     pub end_ns: u64,
     pub heard: Heard,
+    /// Its talker's rate.
+    pub line: Line,
     /// Noise that fell into a character spoils that character; no receiver takes it for one of its own.
     pub absorbed: bool,
+}
+
+impl InFlight {
+    pub fn of(talker: Talker, line: Line, start_ns: u64, heard: Heard) -> Self {
+        Self { talker, start_ns, end_ns: start_ns + line.character_ns(), heard, line, absorbed: false }
+    }
 }
 
 /// What a new character met on the wire.
@@ -30,7 +38,6 @@ pub(super) enum Contention {
 /// The pair of wires: who speaks, and what becomes of characters that overlap.
 #[derive(Debug)]
 pub(super) struct Wire {
-    line: Line,
     flights: Vec<InFlight>,
     /// Every talker's present or last run of characters.
     runs: Vec<Run>,
@@ -48,9 +55,8 @@ struct Run {
 }
 
 impl Wire {
-    pub fn new(line: Line) -> Self {
+    pub fn new() -> Self {
         Self {
-            line,
             flights: Vec::with_capacity(8),
             runs: Vec::new(),
             runs_begun: 0,
@@ -71,17 +77,12 @@ impl Wire {
     /// A start bit falls. Two drivers pull the pair both ways: what overlaps is damaged on both sides, and as a zero
     /// usually wins, the bits are the AND of both. Noise is too weak to be seen as a fight: it flips bits, and only
     /// some of them in the stop bit.
-    pub fn begin(&mut self, talker: Talker, character: Character) -> Contention {
+    pub fn begin(&mut self, talker: Talker, line: Line, character: Character) -> Contention {
         let start_ns = character.start_ns;
-        let end_ns = start_ns + self.line.character_ns();
-        let mut new = InFlight {
-            talker,
-            start_ns,
-            end_ns,
-            heard: Heard { byte: character.byte, damaged: false },
-            absorbed: false,
-        };
-        let run = self.run_of(talker, start_ns, end_ns);
+        let heard = Heard { byte: character.byte, damaged: false };
+        let mut new = InFlight::of(talker, line, start_ns, heard);
+        let end_ns = new.end_ns;
+        let run = self.run_of(talker, line.bit_ns(), (start_ns, end_ns));
         let mut fights_with = None;
         for other in &mut self.flights {
             let overlap = other.talker != talker && other.start_ns < end_ns && start_ns < other.end_ns;
@@ -105,13 +106,13 @@ impl Wire {
     }
 
     /// Number of the run that a new character of `talker` belongs to.
-    fn run_of(&mut self, talker: Talker, start_ns: u64, end_ns: u64) -> u64 {
+    fn run_of(&mut self, talker: Talker, bit_ns: u64, (start_ns, end_ns): (u64, u64)) -> u64 {
         let place = self.runs.iter().position(|run| run.talker == talker).unwrap_or_else(|| {
             self.runs.push(Run { talker, number: 0, end_ns: 0 });
             self.runs.len() - 1
         });
         let run = &mut self.runs[place];
-        if run.number == 0 || start_ns > run.end_ns + self.line.bit_ns() {
+        if run.number == 0 || start_ns > run.end_ns + bit_ns {
             self.runs_begun += 1;
             run.number = self.runs_begun;
         }
@@ -160,8 +161,8 @@ mod tests {
     use super::*;
     use pneudrive_protocol::Baud;
 
-    fn wire() -> Wire {
-        Wire::new(Line::at_baud(Baud::ORIGINAL).unwrap())
+    fn line() -> Line {
+        Line::at_baud(Baud::ORIGINAL).unwrap()
     }
 
     fn at(start_ns: u64, byte: u8) -> Character {
@@ -170,8 +171,8 @@ mod tests {
 
     #[test]
     fn a_character_is_heard_one_character_after_its_start_bit() {
-        let mut wire = wire();
-        wire.begin(Talker::Host, at(5_000, 0xA5));
+        let mut wire = Wire::new();
+        wire.begin(Talker::Host, line(), at(5_000, 0xA5));
         assert_eq!(wire.next_end_ns(), Some(15_000));
         assert_eq!(wire.take_ended(14_999), None);
         assert_eq!(wire.take_ended(15_000).unwrap().heard, Heard { byte: 0xA5, damaged: false });
@@ -180,10 +181,13 @@ mod tests {
 
     #[test]
     fn back_to_back_is_no_overlap_but_one_nanosecond_is() {
-        let mut wire = wire();
-        assert_eq!(wire.begin(Talker::Host, at(0, 1)), Contention::None);
-        assert_eq!(wire.begin(Talker::Board(0), at(10_000, 2)), Contention::None);
-        assert_eq!(wire.begin(Talker::Board(1), at(19_999, 7)), Contention::Begun { with: Talker::Board(0) });
+        let mut wire = Wire::new();
+        assert_eq!(wire.begin(Talker::Host, line(), at(0, 1)), Contention::None);
+        assert_eq!(wire.begin(Talker::Board(0), line(), at(10_000, 2)), Contention::None);
+        assert_eq!(
+            wire.begin(Talker::Board(1), line(), at(19_999, 7)),
+            Contention::Begun { with: Talker::Board(0) }
+        );
         let heard: Vec<Heard> =
             std::iter::from_fn(|| wire.take_ended(100_000)).map(|flight| flight.heard).collect();
         let fought = Heard { byte: 2, damaged: true };
@@ -192,29 +196,30 @@ mod tests {
 
     #[test]
     fn two_packets_on_top_of_each_other_are_one_collision() {
-        let mut wire = wire();
+        let mut wire = Wire::new();
         let mut begun = 0;
         for i in 0..10 {
-            let first = wire.begin(Talker::Board(0), at(i * 10_000, 0));
-            let second = wire.begin(Talker::Board(1), at(i * 10_000 + 3_000, 0));
+            let first = wire.begin(Talker::Board(0), line(), at(i * 10_000, 0));
+            let second = wire.begin(Talker::Board(1), line(), at(i * 10_000 + 3_000, 0));
             begun += [first, second].iter().filter(|c| matches!(c, Contention::Begun { .. })).count();
             while wire.take_ended(i * 10_000 + 10_000).is_some() {}
         }
         assert_eq!(begun, 1);
         // After a silence a new fight is a new collision.
-        wire.begin(Talker::Board(0), at(500_000, 0));
-        assert!(matches!(wire.begin(Talker::Host, at(500_001, 0)), Contention::Begun { .. }));
+        wire.begin(Talker::Board(0), line(), at(500_000, 0));
+        assert!(matches!(wire.begin(Talker::Host, line(), at(500_001, 0)), Contention::Begun { .. }));
     }
 
     /// A host that does not wait for answers talks without end; every answer it talks into counts.
     #[test]
     fn each_answer_that_a_babbling_host_spoils_is_a_collision() {
-        let mut wire = wire();
+        let mut wire = Wire::new();
         let mut begun = 0;
         for i in 0..60 {
-            let host = wire.begin(Talker::Host, at(i * 10_000, 0));
+            let host = wire.begin(Talker::Host, line(), at(i * 10_000, 0));
             // Answers of ten characters, ten characters apart.
-            let board = (i / 10 % 2 == 1).then(|| wire.begin(Talker::Board(0), at(i * 10_000 + 2_000, 0)));
+            let board =
+                (i / 10 % 2 == 1).then(|| wire.begin(Talker::Board(0), line(), at(i * 10_000 + 2_000, 0)));
             begun += [Some(host), board].iter().flatten().filter(|c| **c != Contention::None).count();
             while wire.take_ended(i * 10_000 + 10_000).is_some() {}
         }
@@ -223,9 +228,9 @@ mod tests {
 
     #[test]
     fn noise_flips_bits_and_is_not_heard_besides() {
-        let mut wire = wire();
-        wire.begin(Talker::Host, at(0, 0xF0));
-        assert_eq!(wire.begin(Talker::Noise, at(4_000, 0x13)), Contention::None);
+        let mut wire = Wire::new();
+        wire.begin(Talker::Host, line(), at(0, 0xF0));
+        assert_eq!(wire.begin(Talker::Noise, line(), at(4_000, 0x13)), Contention::None);
         let first = wire.take_ended(50_000).unwrap();
         assert_eq!(first.heard, Heard { byte: 0xE3, damaged: false });
         assert!(wire.take_ended(50_000).unwrap().absorbed);

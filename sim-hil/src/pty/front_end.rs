@@ -229,6 +229,7 @@ impl FrontEnd {
         match self.port.read(&mut buffer).map_err(SimError::pty("read from"))? {
             Some(count) => {
                 self.client_present = true;
+                self.bus.set_host_baud(self.port.raised_baud().map_err(SimError::pty("look at"))?);
                 let start_ns = self.dating.start_ns(seen_ns, self.hand_over.last(), self.bus.now_ns());
                 self.bus.send(start_ns, &buffer[..count]);
                 Ok(())

@@ -2,9 +2,11 @@
 //!
 //! # What the timing means
 //!
-//! A pty knows no baud rate, and each of its two directions takes a detour through a kernel thread: a byte that one side
-//! writes is seen by the other some 5 to 30 us later. A UART has no such detour on its way out, and the wire starts
-//! when the host writes. So with [`Timing::Wire`](crate::rig::Timing::Wire):
+//! A pty knows no baud rate (that its client sets 2 or 3 Mbaud is seen and taken for the adapter's
+//! rate), and each of its two directions takes a detour through a kernel thread: a byte that one
+//! side writes is seen by the other some 5 to 30 us later. A UART has no such detour on its way
+//! out, and the wire starts when the host writes. So with
+//! [`Timing::Wire`](crate::rig::Timing::Wire):
 //!
 //! 1. **Answers are never early.** The bytes of an answer are written to the pty when their last stop bit has ended in
 //!    virtual time, and virtual time never runs ahead of the wall clock. What sleeping and scheduling add makes them

@@ -4,9 +4,12 @@ use nix::fcntl::{OFlag, open};
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll, ppoll};
 use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::stat::Mode;
-use nix::sys::termios::{FlushArg, SetArg, cfmakeraw, tcflush, tcgetattr, tcsetattr};
+use nix::sys::termios::{
+    BaudRate, ControlFlags, FlushArg, SetArg, cfmakeraw, cfsetspeed, tcflush, tcgetattr, tcsetattr,
+};
 use nix::sys::time::{TimeSpec, TimeValLike};
 use nix::unistd::{read, write};
+use pneudrive_protocol::Baud;
 use std::fs;
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::{Path, PathBuf};
@@ -67,14 +70,24 @@ impl VirtualPort {
         let client = self.open_client()?;
         let mut settings = tcgetattr(&client)?;
         cfmakeraw(&mut settings);
+        cfsetspeed(&mut settings, BaudRate::B38400)?;
         tcsetattr(&client, SetArg::TCSANOW, &settings)
     }
 
     /// What a client left unread must not greet the next one. A serial port forgets it when it is closed; a pty does not.
-    /// The settings go back to raw mode too.
+    /// The settings go back to raw mode too, and to no line rate in particular.
     pub(super) fn forget_unread(&self) -> nix::Result<()> {
         tcflush(self.open_client()?, FlushArg::TCIFLUSH)?;
         self.make_raw()
+    }
+
+    /// 2 or 3 Mbaud, if the client has set its end to it. A pty knows no line rate, but it keeps
+    /// what it is told.
+    pub(super) fn raised_baud(&self) -> nix::Result<Option<Baud>> {
+        // `cfgetospeed` panics at rates that have no code of their own.
+        let code = (tcgetattr(&self.master)?.control_flags & ControlFlags::CBAUD).bits();
+        let raised = [(BaudRate::B2000000, Baud::TWO_MBAUD), (BaudRate::B3000000, Baud::THREE_MBAUD)];
+        Ok(raised.into_iter().find(|(known, _)| *known as u32 == code).map(|(_, baud)| baud))
     }
 
     /// Sleeps until there are bytes, or for `timeout_ns`.

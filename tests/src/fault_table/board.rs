@@ -1,5 +1,5 @@
 use super::truth::{SharedTruth, Words};
-use pneudrive_protocol::{Address, Asked, PACKET_LEN, RequestDecoder};
+use pneudrive_protocol::{Address, Asked, Baud, PACKET_LEN, RequestDecoder};
 use pneudrive_sim::bus::{Air, BusNode, Character, Heard};
 use std::collections::VecDeque;
 
@@ -80,6 +80,14 @@ fn is_page(address: Address, bytes: &[u8]) -> bool {
 impl BusNode for SpiedBoard {
     fn address(&self) -> Address {
         self.board.address()
+    }
+
+    fn baud(&self) -> Option<Baud> {
+        self.board.baud()
+    }
+
+    fn set_shortest_character(&mut self, ns: u64) {
+        self.board.set_shortest_character(ns);
     }
 
     fn next_event_ns(&self) -> u64 {

@@ -2,7 +2,7 @@ use super::truth::SharedTruth;
 use crate::virtual_bus::VirtualBus;
 use pneudrive_host::line::{Line, LineError};
 use pneudrive_host::poller::{BoardCommand, CommandSource, Observer, Row, Supply};
-use pneudrive_protocol::Counts;
+use pneudrive_protocol::{Baud, Counts};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The host's line, with somebody listening at the host's end of it.
@@ -40,6 +40,10 @@ impl<L: Line> Line for TappedLine<L> {
 
     fn sleep_until(&mut self, at_ns: u64) {
         self.line.sleep_until(at_ns);
+    }
+
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        self.line.change_baud(baud)
     }
 }
 

@@ -1,11 +1,13 @@
 //! What is on the bus: options of nearly every subcommand.
 
-use super::values::{seconds, spin, unit};
+use super::values::{BaudArg, baud, seconds, spin, unit};
 use clap::{Args, ValueEnum};
 use pneudrive_host::bus::FrameMode;
 use pneudrive_host::line::Spin;
+use pneudrive_host::poller::LineRatePolicy;
 use pneudrive_host::real_time::RealTime;
 use pneudrive_host::rig::Unit;
+use pneudrive_protocol::Baud;
 use std::path::PathBuf;
 
 /// Heading of what is rarely needed.
@@ -41,9 +43,10 @@ pub struct BusArgs {
     /// Most boards accepted for --devices: 4 with the boards' two-way switch, 256 addresses exist
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub max_devices: u16,
-    /// Line rate, bit/s [default: 1000000]
-    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "BAUD")]
-    pub baud: Option<u32>,
+    /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and
+    /// goes back on errors [default: 1000000]
+    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|BAUD", value_parser = baud)]
+    pub baud: Option<BaudArg>,
     /// How long a board may take to answer beyond the wire time, us
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub allowance_us: u64,
@@ -88,9 +91,22 @@ pub struct BusArgs {
 }
 
 impl BusArgs {
-    /// Line rate, bit/s.
+    /// Line rate with which it begins, bit/s.
     pub fn baud(&self) -> u32 {
-        self.baud.unwrap_or(1_000_000)
+        match self.baud {
+            Some(BaudArg::Rate(rate)) => rate,
+            Some(BaudArg::Auto) | None => Baud::ORIGINAL.get(),
+        }
+    }
+
+    /// The fastest line rate that it may poll at, bit/s.
+    pub fn fastest_baud(&self) -> u32 {
+        if self.line_rate().is_some() { Baud::THREE_MBAUD.get() } else { self.baud() }
+    }
+
+    /// Whether, and how, to ask the boards for a faster one.
+    pub fn line_rate(&self) -> Option<LineRatePolicy> {
+        (self.baud == Some(BaudArg::Auto)).then(LineRatePolicy::default)
     }
 
     /// What the bus thread asks of the scheduler.

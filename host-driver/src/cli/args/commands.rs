@@ -192,7 +192,8 @@ pub enum BoardCommand {
 
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct BoardSetArgs {
-    /// Parameters, as `board show` names them; `address=switch` for that of its switch
+    /// Parameters, as `board show` names them; `address=switch` for that of its switch;
+    /// `loop_rate=2000` for all that a loop of 2 kHz needs (or 1000)
     #[arg(value_name = "NAME=VALUE", required = true)]
     pub changes: Vec<String>,
     #[command(flatten)]

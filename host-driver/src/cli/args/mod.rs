@@ -14,7 +14,7 @@ pub use commands::{
     TimingArgs,
 };
 pub use run::RunArgs;
-pub use values::number;
+pub use values::{BaudArg, number};
 
 use clap::Parser;
 

@@ -29,6 +29,23 @@ pub fn spin(text: &str) -> Result<Spin, String> {
     }
 }
 
+/// A line rate, or the fastest that all boards agree to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaudArg {
+    /// Begins at 1 Mbaud.
+    Auto,
+    /// bit/s.
+    Rate(u32),
+}
+
+pub fn baud(text: &str) -> Result<BaudArg, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(BaudArg::Auto),
+        Ok(rate) => Ok(BaudArg::Rate(rate)),
+        Err(_) => Err("expected `auto`, or a whole number of bit/s such as 1000000".to_owned()),
+    }
+}
+
 pub fn seconds(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
     if seconds > 0.0 && seconds <= 1e9 {

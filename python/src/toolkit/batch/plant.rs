@@ -8,7 +8,7 @@ use super::given::setup;
 use crate::errors;
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::ExtendedRollouts;
-use pneudrive_model::experiment::{DriveKind, ModelKind, Subject, subject};
+use pneudrive_model::experiment::{DriveKind, Subject, subject};
 use pneudrive_model::model::{FlowForm, Parameter};
 use pneudrive_model::rig::Rig;
 use pyo3::prelude::*;
