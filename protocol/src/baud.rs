@@ -2,6 +2,12 @@ use crate::PACKET_LEN;
 use core::num::NonZeroU32;
 use thiserror::Error;
 
+/// A line that was silent for this many characters starts a new frame.
+///
+/// Longer than any pause inside a request or answer that is written at once (a UART sends its FIFO back to back),
+/// shorter than the silence after a request that nobody answers.
+pub const IDLE_GAP_CHARACTERS: u16 = 3;
+
 /// Bits of a character: start, eight data, stop.
 pub const BITS_PER_CHARACTER: u32 = 10;
 
@@ -64,9 +70,9 @@ impl Baud {
         1e9 / (self.exchange_ns() as f64 * f64::from(boards))
     }
 
-    /// Silence that starts a new frame, ns: [`IDLE_GAP_CHARACTERS`](crate::IDLE_GAP_CHARACTERS).
+    /// Silence that starts a new frame, ns: [`IDLE_GAP_CHARACTERS`].
     pub const fn idle_gap_ns(self) -> u64 {
-        self.characters_ns(crate::IDLE_GAP_CHARACTERS)
+        self.characters_ns(IDLE_GAP_CHARACTERS)
     }
 }
 

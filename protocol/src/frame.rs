@@ -9,12 +9,6 @@
 use crate::spare_bits::Kind;
 use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet, PageAnswer, PageRequest, Seal, Sequence};
 
-/// A line that was silent for this many characters starts a new frame.
-///
-/// Longer than any pause inside a request or answer that is written at once (a UART sends its FIFO back to back),
-/// shorter than the silence after a request that nobody answers.
-pub const IDLE_GAP_CHARACTERS: u16 = 3;
-
 /// What a decoder has seen, since it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FrameStatistics {

@@ -48,10 +48,10 @@ mod spare_bits;
 
 pub use address::Address;
 pub use answer_decoder::{AnswerDecoder, Echo, Heard};
-pub use baud::{BITS_PER_CHARACTER, Baud, BaudError};
+pub use baud::{BITS_PER_CHARACTER, Baud, BaudError, IDLE_GAP_CHARACTERS};
 pub use checked::{CheckedError, CheckedPacket, Direction};
 pub use counts::{Counts, CountsError};
-pub use frame::{Frame, FrameFinder, FrameStatistics, IDLE_GAP_CHARACTERS};
+pub use frame::{Frame, FrameFinder, FrameStatistics};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
 pub use pages::{PageAnswer, PageRequest};
 pub use request_decoder::{Asked, Format, Request, RequestDecoder};
