@@ -41,7 +41,9 @@ def live(browser):
         trajectory = Path(folder) / "steps.csv"
         plan = ["--low", 40, "--high", 250, "--seconds", 120, "--hold", 4]
         subprocess.run([host, "generate", "aprbs", trajectory, "--devices", "4", *map(str, plan)], check=True)
-        run = [host.resolve(), "--port", "sim", "--devices", "4", "--plain", "--trajectory", trajectory, "--web", "127.0.0.1:0"]
+        # A browser that draws takes two cores for a while: at this rate nothing is lost meanwhile.
+        run = [host.resolve(), "--port", "sim", "--devices", "4", "--rate", "250", "--allowance-us", "20000"]
+        run += ["--plain", "--trajectory", trajectory, "--web", "127.0.0.1:0"]
         null = subprocess.DEVNULL
         polling = subprocess.Popen(run, cwd=folder, stdin=null, stdout=null, stderr=subprocess.PIPE, text=True)
         try:
