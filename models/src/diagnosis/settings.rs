@@ -53,10 +53,10 @@ settings! {
     least_command_movement_kpa: f64 = 1.0, "Smallest standard deviation of a command, kPa.", "About one count of the board's converter.";
     clipped_share: f64 = 0.02, "Part of the rows exactly at the highest value that looks clipped.", "A pressure at rest scatters over several counts.";
     clipped_most: f64 = 0.5, "Part of a channel's rows that may be clipped.", "Of what is left nothing could be chosen and tested.";
-    own_correlation: f64 = 0.4, "Correlation with its own command below which a channel does not follow it.", "Recordings with columns swapped on purpose.";
-    other_correlation: f64 = 0.7, "Correlation with another one's above which it follows that.", "Recordings with columns swapped on purpose.";
-    own_rate_correlation: f64 = 0.15, "As own_correlation, of drives and rates of pressure.", "Recordings with columns swapped on purpose.";
-    other_rate_correlation: f64 = 0.4, "As other_correlation, of drives and rates of pressure.", "Recordings with columns swapped on purpose.";
+    own_correlation: f64 = 0.4, "Correlation with its own command below which a channel does not follow it.", "Chosen on recordings with columns swapped on purpose.";
+    other_correlation: f64 = 0.7, "Correlation with another one's above which it follows that.", "Chosen on recordings with columns swapped on purpose.";
+    own_rate_correlation: f64 = 0.15, "As own_correlation, of drives and rates of pressure.", "Chosen on recordings with columns swapped on purpose.";
+    other_rate_correlation: f64 = 0.4, "As other_correlation, of drives and rates of pressure.", "Chosen on recordings with columns swapped on purpose.";
     // Likelihood: what may wander in a block, as standard deviations.
     start_kpa: f64 = 10.0, "A block's start pressure, kPa, at most.", "What wander before the block leaves behind.";
     start_share: f64 = 0.05, "The same, over the range in which the pressure moves.", "What wander before the block leaves behind.";
@@ -71,21 +71,21 @@ settings! {
     practical_limit_cycle: f64 = 0.03, "The same beside what makes a loop hunt.", "By so much its likelihood differs by luck.";
     large_error: f64 = 2.0, "Mean squared weighted error, in variances of the noise, that is plainly not explained.", "Of sound rigs it is about 1 (hard rounds).";
     large_error_limit_cycle: f64 = 1.5, "The same beside a loop that hunts.", "Hunting takes up much of whatever is not explained.";
-    forced: f64 = 0.3, "Names that leave more than this part of a large error are withdrawn.", "What takes so little only imitates it; own blind rounds.";
+    forced: f64 = 0.3, "Names that leave more than this part of a large error are withdrawn.", "What takes so little only imitates it; chosen on own blind rounds.";
     forced_roughly_timed: f64 = 0.6, "The same where what was named happens at times that the rows tell only roughly.", "There a simulation goes astray by itself.";
     trace: f64 = 0.2, "An effect smaller than this part of another channel's, and than what is worth a name, does not act.", "However sure: something else is not described to the last digit.";
     channel_errors: f64 = 2.0, "Standard errors by which an effect must improve a channel to act there.", "95 %.";
     tie_share: f64 = 0.01, "A rival ties when its squared error is larger by no more than this part.", "As practical.";
-    tie_gain: f64 = 0.25, "A rival ties when blocks do not tell them apart and it leaves no more than this part of the gain.", "Own blind rounds.";
+    tie_gain: f64 = 0.25, "A rival ties when blocks do not tell them apart and it leaves no more than this part of the gain.", "Chosen on own blind rounds.";
     most_causes: u8 = 4, "Causes that are looked for at most.", "A recording of minutes does not carry more.";
-    restarted: f64 = 0.5, "Names give way to one found from other starts that leaves less than this part of their squared error.", "Own blind rounds.";
+    restarted: f64 = 0.5, "Names give way to one found from other starts that leaves less than this part of their squared error.", "Chosen on own blind rounds.";
     step_error: f64 = 0.01, "Mean squared weighted change by half the integration step, in variances of the noise, that calls for finer steps.", "Far below large_error.";
     // The grey-box likelihood.
     astray: f64 = 5.0, "An error over the allowed one beyond which all models are fitted by the filter's likelihood.", "More than any weight accounts for.";
     greybox_least_nats: f64 = 20.0, "Least gain of the log-density that is worth a name, nats.", "More than a look at the whole catalogue finds in noise.";
-    greybox_acts: f64 = 0.1, "Part of the largest channel's gain at which an effect acts on another channel.", "Ventilator recordings.";
-    greybox_as_likely: f64 = 0.9, "Part of the best effect's gain at which a rival ties.", "Ventilator recordings and one blind round.";
-    greybox_as_close: f64 = 1.1, "Error of rollouts over the best effect's up to which a rival ties, and that a name may have.", "Ventilator recordings and one blind round.";
+    greybox_acts: f64 = 0.1, "Part of the largest channel's gain at which an effect acts on another channel.", "Chosen on the ventilator recordings.";
+    greybox_as_likely: f64 = 0.9, "Part of the best effect's gain at which a rival ties.", "Chosen on the ventilator recordings and one blind round.";
+    greybox_as_close: f64 = 1.1, "Error of rollouts over the best effect's up to which a rival ties, and that a name may have.", "Chosen on the ventilator recordings and one blind round.";
     greybox_worth: f64 = 0.2, "Part of the rollouts' error that a name must take.", "Where so much is wrong, what takes less only imitates it.";
     greybox_supply: f64 = 0.003, "Expected wander of the supply, relative.", "A pressure regulator of good quality.";
     greybox_supply_s: f64 = 20.0, "Time constant of that wander, s.", "The order of a compressor's cycle.";
@@ -95,7 +95,7 @@ settings! {
     greybox_huber: f64 = 4.0, "Prediction errors beyond this many standard deviations count by their size.", "P. J. Huber, Annals of Mathematical Statistics 35, 1964.";
     // Discrepancy.
     poor: f64 = 0.3, "A base model whose error is more than this part of the pressure's movement describes nothing.", "The movement itself is 1.";
-    beyond: f64 = 1.7, "An error over the allowed one beyond which something else is there.", "Own blind rounds.";
+    beyond: f64 = 1.7, "An error over the allowed one beyond which something else is there.", "Chosen on own blind rounds.";
     dependence_share: f64 = 0.03, "Part of the squared residual that a dependence must account for.", "Less is hardly seen in a plot.";
     // Inference: what is taken for known and is not, as standard deviations.
     known_volume: f64 = 0.058, "The rig file's volume, relative.", "A tenth at most, evenly: 0.1 over the root of 3.";
@@ -104,7 +104,7 @@ settings! {
     misfit: f64 = 2.0, "Factor by which residuals leave room for these quantities.", "The world is not made of them alone.";
     // Report.
     flat: f64 = 0.8, "An interval wider than this factor of the value, or part of the bounds, determines nothing.", "Neither size nor sign could be used.";
-    usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none.", "Hard rounds.";
+    usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none.", "Chosen on hard rounds.";
     sure_gain: f64 = 0.05, "A cause whose gain may be smaller than this is only probable.", "Five times practical.";
     sure_p: f64 = 0.01, "A cause whose trace chance makes more often is only probable.", "The usual one.";
 }

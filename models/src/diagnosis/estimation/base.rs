@@ -177,3 +177,25 @@ fn plain_cost_of(data: &ChannelData, readings: &[f64]) -> f64 {
     }
     sum / count.max(1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, with};
+
+    /// What the weights leave of another level of the supply.
+    fn left_of_a_level(data: &ChannelData, model: &Extended) -> f64 {
+        let mut level: Vec<f64> = data.disturbances(model).iter().map(|d| d[1]).collect();
+        weights(data, model).apply(&mut level);
+        level.iter().map(|v| v * v).sum()
+    }
+
+    #[test]
+    fn an_error_cannot_hide_in_wander_where_the_model_is_far_off() {
+        let (mut data, base) = channel(false);
+        let right = left_of_a_level(&data, &base);
+        data.measured_kpa = data.readings(&with(&data, &base, "valve_hysteresis", &[0.15])).into();
+        let far_off = left_of_a_level(&data, &base);
+        assert!(far_off > 10.0 * right, "{far_off} {right}");
+    }
+}
