@@ -9,4 +9,5 @@ pub mod fault_table;
 pub mod firmware;
 pub mod regulator;
 pub mod self_check;
+pub mod session_host;
 pub mod virtual_bus;

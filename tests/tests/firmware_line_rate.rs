@@ -8,13 +8,11 @@
 use pneudrive_chip::{Level, LineErrors, Ticks};
 use pneudrive_protocol::pages::{
     Change, ChangeAnswer, Counter, Entry, LineRate, LineRateAnswer, LineRateState, PageEntry, Parameter,
-    RateReturn, SessionOffer, number_in,
+    RateReturn, number_in,
 };
-use pneudrive_protocol::{
-    Address, AnswerDecoder, Baud, CheckedPacket, Direction, Echo, Heard, PageRequest, RequestNumber,
-    Sequence, Session,
-};
+use pneudrive_protocol::{Address, Baud, CheckedPacket, Direction, RequestNumber, Session};
 use system_tests::chip_bench::{Answer, BOOT, BUS, ChipBench, DRIVER_ENABLE, packet};
+use system_tests::session_host::{SessionHost, words_of};
 
 /// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its
 /// first start bit.
@@ -26,20 +24,14 @@ const MS: Ticks = Ticks::from_millis(1);
 #[derive(Clone)]
 struct Host {
     bench: ChipBench,
-    board: u8,
-    session: Option<(Session, RequestNumber)>,
+    host: SessionHost,
 }
 
 impl Host {
     fn in_session(bench: ChipBench, board: u8) -> Self {
-        let mut host = Self { bench, board, session: None };
-        match SessionOffer::from_entry(host.ask(PageEntry::Session(3)).unwrap()) {
-            Some(SessionOffer::Number(number)) => {
-                let session = Session::new(Address::of_board(board), number);
-                host.session = Some((session, RequestNumber::default()));
-            }
-            other => panic!("{other:?}"),
-        }
+        let mut host = Self { bench, host: SessionHost::new(board) };
+        let offer = host.ask(PageEntry::Session(3)).unwrap();
+        host.host.begin(offer);
         host.command([102; 4]).unwrap();
         host
     }
@@ -69,27 +61,13 @@ impl Host {
     }
 
     fn command_bytes(&mut self, commands: [u16; 4]) -> [u8; 10] {
-        let (session, number) = self.session.as_mut().unwrap();
-        *number = number.next();
-        let checked = CheckedPacket { packet: packet(self.board, commands), sequence: number.sequence() };
-        checked.encode_sealed(Direction::Request, session.seal(*number))
+        self.host.command(commands)
     }
 
     fn ask(&mut self, entry: PageEntry) -> Option<Entry> {
-        let plain = PageRequest::new(Address::of_board(self.board), entry, Sequence::new(3));
-        let request = match &mut self.session {
-            None => plain,
-            Some((session, number)) => {
-                *number = number.next();
-                plain.sealed(session.seal(*number))
-            }
-        };
+        let request = self.host.request(entry);
         let answer = self.bench.exchange_bytes(&request.encode())?;
-        let mut decoder = AnswerDecoder::for_page(request, Echo::Absent);
-        match answer.bytes().into_iter().find_map(|byte| decoder.push(byte)) {
-            Some(Heard::Answer(words)) => Some(words),
-            other => panic!("{entry:?}: {other:?}"),
-        }
+        Some(words_of(request, &answer))
     }
 
     fn counter(&mut self, counter: Counter) -> u32 {

@@ -4,14 +4,11 @@
 
 use pneudrive_chip::{ResetReason, Ticks};
 use pneudrive_protocol::pages::{
-    Change, ChangeAnswer, CommitOutcome, Counter, Entry, PageEntry, Parameter, ParameterSource, SessionOffer,
-    StoreState, number_in,
+    Change, ChangeAnswer, CommitOutcome, Counter, Entry, PageEntry, Parameter, ParameterSource, StoreState,
+    number_in,
 };
-use pneudrive_protocol::{
-    Address, AnswerDecoder, CheckedPacket, Direction, Echo, Heard, PageRequest, RequestNumber, Sequence,
-    Session,
-};
-use system_tests::chip_bench::{Answer, BOOT, ChipBench, packet};
+use system_tests::chip_bench::{Answer, BOOT, ChipBench};
+use system_tests::session_host::{SessionHost, words_of};
 
 const MS: Ticks = Ticks::from_millis(1);
 const LATEST: Ticks = Ticks::from_micros(20);
@@ -20,26 +17,20 @@ const LATEST: Ticks = Ticks::from_micros(20);
 #[derive(Clone)]
 struct Host {
     bench: ChipBench,
-    board: u8,
-    session: Option<(Session, RequestNumber)>,
+    host: SessionHost,
     slowest: Ticks,
 }
 
 impl Host {
     fn new(bench: ChipBench, board: u8) -> Self {
-        Self { bench, board, session: None, slowest: Ticks::ZERO }
+        Self { bench, host: SessionHost::new(board), slowest: Ticks::ZERO }
     }
 
     /// At a board that runs and has been commanded 0 kPa in a session.
     fn in_session(bench: ChipBench, board: u8) -> Self {
         let mut host = Self::new(bench, board);
-        match SessionOffer::from_entry(host.ask(PageEntry::Session(3))) {
-            Some(SessionOffer::Number(number)) => {
-                let session = Session::new(Address::of_board(board), number);
-                host.session = Some((session, RequestNumber::default()));
-            }
-            other => panic!("{other:?}"),
-        }
+        let offer = host.ask(PageEntry::Session(3));
+        host.host.begin(offer);
         host.command([102; 4]);
         host
     }
@@ -50,35 +41,16 @@ impl Host {
     }
 
     fn command(&mut self, commands: [u16; 4]) {
-        let packet = packet(self.board, commands);
-        let bytes = match &mut self.session {
-            None => CheckedPacket { packet, sequence: Sequence::new(1) }.encode(Direction::Request),
-            Some((session, number)) => {
-                *number = number.next();
-                let checked = CheckedPacket { packet, sequence: number.sequence() };
-                checked.encode_sealed(Direction::Request, session.seal(*number))
-            }
-        };
+        let bytes = self.host.command(commands);
         let answer = self.bench.exchange_bytes(&bytes).unwrap_or_else(|| panic!("{commands:?}: no answer"));
         self.note(&answer);
     }
 
     fn try_ask(&mut self, entry: PageEntry) -> Option<Entry> {
-        let plain = PageRequest::new(Address::of_board(self.board), entry, Sequence::new(3));
-        let request = match &mut self.session {
-            None => plain,
-            Some((session, number)) => {
-                *number = number.next();
-                plain.sealed(session.seal(*number))
-            }
-        };
+        let request = self.host.request(entry);
         let answer = self.bench.exchange_bytes(&request.encode())?;
         self.note(&answer);
-        let mut decoder = AnswerDecoder::for_page(request, Echo::Absent);
-        match answer.bytes().into_iter().find_map(|byte| decoder.push(byte)) {
-            Some(Heard::Answer(words)) => Some(words),
-            other => panic!("{entry:?}: {other:?}"),
-        }
+        Some(words_of(request, &answer))
     }
 
     fn ask(&mut self, entry: PageEntry) -> Entry {
@@ -233,7 +205,7 @@ fn a_power_cut_at_any_moment_leaves_the_old_or_the_new() {
         changes.push(takes.as_micros());
         for part in 0..=64 {
             let mut cut = host.clone();
-            cut.session = None;
+            cut.host = SessionHost::new(cut.host.board);
             cut.bench.chip.run_until(begin + Ticks::new(takes.get() * part / 64));
             cut.bench.chip.power_cycle();
             cut.bench.run(BOOT);
