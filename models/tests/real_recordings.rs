@@ -61,3 +61,46 @@ fn the_resistance_behind_the_sensor_is_named() {
         assert!(least > 0.5, "{valve} {number}: {least}");
     }
 }
+
+/// Four runs of one ventilator with four settings of the lung (compliance 50, 20, 20, 20 ml/hPa; resistance 5, 5, 20, 50 hPa s/l): the
+/// resistance of each is told, in the order of the settings, and from the others' valves that of a run which was not there.
+#[test]
+fn several_runs_of_one_machine_tell_its_loads() {
+    let Some(data) = real_data("several_runs_of_one_machine_tell_its_loads") else { return };
+    let rig = format!("{}/examples/ventilator_pinch_valve.toml", env!("CARGO_MANIFEST_DIR"));
+    let path = |k: usize| data.join(format!("respiraworks/pinch_valve/run{k}.csv")).display().to_string();
+    let folder = Folder::new();
+    let runs: Vec<String> = [1, 3, 4, 6].map(path).to_vec();
+    let mut arguments = vec!["diagnose"];
+    arguments.extend(runs.iter().map(String::as_str));
+    arguments.extend(["--rig", &rig, "--out", "m"]);
+    let done = run(folder.root(), &arguments);
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let report = json(&folder.path("m/report.json"));
+    assert_eq!(named(&report), ["line_restriction"], "{}", done.stdout);
+    let machine = &report["machine"];
+    assert!(machine["joint_rmse_before_kpa"].as_f64().unwrap() > 0.2, "{machine}");
+    assert!(machine["joint_rmse_after_kpa"].as_f64().unwrap() < 0.08, "{machine}");
+    let sizes = |name: &str| -> Vec<f64> {
+        let recordings = machine["recordings"].as_array().unwrap().iter();
+        recordings.map(|r| r["load"]["b0c0"][name]["value"].as_f64().unwrap()).collect()
+    };
+    let resistances = sizes("line_restriction.resistance");
+    let most = |of: &[usize]| of.iter().map(|&k| resistances[k]).fold(0.0, f64::max);
+    assert!(most(&[0, 1]) < resistances[2] && resistances[2] < resistances[3], "{resistances:?}");
+    let volumes = sizes("chamber_volume.ratio");
+    assert!(volumes[1..].iter().all(|v| (0.3..0.5).contains(v)), "{volumes:?}");
+
+    let eighth = path(8);
+    let known = ["diagnose", &eighth, "--rig", &rig, "--machine", "m/extended-run1.toml", "--out", "k"];
+    let done = run(folder.root(), &known);
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let report = json(&folder.path("k/report.json"));
+    assert_eq!(named(&report), ["line_restriction"], "{}", done.stdout);
+    assert!(done.stdout.contains("taken as they were calibrated"), "{}", done.stdout);
+    assert!(folder.path("k/extended.toml").is_file() && folder.path("k/report.html").is_file());
+}
+
+fn named(report: &serde_json::Value) -> Vec<&str> {
+    report["causes"].as_array().unwrap().iter().filter_map(|cause| cause["effect"].as_str()).collect()
+}

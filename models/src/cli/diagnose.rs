@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, write};
+use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
-    Diagnosis, EXTENDED_FILE, ExtendedFile, Request, TRAJECTORY_FILE, diagnose, page,
+    Diagnosis, EXTENDED_FILE, ExtendedFile, Progress, Request, TRAJECTORY_FILE, diagnose, page,
 };
 use pneudrive_model::report::Table;
 use pneudrive_model::rig::Rig;
 
-use super::{Failure, input, origin, output};
+use super::{Failure, input, machine, origin, output};
 
 /// Say what the simulation gets wrong, why, and what modelling it gains
 #[derive(Debug, clap::Args)]
@@ -19,6 +20,8 @@ use super::{Failure, input, origin, output};
 pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/\n  \
 pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/ --reference calibrated/extended.toml\n  \
 pneudrive-model diagnose run.csv next.csv --rig rig.toml --out both/\n  \
+pneudrive-model diagnose arm1.csv arm2.csv arm3.csv --rig rig.toml --loads differ --out machine/\n  \
+pneudrive-model diagnose arm4.csv --rig rig.toml --machine machine/extended-arm1.toml --out arm4/\n  \
 pneudrive-model diagnose regulator.csv --out diagnosis/\n\n\
 DIR receives report.html, report.json and extended.toml, and next_experiment.csv where another recording would tell more: play it \
 with `pneudrive-host --trajectory DIR/next_experiment.csv --record next.csv`, then diagnose both recordings together. Without --reference the question is which physical effect the model \
@@ -39,9 +42,26 @@ pub struct Args {
     /// Calibrated model of the same rig: extended.toml of an earlier diagnosis, or the parameter file that `fit` wrote
     #[arg(long, value_name = "CALIBRATED.toml")]
     reference: Option<PathBuf>,
+    /// Do the recordings have different loads (volumes, tubes, walls) on the same valves? Regulators have no load of their own
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = Loads::Auto, conflicts_with = "reference")]
+    loads: Loads,
+    /// Calibrated model of the same machine with another load: valves, supply and sensor are taken from it, and only the load is fitted
+    #[arg(long, value_name = "CALIBRATED.toml", conflicts_with_all = ["reference", "loads"])]
+    machine: Option<PathBuf>,
     /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the highest in DATA]
     #[arg(long, value_name = "KPA", value_parser = pressure)]
     highest_kpa: Option<f64>,
+}
+
+/// Whether several recordings have the same load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Loads {
+    /// Find out
+    Auto,
+    /// One load: the recordings are diagnosed as one
+    Same,
+    /// Each recording has its own
+    Differ,
 }
 
 fn pressure(text: &str) -> Result<f64, String> {
@@ -57,7 +77,7 @@ impl Args {
         let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
         let reference =
             self.reference.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
-        let (recording, remarks) = self.load(&rig)?;
+        let (recordings, remarks) = self.load(&rig)?;
         let name = self.reference.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
         let spinner = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
         let progress = |what: &str, _: u64| match (&spinner, what.is_empty()) {
@@ -66,6 +86,18 @@ impl Args {
             (None, false) => eprintln!("{what} ..."),
             (None, true) => {}
         };
+        if self.is_machine() {
+            let found = self.machine(&recordings, &rig, &progress)?;
+            if let Some(mut found) = found {
+                if let Some(bar) = &spinner {
+                    bar.finish_and_clear();
+                }
+                found.report.notes.extend(remarks);
+                let sources: Vec<_> = recordings.iter().map(|r| r.source.clone()).collect();
+                return machine::write(&found, &self.out, &sources, self.rig.as_deref());
+            }
+        }
+        let recording = joined(recordings)?;
         let pair = reference.as_ref().map(|file| (name.as_str(), file));
         let request = Request { reference: pair, highest_kpa: self.highest_kpa };
         let mut diagnosis = diagnose(&recording, &rig, request, &progress).map_err(Failure::input)?;
@@ -106,10 +138,39 @@ impl Args {
         Ok(())
     }
 
-    /// All recordings as one, and what was noticed about their quality.
-    fn load(&self, rig: &Rig) -> Result<(Recording, Vec<String>), Failure> {
-        let mut remarks = Vec::new();
-        let mut joined: Option<Recording> = None;
+    /// Is a machine asked for: a known one, or several recordings whose loads may differ?
+    fn is_machine(&self) -> bool {
+        let several = self.data.len() > 1 && self.reference.is_none() && self.loads != Loads::Same;
+        self.machine.is_some() || several || self.loads == Loads::Differ
+    }
+
+    fn machine(
+        &self,
+        recordings: &[Recording],
+        rig: &Rig,
+        progress: &Progress<'_>,
+    ) -> Result<Option<pneudrive_model::diagnosis::machine::MachineDiagnosis>, Failure> {
+        if self.machine.is_none() && recordings.len() < 2 {
+            return Err(Failure::input(
+                "--loads differ needs several recordings of one machine, or --machine with a calibrated model of it",
+            ));
+        }
+        let known = self.machine.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
+        let name = self.machine.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
+        let request = MachineRequest {
+            machine: known.as_ref().map(|file| (name.as_str(), file)),
+            loads_differ: match self.loads {
+                Loads::Auto => None,
+                Loads::Same => Some(false),
+                Loads::Differ => Some(true),
+            },
+        };
+        diagnose_machine(recordings, rig, request, progress).map_err(Failure::input)
+    }
+
+    /// The recordings, and what was noticed about their quality.
+    fn load(&self, rig: &Rig) -> Result<(Vec<Recording>, Vec<String>), Failure> {
+        let (mut recordings, mut remarks) = (Vec::new(), Vec::new());
         for path in &self.data {
             let loaded = input::recording(path, &self.channels, rig)?;
             let of = |sentence: String| match self.data.len() {
@@ -117,14 +178,23 @@ impl Args {
                 _ => format!("{}: {sentence}", path.display()),
             };
             remarks.extend(loaded.quality.sentences().into_iter().map(of));
-            joined = Some(match joined {
-                None => loaded.recording,
-                Some(first) => first.followed_by(loaded.recording).map_err(Failure::input)?,
-            });
+            recordings.push(loaded.recording);
         }
-        // The arguments ask for one file at least.
-        joined.map(|recording| (recording, remarks)).ok_or_else(|| Failure::input("no recording is given"))
+        Ok((recordings, remarks))
     }
+}
+
+/// All recordings as one.
+fn joined(recordings: Vec<Recording>) -> Result<Recording, Failure> {
+    let mut joined: Option<Recording> = None;
+    for next in recordings {
+        joined = Some(match joined {
+            None => next,
+            Some(first) => first.followed_by(next).map_err(Failure::input)?,
+        });
+    }
+    // The arguments ask for one file at least.
+    joined.ok_or_else(|| Failure::input("no recording is given"))
 }
 
 fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {

@@ -9,6 +9,7 @@ mod fit;
 mod import;
 mod input;
 mod interrupt;
+mod machine;
 mod options;
 mod origin;
 mod output;

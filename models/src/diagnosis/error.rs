@@ -15,6 +15,28 @@ pub enum DiagnosisError {
         /// What is missing, channel by channel.
         reasons: String,
     },
+    /// Recordings of one machine have different channels.
+    #[error(
+        "{file} has the channels {channels}, {first} has {expected} (with the same kind of drive): recordings of one machine need the same; choose them with --channels"
+    )]
+    OtherChannels {
+        /// The recording.
+        file: String,
+        /// Its channels.
+        channels: String,
+        /// The first recording.
+        first: String,
+        /// The channels of that.
+        expected: String,
+    },
+    /// A regulator has no load that could be told from the machine.
+    #[error(
+        "{file}: a regulator with its own loop is not parted into a machine and its load; --machine and --loads differ need a valve's drive, or a rig file with the board's loop"
+    )]
+    NoLoad {
+        /// The recording.
+        file: String,
+    },
     /// Too short to fit, select and test.
     #[error(
         "{file}: {seconds:.1} s of usable data give {blocks} blocks of {block_s:.1} s; at least {wanted} are needed to fit, to choose and to test on different data: record at least 20 s"

@@ -40,6 +40,56 @@ pub struct Report {
     /// Every level, prior and threshold that decided, by its name in [`settings`](crate::diagnosis::settings); the page says what and why.
     #[serde(default)]
     pub settings: BTreeMap<String, f64>,
+    /// Explanations with their probabilities, the likeliest first; of several recordings of one machine.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alternatives: Vec<Alternative>,
+    /// The machine, where several recordings of one were given, or one of a machine that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<MachineReport>,
+}
+
+/// A set of causes with its probability.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Alternative {
+    /// Ids of effects, `none`, `something_else`.
+    pub causes: Vec<String>,
+    /// Probability among all sets that were tried.
+    pub probability: f64,
+    /// RMS error of rollouts over the parts where causes are chosen, kPa.
+    pub select_rmse_kpa: f64,
+}
+
+/// Several recordings of one machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MachineReport {
+    /// Were valves, supply and sensor taken from a calibrated model?
+    pub known: bool,
+    /// RMS error of rollouts over the last parts of all recordings when the machine is fitted to the first parts of all of them, without
+    /// causes, kPa. Of a known machine there is no other error.
+    pub joint_rmse_before_kpa: f64,
+    /// The same with the causes.
+    pub joint_rmse_after_kpa: f64,
+    /// The recordings, in the order in which they were given.
+    pub recordings: Vec<MachineRecord>,
+}
+
+/// One of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MachineRecord {
+    /// Its file.
+    pub file: String,
+    /// RMS error of rollouts over its last part with the curves of the other recordings, without causes, kPa.
+    pub test_rmse_before_kpa: f64,
+    /// The same with the causes.
+    pub test_rmse_after_kpa: f64,
+    /// Deviation of the reading that the likelihood needs beside the noise, without causes, kPa RMS.
+    pub discrepancy_before_kpa: f64,
+    /// The same with the causes.
+    pub discrepancy_after_kpa: f64,
+    /// Parameters of its load, `effect.parameter`, by channel.
+    pub load: BTreeMap<String, BTreeMap<String, Estimate>>,
+    /// File of its extended model, beside this one.
+    pub extended_model: String,
 }
 
 /// What was found.
@@ -145,6 +195,9 @@ pub struct Cause {
     pub by_channel: BTreeMap<String, BTreeMap<String, Estimate>>,
     /// p-value of the gate, corrected for the whole catalogue.
     pub p_value: f64,
+    /// Probability of all explanations with it, where those were weighed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
     /// What modelling it gains.
     pub gain: Gain,
 }

@@ -25,6 +25,7 @@ mod holdout;
 mod inference;
 pub mod json;
 mod likelihood;
+pub mod machine;
 pub mod page;
 mod preconditions;
 mod report;

@@ -244,6 +244,8 @@ fn assemble(
             block_s: block_length_s(recording.duration_s()),
         },
         settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
+        alternatives: Vec::new(),
+        machine: None,
     };
     report.sentence = verdict::sentence(&report, change);
     let extended = extended_file(&channels, &extended_models, rig);

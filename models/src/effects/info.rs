@@ -55,6 +55,8 @@ pub struct EffectParameter {
     pub usual: f64,
     /// Is it free, as far as is usual, in every base model of a valve?
     pub in_base: bool,
+    /// Does it belong to what hangs on the valves, which may differ between recordings of one machine?
+    pub of_load: bool,
     /// What it means, in a few words.
     pub meaning: &'static str,
 }
@@ -77,6 +79,7 @@ impl EffectParameter {
             scale: Scale::Linear,
             usual: f64::INFINITY,
             in_base: false,
+            of_load: false,
             meaning,
         }
     }
@@ -108,6 +111,13 @@ impl EffectParameter {
     pub const fn in_base_to(mut self, distance: f64) -> Self {
         self.in_base = true;
         self.usual_to(distance)
+    }
+
+    /// It belongs to what hangs on the valves: each recording of a machine may have its own.
+    #[must_use]
+    pub const fn of_load(mut self) -> Self {
+        self.of_load = true;
+        self
     }
 
     /// Where it is fitted: anywhere, or as far as is usual.
@@ -157,6 +167,19 @@ impl Wave {
     }
 }
 
+/// A size that several parameters of an effect make together and that is better known than each of them.
+#[derive(Debug, Clone, Copy)]
+pub struct DerivedSize {
+    /// Name in reports, unique within the effect.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// What it means, in a few words.
+    pub meaning: &'static str,
+    /// From the effect's parameters and a flow, as the rate in kPa/s at which it changes the pressure of the nominal volume.
+    pub of: fn(&[f64], f64) -> f64,
+}
+
 /// What makes an effect different from most, wherever it matters.
 #[derive(Debug, Clone, Copy)]
 pub enum Trait {
@@ -176,6 +199,10 @@ pub enum Trait {
     RoughlyTimed,
     /// It belongs to a recording of some minutes and means nothing over months: then another offset or gain is seen.
     WithinARecording,
+    /// Its first parameter is the scale of the load: openings of valves cannot be told from it, but its ratios between recordings can.
+    ScaleOfLoad,
+    /// Its parameters make up for each other; together they are a size.
+    Derives(DerivedSize),
     /// It comes back with a period of its own; its probes follow from a wave that the recording shows.
     Periodic(fn(&Wave) -> Vec<Vec<f64>>),
 }
@@ -228,6 +255,18 @@ impl EffectInfo {
     #[must_use]
     pub fn is_thresholded(&self) -> bool {
         self.traits.iter().any(|t| matches!(t, Trait::Thresholded))
+    }
+
+    /// What several of its parameters make together.
+    #[must_use]
+    pub fn derived(&self) -> Option<DerivedSize> {
+        self.traits.iter().find_map(|t| if let Trait::Derives(size) = t { Some(*size) } else { None })
+    }
+
+    /// Is it the scale of what hangs on the valves?
+    #[must_use]
+    pub fn is_scale_of_load(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::ScaleOfLoad))
     }
 
     /// Does a board's loop hunt with it?

@@ -22,7 +22,7 @@ mod tube;
 pub use chamber::HEAT_REFERENCE_PA;
 pub use dither::course_from;
 pub use hook::{Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
-pub use info::{Domain, EffectInfo, EffectParameter, Question, Reach, Trait, Wave};
+pub use info::{DerivedSize, Domain, EffectInfo, EffectParameter, Question, Reach, Trait, Wave};
 pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;
 pub use plant::{BoardLoop, Plant};

@@ -5,5 +5,5 @@ mod discrepancy_model;
 mod residual_test;
 mod unexplained;
 
-pub use residual_test::Dependence;
+pub use residual_test::{Dependence, dependences, knots};
 pub use unexplained::{Rest, corrected, correction_gain, imitated_beside, significant};

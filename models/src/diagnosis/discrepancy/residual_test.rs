@@ -37,7 +37,9 @@ pub struct Dependence {
     scores: Vec<f64>,
 }
 
-fn knots(values: &[f64]) -> Vec<f64> {
+/// Positions of hats over the values that a variable takes.
+#[must_use]
+pub fn knots(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let (low, high) = (quantile(&sorted, 0.01), quantile(&sorted, 0.99));

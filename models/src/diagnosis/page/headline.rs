@@ -59,6 +59,7 @@ mod tests {
             parameters: BTreeMap::new(),
             by_channel: BTreeMap::new(),
             p_value,
+            probability: None,
             gain,
         })
     }

@@ -55,10 +55,15 @@ fn error_bars(diagnosis: &Diagnosis) -> Markup {
         bars.push(("noise and a usual wander of the supply", "noise", allowed_kpa));
     }
     bars.push(("sensor noise", "noise", report.baseline.noise_floor_kpa));
-    let longest = bars.iter().map(|b| b.2).fold(f64::MIN_POSITIVE, f64::max);
+    self::bars(&bars)
+}
+
+/// Errors as bars: what, its class (`before`, `after`, `noise`), kPa.
+pub fn bars(lines: &[(&str, &str, f64)]) -> Markup {
+    let longest = lines.iter().map(|b| b.2).fold(f64::MIN_POSITIVE, f64::max);
     html! {
         div.bars {
-            @for (what, class, kpa) in &bars {
+            @for (what, class, kpa) in lines {
                 div.bar {
                     span.what { (what) }
                     span.track {
@@ -179,7 +184,7 @@ fn method(diagnosis: &Diagnosis) -> Markup {
 }
 
 /// What decides the result, with reasons.
-fn settings_table() -> Markup {
+pub fn settings_table() -> Markup {
     let columns = [("Setting", Align::Left), ("value", Align::Right), ("what it is, and why", Align::Left)];
     let mut table = Table::new(&columns).stacked();
     for setting in settings::list() {

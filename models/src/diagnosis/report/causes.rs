@@ -50,6 +50,7 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
         parameters: sizes,
         by_channel: by_channel.into_iter().map(|(id, c)| (id, named(c))).collect(),
         p_value: found.p_value,
+        probability: None,
         gain,
     }
 }

@@ -86,6 +86,7 @@ mod tests {
             parameters: [(name.to_owned(), estimate)].into(),
             by_channel: BTreeMap::new(),
             p_value: 0.001,
+            probability: None,
             gain: Gain {
                 test_rmse_before_kpa: 2.0,
                 test_rmse_after_kpa: 1.0,

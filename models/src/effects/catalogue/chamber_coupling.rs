@@ -15,9 +15,9 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: half a percent of the volume per 100 kPa.
-        EffectParameter::linear("coupling", "1/(100 kPa)", (-0.3, 0.0, 0.6), "relative growth of the volume per 100 kPa over the chamber opposite").usual_to(0.005),
-        EffectParameter::logarithmic("frequency", "Hz", (0.2, 1.5, 15.0), "natural frequency of the joint"),
-        EffectParameter::linear("damping", "1", (0.1, 0.7, 3.0), "damping ratio of the joint"),
+        EffectParameter::linear("coupling", "1/(100 kPa)", (-0.3, 0.0, 0.6), "relative growth of the volume per 100 kPa over the chamber opposite").usual_to(0.005).of_load(),
+        EffectParameter::logarithmic("frequency", "Hz", (0.2, 1.5, 15.0), "natural frequency of the joint").of_load(),
+        EffectParameter::linear("damping", "1", (0.1, 0.7, 3.0), "damping ratio of the joint").of_load(),
     ],
     probes: &[&[0.03, 1.5, 0.6], &[0.03, 6.0, 1.0]],
     rivals: &["sensor_crosstalk", "supply_sag", "wall_compliance"],

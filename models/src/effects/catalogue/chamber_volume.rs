@@ -1,6 +1,6 @@
 //! `chamber_volume`: chamber volume has changed.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step, Stretch, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -14,13 +14,13 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Channel,
     parameters: &[
-        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "volume over the calibrated one"),
+        EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "volume over the calibrated one").of_load(),
     ],
     probes: &[&[0.8], &[1.2]],
     rivals: &["valve_gain", "supply_level"],
     separated_by: "leaking down with closed ports as well as filling: the volume slows both",
     smallest: 0.01,
-    traits: &[],
+    traits: &[Trait::ScaleOfLoad],
     check: "tube length, water in the chamber, a fold that does not open",
 };
 

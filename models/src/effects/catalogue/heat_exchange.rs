@@ -15,7 +15,7 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: 0.02 s: hardly to be told from isothermal.
-        EffectParameter::logarithmic("time_constant", "s", (0.004, 0.004, 40.0), "time constant of the gas temperature at 250 kPa absolute").usual_to(1.6),
+        EffectParameter::logarithmic("time_constant", "s", (0.004, 0.004, 40.0), "time constant of the gas temperature at 250 kPa absolute").usual_to(1.6).of_load(),
     ],
     probes: &[&[0.03], &[0.12], &[0.5], &[2.0]],
     rivals: &["wall_creep", "wall_compliance", "line_restriction"],

@@ -1,6 +1,6 @@
 //! `line_restriction`: tube between valve and chamber.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, LineParameters, Structure, Question, Reach};
+use crate::effects::{DerivedSize, Domain, EffectInfo, EffectParameter, Hook, LineParameters, Question, Reach, Structure, Trait};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -15,17 +15,28 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: 0.06 s: two metres of tube with 6 mm.
-        EffectParameter::logarithmic("time_constant", "s", (0.0003, 0.0003, 30.0), "pressure of the chamber over its rate at a flow pressure as large").usual_to(5.3),
+        EffectParameter::logarithmic("time_constant", "s", (0.0003, 0.0003, 30.0), "pressure of the chamber over its rate at a flow pressure as large").usual_to(5.3).of_load(),
         EffectParameter::logarithmic("volume_ratio", "1", (0.003, 0.02, 0.5), "volume of the tube over the chamber's"),
-        EffectParameter::linear("laminar", "kPa", (0.0, 0.0, 100.0), "flow pressure below which the loss in the tube is laminar"),
+        EffectParameter::linear("laminar", "kPa", (0.0, 0.0, 100.0), "flow pressure below which the loss in the tube is laminar").of_load(),
     ],
     probes: &[&[0.1, 0.02, 0.0], &[0.3, 0.02, 0.0], &[1.0, 0.02, 0.0], &[0.3, 0.1, 0.0], &[0.7, 0.06, 5.0], &[3.0, 0.06, 5.0]],
     rivals: &["heat_exchange", "sensor_lag", "wall_creep"],
     separated_by: "fast steps over a wide range of pressure: at the end of a flow the reading falls back or rises",
     smallest: 0.0005,
-    traits: &[],
+    traits: &[Trait::Derives(DerivedSize {
+        name: "resistance",
+        unit: "kPa s",
+        meaning: "resistance: what the tube loses (its flow pressure squared) over the flow",
+        of: resistance,
+    })],
     check: "length and bore of the tube, kinks, fittings between valve and chamber",
 };
+
+/// `F^2 / q = tau^2 q + tau l` at the flow `q`: a turbulent part that grows with the flow, and a laminar one.
+fn resistance(values: &[f64], flow_kpa_s: f64) -> f64 {
+    let [time_constant_s, _, laminar_kpa] = [0, 1, 2].map(|k| values[k]);
+    time_constant_s * (time_constant_s * flow_kpa_s + laminar_kpa)
+}
 
 /// The effect at work.
 #[derive(Debug, Clone)]

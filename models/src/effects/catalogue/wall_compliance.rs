@@ -15,7 +15,7 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: half a percent of the volume per 100 kPa: fittings and tubes.
-        EffectParameter::linear("compliance", "1/(100 kPa)", (0.0, 0.0, 1.0), "relative growth of the volume per 100 kPa").usual_to(0.005),
+        EffectParameter::linear("compliance", "1/(100 kPa)", (0.0, 0.0, 1.0), "relative growth of the volume per 100 kPa").usual_to(0.005).of_load(),
     ],
     probes: &[&[0.02], &[0.08], &[0.25]],
     rivals: &["wall_creep", "flow_function", "sensor_nonlinearity"],

@@ -15,8 +15,8 @@ pub const INFO: EffectInfo = EffectInfo {
     reach: Reach::Channel,
     parameters: &[
         // Usual: half a percent of the volume per 100 kPa: tubes of plastics.
-        EffectParameter::linear("compliance", "1/(100 kPa)", (0.0, 0.0, 1.0), "relative growth of the volume per 100 kPa in the end").usual_to(0.005),
-        EffectParameter::logarithmic("time_constant", "s", (0.3, 5.0, 300.0), "time constant of the growth"),
+        EffectParameter::linear("compliance", "1/(100 kPa)", (0.0, 0.0, 1.0), "relative growth of the volume per 100 kPa in the end").usual_to(0.005).of_load(),
+        EffectParameter::logarithmic("time_constant", "s", (0.3, 5.0, 300.0), "time constant of the growth").of_load(),
     ],
     probes: &[&[0.05, 1.0], &[0.05, 4.0], &[0.05, 15.0], &[0.05, 60.0]],
     rivals: &["heat_exchange", "wall_compliance", "sensor_drift"],
