@@ -4,9 +4,11 @@ use crate::args::{MessageType, Settings};
 use crate::bus::{OpenBus, RunningBus};
 use crate::diagnostic_msgs::DiagnosticArray;
 use crate::diagnostics::BusReport;
+use crate::fluid_pressure::FluidPressure;
 use crate::live::Live;
 use crate::node::{Joint, RosNode, unix_now_ns};
 use crate::pressure::PressureMessage;
+use crate::rosout::Rosout;
 use crate::services::Target;
 use crate::{parameters, publish};
 use pneudrive_host::line::Clock;
@@ -64,6 +66,7 @@ const ATTENTION: Duration = Duration::from_millis(20);
 pub fn run(settings: &Settings) -> Result<(), Failure> {
     match settings.message {
         MessageType::JointState => run_with::<JointState>(settings),
+        MessageType::FluidPressure => run_with::<FluidPressure>(settings),
         MessageType::Pressures { .. } => run_with::<Pressures>(settings),
     }
 }
@@ -77,6 +80,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     let opened = open(settings)?;
     let mut node = RosNode::new(settings, &live)?;
     let diagnostics = node.diagnostics(settings)?;
+    let rosout = Rosout::new(node.rosout()?, &settings.names);
     let (recorder, mut taps) = record(settings, &opened)?;
     let mut buses = Vec::new();
     let mut publishers: Vec<JoinHandle<()>> = Vec::new();
@@ -84,7 +88,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     for (index, bus) in opened.into_iter().enumerate() {
         let names = bus.names().to_vec();
         let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
-        let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
+        let topics: Vec<Vec<_>> = topics.collect::<Result<_, _>>()?;
         let (bus, states) = bus.start(&live, taps.next())?;
         joints.extend(
             names
@@ -107,6 +111,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     };
     let listener = node.listen::<M>(settings, joints, Arc::clone(&live), target)?;
     attend(settings, &stop, &live, &buses, &diagnostics, || {
+        rosout.publish();
         recorder.as_ref().is_some_and(Recorder::has_failed)
     });
     // Boards first.
@@ -114,7 +119,8 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     for publisher in publishers {
         let _ = publisher.join();
     }
-    drop(diagnostics);
+    rosout.publish();
+    drop((diagnostics, rosout));
     listener.stop();
     if let Some(recorder) = recorder {
         let reason = if ended.is_ok() { "signal: the node was told to stop" } else { "line: a bus failed" };

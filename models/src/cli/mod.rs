@@ -13,6 +13,7 @@ mod options;
 mod origin;
 mod output;
 mod progress;
+mod repair;
 mod show;
 mod simulate;
 mod watch;
@@ -45,6 +46,7 @@ enum Command {
     #[command(subcommand)]
     Export(export::Command),
     Import(import::Args),
+    Repair(repair::Args),
     Show(show::Args),
     Watch(watch::Args),
 }
@@ -60,6 +62,7 @@ impl Cli {
             Command::Effects(args) => args.run(),
             Command::Export(command) => command.run(),
             Command::Import(args) => args.run(),
+            Command::Repair(args) => args.run(),
             Command::Show(args) => args.run(),
             Command::Watch(args) => args.run(),
         }
