@@ -30,10 +30,16 @@ Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
 #[command(name = "pneudrive-ros", version, after_help = EXAMPLES, max_term_width = 110, args_override_self = true)]
 pub struct Flags {
     /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses [default: that of the rig file]
-    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required_unless_present = "rig")]
+    #[arg(
+        long,
+        value_name = "PATH|sim",
+        value_delimiter = ',',
+        required_unless_present = "rig",
+        overrides_with = "port"
+    )]
     pub port: Vec<PathBuf>,
     /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
-    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
+    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', overrides_with = "devices", value_parser = clap::value_parser!(u16).range(1..=255))]
     pub devices: Vec<u16>,
     /// Number of the first board's joint; the boards of the second bus follow those of the first
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
@@ -358,6 +364,35 @@ mod tests {
         let settings = settings("--port a,b --rate-hz 100 --port c --ros-args -p rate_hz:=200.0").unwrap();
         assert_eq!(settings.flags.port, ["a", "b", "c"].map(PathBuf::from));
         assert_eq!(settings.flags.rate_hz, Some(200.0));
+    }
+
+    /// A file is the farthest away: flags win over it, and parameters on the command line over both.
+    #[test]
+    fn files_of_parameters_come_before_flags() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("params.yaml");
+        let text = "/**:\n  ros__parameters: {port: [/dev/f, /dev/g], devices: [3, 2], rate_hz: 0.0, rig: '', use_sim_time: false}\n\
+                    /arm/air:\n  ros__parameters: {max_kpa: 200.0, watchdog_s: 3.0}\n/other:\n  ros__parameters: {devices: 9}\n";
+        std::fs::write(&file, text).unwrap();
+        let file = file.display();
+        let of = |line: &str| {
+            let flags = settings(line).unwrap().flags;
+            (flags.port, flags.devices, flags.max_kpa, flags.watchdog_s)
+        };
+        let ports = |ports: &[&str]| ports.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let alone = of(&format!("--ros-args --params-file {file}"));
+        assert_eq!(alone, (ports(&["/dev/f", "/dev/g"]), vec![3, 2], None, 1.0));
+        let named = of(&format!("--name air --ros-args -r __ns:=/arm --params-file {file}"));
+        assert_eq!((named.2, named.3), (Some(200.0), 3.0));
+        let flags = of(&format!("--port /dev/a -n 1 --ros-args --params-file {file}"));
+        assert_eq!((flags.0, flags.1), (ports(&["/dev/a"]), vec![1]));
+        let last = of(&format!(
+            "--port /dev/a -n 1 --ros-args --params-file {file} -p port:=/dev/p -p devices:=[7]"
+        ));
+        assert_eq!((last.0, last.1), (ports(&["/dev/p"]), vec![7]));
+        let refused = |line: &str| settings(line).unwrap_err().to_string();
+        assert!(refused("--port a --ros-args --params-file /nowhere.yaml").contains("/nowhere.yaml"));
+        assert!(refused("--port a --overwrite").contains("give --record"));
     }
 
     #[test]
