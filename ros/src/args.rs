@@ -39,7 +39,7 @@ pub struct Flags {
     )]
     pub port: Vec<PathBuf>,
     /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
-    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', overrides_with = "devices", value_parser = clap::value_parser!(u16).range(1..=255))]
+    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
     pub devices: Vec<u16>,
     /// Number of the first board's joint; the boards of the second bus follow those of the first
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
@@ -189,12 +189,16 @@ impl Settings {
         };
         parameters.retain(|name, _| !is_flag(name));
         parameters.extend(ros.parameters.into_iter().map(|(name, value)| (name, params_file::value(&value))));
-        for (name, value) in parameters {
-            if !means_nothing(&name, &value) {
-                own.push(format!("--{}={value}", name.replace('_', "-")).into());
-            }
+        parameters.retain(|name, value| !means_nothing(name, value));
+        for (name, value) in &parameters {
+            own.push(format!("--{}={value}", name.replace('_', "-")).into());
         }
-        let flags = Flags::parse_from(own);
+        let [ports, devices] = ["port", "devices"]
+            .map(|name| parameters.get(name).map_or(0, |value: &String| value.split(',').count()));
+        let mut flags = Flags::parse_from(own);
+        // Flags that are given several times add up, but a parameter takes the place of a flag.
+        keep_last(&mut flags.port, ports);
+        keep_last(&mut flags.devices, devices);
         Self::check(flags, names)
     }
 
@@ -320,6 +324,13 @@ pub fn check_number(number: f64, may_be_zero: bool) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!("must be {} 0 and at most 1e6", if may_be_zero { "at least" } else { "above" }))
+    }
+}
+
+/// Leaves the last `count` of `items`, or all if that is 0.
+fn keep_last<T>(items: &mut Vec<T>, count: usize) {
+    if count > 0 {
+        items.drain(..items.len().saturating_sub(count));
     }
 }
 
