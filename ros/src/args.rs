@@ -30,13 +30,7 @@ Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
 #[command(name = "pneudrive-ros", version, after_help = EXAMPLES, max_term_width = 110, args_override_self = true)]
 pub struct Flags {
     /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses [default: that of the rig file]
-    #[arg(
-        long,
-        value_name = "PATH|sim",
-        value_delimiter = ',',
-        required_unless_present = "rig",
-        overrides_with = "port"
-    )]
+    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required_unless_present = "rig")]
     pub port: Vec<PathBuf>,
     /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
     #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
