@@ -1,6 +1,6 @@
 //! The program's log: standard error, and a queue for `/rosout`.
 
-use crate::node::unix_now_ns;
+use crate::unix_time::unix_now_ns;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 

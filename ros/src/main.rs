@@ -14,6 +14,7 @@ mod channel_names;
 mod descriptions;
 mod diagnostic_msgs;
 mod diagnostics;
+mod failure;
 mod fluid_pressure;
 mod gate;
 mod live;
@@ -31,6 +32,7 @@ mod rosout;
 mod run;
 mod services;
 mod tap;
+mod unix_time;
 
 use args::Settings;
 use std::process::ExitCode;

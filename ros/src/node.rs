@@ -3,14 +3,15 @@
 use crate::args::{MessageType, Settings};
 use crate::channel_names::ChannelNames;
 use crate::diagnostic_msgs::DiagnosticArray;
+use crate::failure::Failure;
 use crate::gate::Gate;
 use crate::live::Live;
 use crate::parameter_services::ParameterServices;
 use crate::parameters;
 use crate::pressure::{Part, PressureMessage};
 use crate::publish::StateTopic;
-use crate::run::Failure;
 use crate::services::{Services, Target};
+use crate::unix_time::unix_now_ns;
 use futures::StreamExt;
 use futures::channel::oneshot;
 use futures::executor::block_on;
@@ -21,7 +22,6 @@ use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, Publisher, Subscription};
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// One joint's topics, and where its commands go.
 #[derive(Clone)]
@@ -212,12 +212,6 @@ async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Part, Subscription<
             );
         }
     }
-}
-
-/// ns since 1970.
-pub fn unix_now_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
 fn type_name(message: &MessageType) -> MessageTypeName {

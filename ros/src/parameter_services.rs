@@ -4,8 +4,8 @@
 
 use crate::args::Settings;
 use crate::descriptions;
+use crate::failure::Failure;
 use crate::parameters;
-use crate::run::Failure;
 use crate::services::{offer, serve};
 use futures::join;
 use ros2_client::parameters::raw;

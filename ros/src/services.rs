@@ -1,8 +1,8 @@
 //! `~/vent` and `~/release`, of type `std_srvs/srv/Trigger`.
 
 use crate::args::Settings;
+use crate::failure::Failure;
 use crate::gate::Gate;
-use crate::run::Failure;
 use futures::StreamExt;
 use futures::future::join;
 use pneudrive_host::poller::VentLatch;
