@@ -63,6 +63,8 @@ pub struct JointState {
 impl JointState {
     /// Its name in ROS.
     pub const ROS_TYPE: &str = "sensor_msgs/msg/JointState";
+    /// What tells this definition from others of that name (REP 2016), in ROS 2 Jazzy and later.
+    pub const ROS_TYPE_HASH: &str = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
     /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
     pub const DEFINITION: &str = "\
 std_msgs/Header header
@@ -168,6 +170,8 @@ impl Log {
     pub const WARN: u8 = 30;
     /// Its name in ROS.
     pub const ROS_TYPE: &str = "rcl_interfaces/msg/Log";
+    /// What tells this definition from others of that name (REP 2016), in ROS 2 Jazzy and later.
+    pub const ROS_TYPE_HASH: &str = "RIHS01_e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac";
     /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
     pub const DEFINITION: &str = "\
 byte DEBUG=10

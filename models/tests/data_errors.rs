@@ -49,11 +49,11 @@ fn other_formats_are_recognised_by_their_first_bytes() {
 fn no_time_column() {
     assert_message(
         "time,b0_p0_kpa\n0,1\n",
-        "run.csv, row 1: no column t_s (time in s) among: time, b0_p0_kpa; rename the time column, or use `import --time`",
+        "run.csv, row 1: no column t_s (time in s) among: time, b0_p0_kpa; rename the time column, or use `pneudrive-model import --time`",
     );
     assert_message(
         "t_s;b0_p0_kpa\n0;1\n",
-        "run.csv, row 1: no column t_s (time in s) among: t_s;b0_p0_kpa; rename the time column, or use `import --time`; the columns are separated by semicolons: use `import --delimiter ';'`",
+        "run.csv, row 1: no column t_s (time in s) among: t_s;b0_p0_kpa; rename the time column, or use `pneudrive-model import --time`; the columns are separated by semicolons: use `pneudrive-model import --delimiter ';'`",
     );
 }
 
@@ -61,7 +61,7 @@ fn no_time_column() {
 fn no_channel_column() {
     assert_message(
         "t_s,b0_p0_psi\n0,1\n",
-        "run.csv, row 1: no channel columns such as b0_cmd0_kpa and b0_p0_kpa among: t_s, b0_p0_psi; rename them, or use `import --map`; is b0_p0_psi meant to be b0_p0_kpa?",
+        "run.csv, row 1: no channel columns such as b0_cmd0_kpa and b0_p0_kpa among: t_s, b0_p0_psi; rename them, or use `pneudrive-model import --map`; is b0_p0_psi meant to be b0_p0_kpa?",
     );
 }
 

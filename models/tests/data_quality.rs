@@ -150,7 +150,7 @@ fn rows_without_time_are_left_out_and_odd_columns_mentioned() {
     assert_eq!(
         said[..2],
         [
-            "Column b0_p1_psi is not used: the format knows b0_p1_kpa. Rename it if that is what it is, or convert its unit with `import --map`.",
+            "Column b0_p1_psi is not used: the format knows b0_p1_kpa. Rename it if that is what it is, or convert its unit with `pneudrive-model import --map`.",
             "t_s is empty or no usable number in 1 row(s), the first of them row 3: left out.",
         ]
     );

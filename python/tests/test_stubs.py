@@ -3,6 +3,8 @@
 import ast
 import builtins
 import inspect
+import subprocess
+import sys
 from pathlib import Path
 
 import pneudrive_py
@@ -35,6 +37,13 @@ def test_stubs_are_up_to_date():
             assert list(inspect.signature(thing).parameters) == functions[name], f"{name}: {REGENERATE}"
     there = {name for name in _pneudrive.__all__ if name != "__version__"}
     assert there == classes.keys() | functions.keys(), REGENERATE
+
+
+def test_a_type_checker_finds_in_the_stubs_what_is_there(tmp_path):
+    """mypy's comparison of stubs with what Python finds at run time: names, arguments and their defaults."""
+    command = [sys.executable, "-m", "mypy.stubtest", "pneudrive_py._pneudrive", "--concise"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_every_type_is_known():

@@ -1,11 +1,14 @@
 //! Flags, which are also the ROS parameters, and what they mean.
 
 use crate::names::{NameError, Names};
+use crate::params_file::{self, ParamsFileError};
 use crate::ros_args::{self, RosArgsError};
-use clap::Parser;
+use clap::parser::ValueSource;
+use clap::{CommandFactory, Parser};
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{ChannelLimit, Limits};
 use pneudrive_host::rig::{self, CalibrationError, Rig, RigError};
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -15,9 +18,10 @@ Examples:
   pneudrive-ros --port /dev/ttyUSB0 --devices 2 --namespace /arm
   pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4 two buses of four boards: joint_0 to joint_7
   pneudrive-ros --port /dev/ttyUSB0 --ros-args -r __ns:=/arm -p rate_hz:=500.0
+  pneudrive-ros --ros-args --params-file arm.yaml            as a launch file starts it
 
-Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics. Services: ~/vent, ~/release. Commands hold for
---command-timeout-s: repeat them. Ends on Ctrl-C or SIGTERM; then 0 kPa is commanded to every board.
+Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics, /rosout. Services: ~/vent, ~/release. Commands hold
+for --command-timeout-s: repeat them. Ends on Ctrl-C or SIGTERM; then 0 kPa is commanded to every board.
 
 Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
 
@@ -69,8 +73,8 @@ pub struct Flags {
     /// Vent all joints when the node itself has been stuck for so long, s: the thread of each bus does it. 0 holds their commands
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub watchdog_s: f64,
-    /// Type of the pressure messages: joint_state (sensor_msgs/JointState, kPa in `effort`), or PACKAGE/TYPE for a message
-    /// {std_msgs/Header header, float64[] pressure} of that name
+    /// Type of the pressure messages: joint_state (sensor_msgs/JointState, kPa in `effort`), fluid_pressure (sensor_msgs/FluidPressure, Pa
+    /// gauge, topics ~/joint_N/chamber_K/..), or PACKAGE/TYPE for a message {std_msgs/Header header, float64[] pressure} of that name
     #[arg(long, value_name = "TYPE", default_value = "joint_state")]
     pub message_type: String,
     /// Publish /diagnostics every so often, s
@@ -80,7 +84,7 @@ pub struct Flags {
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Replace the recording if it exists
-    #[arg(long, requires = "record")]
+    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true")]
     pub overwrite: bool,
     /// Namespace of the node; __ns:= wins
     #[arg(long, value_name = "NS", default_value = "/")]
@@ -117,6 +121,8 @@ pub struct Settings {
 pub enum MessageType {
     /// `sensor_msgs/msg/JointState`
     JointState,
+    /// `sensor_msgs/msg/FluidPressure`, one for each chamber.
+    FluidPressure,
     /// `{Header, float64[]}` under a name of the user's.
     Pressures {
         /// Its package.
@@ -132,6 +138,9 @@ pub enum ArgsError {
     /// In the ROS part.
     #[error(transparent)]
     Ros(#[from] RosArgsError),
+    /// In a file of parameters.
+    #[error(transparent)]
+    File(#[from] ParamsFileError),
     /// A name.
     #[error(transparent)]
     Name(#[from] NameError),
@@ -157,15 +166,33 @@ impl Settings {
     /// Reads the command line. Ends the process for --help, --version and flags that clap refuses.
     pub fn from_command_line(line: impl Iterator<Item = OsString>) -> Result<Self, ArgsError> {
         let (mut own, ros) = ros_args::split(line)?;
-        for (name, value) in ros.parameters {
-            // What belongs to every node and means nothing to this one.
-            if name == "use_sim_time" || name.starts_with("qos_overrides") {
-                continue;
-            }
-            own.push(format!("--{}={}", name.replace('_', "-"), plain(&value)).into());
+        // The node's name says which parameters of a file are its own. What is wrong with the flags is told below.
+        let given = Flags::command().ignore_errors(true).try_get_matches_from(&own).unwrap_or_default();
+        let word = |id: &str, default: &str| {
+            given.try_get_one::<String>(id).ok().flatten().cloned().unwrap_or_else(|| default.to_owned())
+        };
+        let names = Names::new(&word("namespace", "/"), &word("name", "pneudrive"), &ros.remaps)?;
+        let mut parameters = BTreeMap::new();
+        for file in &ros.files {
+            parameters.extend(params_file::read(file, &names.full())?);
         }
-        let flags = Flags::parse_from(own);
-        let names = Names::new(&flags.namespace, &flags.name, &ros.remaps)?;
+        // Flags are nearer than a file.
+        let is_flag = |name: &str| {
+            given.ids().any(|id| id.as_str() == name)
+                && given.value_source(name) == Some(ValueSource::CommandLine)
+        };
+        parameters.retain(|name, _| !is_flag(name));
+        parameters.extend(ros.parameters.into_iter().map(|(name, value)| (name, params_file::value(&value))));
+        parameters.retain(|name, value| !means_nothing(name, value));
+        for (name, value) in &parameters {
+            own.push(format!("--{}={value}", name.replace('_', "-")).into());
+        }
+        let [ports, devices] = ["port", "devices"]
+            .map(|name| parameters.get(name).map_or(0, |value: &String| value.split(',').count()));
+        let mut flags = Flags::parse_from(own);
+        // Flags that are given several times add up, but a parameter takes the place of a flag.
+        keep_last(&mut flags.port, ports);
+        keep_last(&mut flags.devices, devices);
         Self::check(flags, names)
     }
 
@@ -195,6 +222,9 @@ impl Settings {
         if flags.port.is_empty() {
             return value("--port", String::new(), "give one here, or as port under [bus] of the rig file");
         }
+        if flags.overwrite && flags.record.is_none() {
+            return value("--overwrite", "true".into(), "give --record FILE.mcap, the recording to replace");
+        }
         if flags.devices.len() != 1 && flags.devices.len() != flags.port.len() {
             let counts = flags.devices.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
             let advice = format!("one number, or one for each of the {} ports", flags.port.len());
@@ -223,6 +253,9 @@ impl Settings {
             ["joint_state"] | ["sensor_msgs", "JointState"] | ["sensor_msgs", "msg", "JointState"] => {
                 MessageType::JointState
             }
+            ["fluid_pressure"]
+            | ["sensor_msgs", "FluidPressure"]
+            | ["sensor_msgs", "msg", "FluidPressure"] => MessageType::FluidPressure,
             [package, name] | [package, "msg", name] if !package.is_empty() && !name.is_empty() => {
                 MessageType::Pressures { package: package.to_owned(), name: name.to_owned() }
             }
@@ -230,7 +263,7 @@ impl Settings {
                 return value(
                     "--message-type",
                     flags.message_type.clone(),
-                    "expected joint_state or PACKAGE/TYPE",
+                    "expected joint_state, fluid_pressure or PACKAGE/TYPE",
                 );
             }
         };
@@ -288,11 +321,21 @@ pub fn check_number(number: f64, may_be_zero: bool) -> Result<(), String> {
     }
 }
 
-/// A parameter's YAML text as a flag's value: without quotes, lists without brackets.
-fn plain(value: &str) -> String {
-    let list = value.trim().trim_start_matches('[').trim_end_matches(']');
-    let items = list.split(',').map(|item| item.trim().trim_matches(|c| c == '\'' || c == '"'));
-    items.collect::<Vec<_>>().join(",")
+/// Leaves the last `count` of `items`, or all if that is 0.
+fn keep_last<T>(items: &mut Vec<T>, count: usize) {
+    if count > 0 {
+        items.drain(..items.len().saturating_sub(count));
+    }
+}
+
+/// Whether a parameter is what belongs to every node and means nothing to this one, or the value that `ros2 param dump` shows for a flag
+/// that was not given.
+fn means_nothing(name: &str, value: &str) -> bool {
+    let not_given = value.is_empty() || (name == "rate_hz" && value == "0");
+    not_given
+        || name == "use_sim_time"
+        || name == "start_type_description_service"
+        || name.starts_with("qos_overrides")
 }
 
 #[cfg(test)]
@@ -326,6 +369,35 @@ mod tests {
         let settings = settings("--port a,b --rate-hz 100 --port c --ros-args -p rate_hz:=200.0").unwrap();
         assert_eq!(settings.flags.port, ["a", "b", "c"].map(PathBuf::from));
         assert_eq!(settings.flags.rate_hz, Some(200.0));
+    }
+
+    /// A file is the farthest away: flags win over it, and parameters on the command line over both.
+    #[test]
+    fn files_of_parameters_come_before_flags() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("params.yaml");
+        let text = "/**:\n  ros__parameters: {port: [/dev/f, /dev/g], devices: [3, 2], rate_hz: 0.0, rig: '', use_sim_time: false}\n\
+                    /arm/air:\n  ros__parameters: {max_kpa: 200.0, watchdog_s: 3.0}\n/other:\n  ros__parameters: {devices: 9}\n";
+        std::fs::write(&file, text).unwrap();
+        let file = file.display();
+        let of = |line: &str| {
+            let flags = settings(line).unwrap().flags;
+            (flags.port, flags.devices, flags.max_kpa, flags.watchdog_s)
+        };
+        let ports = |ports: &[&str]| ports.iter().map(PathBuf::from).collect::<Vec<_>>();
+        let alone = of(&format!("--ros-args --params-file {file}"));
+        assert_eq!(alone, (ports(&["/dev/f", "/dev/g"]), vec![3, 2], None, 1.0));
+        let named = of(&format!("--name air --ros-args -r __ns:=/arm --params-file {file}"));
+        assert_eq!((named.2, named.3), (Some(200.0), 3.0));
+        let flags = of(&format!("--port /dev/a -n 1 --ros-args --params-file {file}"));
+        assert_eq!((flags.0, flags.1), (ports(&["/dev/a"]), vec![1]));
+        let last = of(&format!(
+            "--port /dev/a -n 1 --ros-args --params-file {file} -p port:=/dev/p -p devices:=[7]"
+        ));
+        assert_eq!((last.0, last.1), (ports(&["/dev/p"]), vec![7]));
+        let refused = |line: &str| settings(line).unwrap_err().to_string();
+        assert!(refused("--port a --ros-args --params-file /nowhere.yaml").contains("/nowhere.yaml"));
+        assert!(refused("--port a --overwrite").contains("give --record"));
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use crate::args::Settings;
 use crate::channel_names::ChannelNames;
+use crate::failure::Failure;
 use crate::gate::{Gate, Joint};
 use crate::live::Live;
 use crate::publish::PublishCounters;
-use crate::run::Failure;
 use crate::tap::{State, Tap};
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};

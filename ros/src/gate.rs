@@ -1,7 +1,7 @@
 //! Which commands get through to the boards.
 
 use crate::channel_names::ChannelNames;
-use crate::pressure::Command;
+use crate::pressure::{Command, Part};
 use crate::refusal::{Counters, Refusal};
 use pneudrive_host::messages::Time;
 use pneudrive_host::poller::{BoardCommand, Limits, SetPoints, VENTED};
@@ -110,11 +110,17 @@ impl Gate {
             return Err(Refusal::NotInEffort);
         }
         let mut changes = [None; CHANNELS];
+        if let Part::Chamber(channel) = command.part {
+            for &kpa in command.kpa.iter() {
+                changes[channel] = Some(self.counts(channel, kpa)?);
+            }
+            return Ok(changes);
+        }
         if command.names.is_empty() {
             if command.kpa.len() != CHANNELS {
                 return Err(Refusal::WrongLength { found: command.kpa.len() });
             }
-            for (channel, (change, &kpa)) in changes.iter_mut().zip(command.kpa).enumerate() {
+            for (channel, (change, &kpa)) in changes.iter_mut().zip(command.kpa.iter()).enumerate() {
                 *change = Some(self.counts(channel, kpa)?);
             }
             return Ok(changes);
@@ -122,7 +128,7 @@ impl Gate {
         if command.names.len() != command.kpa.len() {
             return Err(Refusal::NamesAndValues { names: command.names.len(), values: command.kpa.len() });
         }
-        for (name, &kpa) in command.names.iter().zip(command.kpa) {
+        for (name, &kpa) in command.names.iter().zip(command.kpa.iter()) {
             let names = &self.joint.names;
             let Some(channel) = names.channel(name) else {
                 let (joint, known) = (names.joint(), names.known());
@@ -173,6 +179,7 @@ fn fresh(stamp: Time, now_ns: u64, max_age_ns: u64) -> Result<(), Refusal> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fluid_pressure::FluidPressure;
     use crate::pressure::PressureMessage;
     use pneudrive_host::messages::JointState;
     use pneudrive_host::poller::ChannelLimit;
@@ -209,7 +216,7 @@ mod tests {
     }
 
     fn offer(gate: &Gate, message: &JointState) -> Result<(), Refusal> {
-        gate.offer(&message.command(), NOW_NS, AGE_NS)
+        gate.offer(&message.command(Part::Joint), NOW_NS, AGE_NS)
     }
 
     fn counts(kpa: [f64; 4]) -> Option<BoardCommand> {
@@ -273,6 +280,20 @@ mod tests {
     }
 
     #[test]
+    fn a_message_about_one_chamber_changes_that_one() {
+        let (gate, points) = gate();
+        offer(&gate, &of(&KPA)).unwrap();
+        let message = |pa| FluidPressure { fluid_pressure: pa, ..FluidPressure::default() };
+        let offer = |pa| gate.offer(&message(pa).command(Part::Chamber(2)), NOW_NS, AGE_NS);
+        offer(99_000.0).unwrap();
+        assert_eq!(points.get(1), counts([0.0, 100.0, 99.0, 300.0]));
+        for pa in [f64::NAN, -1_000.0, 776_000.0] {
+            offer(pa).unwrap_err();
+        }
+        assert_eq!((points.get(1), gate.counters().refused()), (counts([0.0, 100.0, 99.0, 300.0]), 3));
+    }
+
+    #[test]
     fn names_say_which_channel_a_value_is_for() {
         let (gate, points) = gate();
         let all = ["b5_cmd3_kpa", "b5_cmd0_kpa", "b5_cmd2_kpa", "b5_cmd1_kpa"];
@@ -312,7 +333,7 @@ mod tests {
     #[test]
     fn no_age_is_too_high_without_a_limit() {
         let (gate, _) = gate();
-        gate.offer(&stamped(1, of(&KPA)).command(), NOW_NS, 0).unwrap();
+        gate.offer(&stamped(1, of(&KPA)).command(Part::Joint), NOW_NS, 0).unwrap();
     }
 
     #[test]
@@ -344,7 +365,7 @@ mod tests {
         let (gate, points) = gate();
         offer(&gate, &of(&[100.0; 4])).unwrap();
         let later = named(&["b5_cmd2_kpa"], &[50.0]);
-        gate.offer(&later.command(), NOW_NS + AGE_NS, AGE_NS).unwrap();
+        gate.offer(&later.command(Part::Joint), NOW_NS + AGE_NS, AGE_NS).unwrap();
         assert!(gate.expire(NOW_NS + AGE_NS + 1, AGE_NS));
         let mut left = VENTED;
         left[2] = SCALE.counts(50.0).unwrap();

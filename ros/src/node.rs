@@ -3,26 +3,28 @@
 use crate::args::{MessageType, Settings};
 use crate::channel_names::ChannelNames;
 use crate::diagnostic_msgs::DiagnosticArray;
+use crate::failure::Failure;
 use crate::gate::Gate;
 use crate::live::Live;
+use crate::parameter_services::ParameterServices;
 use crate::parameters;
-use crate::pressure::PressureMessage;
+use crate::pressure::{Part, PressureMessage};
 use crate::publish::StateTopic;
-use crate::run::Failure;
 use crate::services::{Services, Target};
+use crate::unix_time::unix_now_ns;
 use futures::StreamExt;
 use futures::channel::oneshot;
 use futures::executor::block_on;
-use futures::future::{Either, select};
+use futures::future::{Either, join, select};
 use futures::stream::SelectAll;
-use pneudrive_host::messages::JointState;
+use pneudrive_host::messages::{JointState, Log};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
-use ros2_client::{Context, ContextOptions, MessageTypeName, Node, Publisher, Subscription};
+use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, Publisher, Subscription};
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// One joint's topics, and where its commands go.
+#[derive(Clone)]
 pub struct Joint {
     /// Its number in topic names.
     pub number: u16,
@@ -64,6 +66,14 @@ const DIAGNOSTICS_QOS: QosProfile = QosProfile {
     ..QosProfile::publisher_default()
 };
 
+/// As other nodes offer /rosout: who comes later hears what was said before.
+const ROSOUT_QOS: QosProfile = QosProfile {
+    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
+    durability: Durability::TransientLocal,
+    history: History::KeepLast { depth: 1_000 },
+    ..QosProfile::publisher_default()
+};
+
 impl RosNode {
     /// Joins the DDS domain. `live` follows the parameters.
     pub fn new(settings: &Settings, live: &Arc<Live>) -> Result<Self, Failure> {
@@ -84,16 +94,28 @@ impl RosNode {
         self.publisher(settings, "/diagnostics", type_name, &DIAGNOSTICS_QOS)
     }
 
-    /// Where a joint's states go.
+    /// `/rosout`
+    pub fn rosout(&mut self) -> Result<Publisher<Log>, Failure> {
+        let dds = |error| Failure::running(format!("/rosout: {error}"));
+        let name = Name::parse("/rosout").map_err(Failure::input)?;
+        let type_name = MessageTypeName::new("rcl_interfaces", "Log");
+        let topic = self.node.create_topic(&name, type_name, &ROSOUT_QOS).map_err(dds)?;
+        self.node.create_publisher(&topic, None).map_err(dds)
+    }
+
+    /// Where a joint's states go: a topic for each part that the type of message is about.
     pub fn states<M: PressureMessage>(
         &mut self,
         settings: &Settings,
         joint: &ChannelNames,
         bus: usize,
-    ) -> Result<StateTopic<M>, Failure> {
-        let topic = format!("~/joint_{}/pressure_state", joint.joint());
-        let publisher = self.publisher(settings, &topic, type_name(&settings.message), &STATE_QOS)?;
-        Ok(StateTopic { publisher, message: M::empty_state(joint, bus) })
+    ) -> Result<Vec<StateTopic<M>>, Failure> {
+        let topic = |&part: &Part| {
+            let topic = part.topic(joint.joint(), "pressure_state");
+            let publisher = self.publisher(settings, &topic, type_name(&settings.message), &STATE_QOS)?;
+            Ok(StateTopic { part, publisher, message: M::empty_state(joint, part, bus) })
+        };
+        M::PARTS.iter().map(topic).collect()
     }
 
     fn publisher<M: serde::Serialize>(
@@ -118,15 +140,17 @@ impl RosNode {
         target: Target,
     ) -> Result<Listener, Failure> {
         let services = Services::new(&mut self.node, settings, target)?;
+        let parameters = ParameterServices::new(&mut self.node, settings)?;
         let mut subscriptions = Vec::new();
-        for joint in joints {
-            let topic = format!("~/joint_{}/pressure_command", joint.number);
+        let parts = joints.iter().flat_map(|joint| M::PARTS.iter().map(move |&part| (joint.clone(), part)));
+        for (joint, part) in parts {
+            let topic = part.topic(joint.number, "pressure_command");
             let name = settings.names.topic(&topic).map_err(Failure::input)?;
             let dds = |error| Failure::running(format!("{topic}: {error}"));
             let topic =
                 self.node.create_topic(&name, type_name(&settings.message), &COMMAND_QOS).map_err(dds)?;
             let subscription = self.node.create_subscription::<M>(&topic, None).map_err(dds)?;
-            subscriptions.push((joint, subscription));
+            subscriptions.push((joint, part, subscription));
         }
         let spinner =
             self.node.spinner().map_err(|error| Failure::running(format!("cannot listen: {error}")))?;
@@ -136,14 +160,14 @@ impl RosNode {
                 let commands = std::pin::pin!(follow(&subscriptions, &live));
                 let spinning = std::pin::pin!(spinner.spin());
                 // The spinner ends only with the node, the streams never: whichever ends first, it is over.
-                let answering = std::pin::pin!(services.answer());
+                let answering = std::pin::pin!(join(services.answer(), parameters.answer(&self.node)));
                 let work = select(select(commands, answering), spinning);
                 if let Either::Right(_) = select(stopped, work).await {
                     log::error!("DDS has ended");
                 }
             });
             // In this order: others are told of each end, or they list a dead node for ever.
-            drop((subscriptions, services));
+            drop((subscriptions, services, parameters));
             drop(self.node);
             drop(self.context);
         });
@@ -163,14 +187,14 @@ impl Listener {
 }
 
 /// Passes every command on to its joint's gate.
-async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Subscription<M>)], live: &Live) {
+async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Part, Subscription<M>)], live: &Live) {
     let mut commands: SelectAll<_> = subscriptions
         .iter()
-        .map(|(joint, subscription)| {
-            subscription.async_stream().map(move |message| (joint, message)).boxed_local()
+        .map(|(joint, part, subscription)| {
+            subscription.async_stream().map(move |message| (joint, *part, message)).boxed_local()
         })
         .collect();
-    while let Some((joint, message)) = commands.next().await {
+    while let Some((joint, part, message)) = commands.next().await {
         let message = match message {
             Ok((message, _)) => message,
             Err(error) => {
@@ -178,7 +202,7 @@ async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Subscription<M>)], 
                 continue;
             }
         };
-        let offered = joint.gate.offer(&message.command(), unix_now_ns(), live.max_command_age_ns());
+        let offered = joint.gate.offer(&message.command(part), unix_now_ns(), live.max_command_age_ns());
         if let Err(refusal) = offered
             && *joint.gate.counters().refused_for(&refusal) == 1
         {
@@ -190,12 +214,6 @@ async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Subscription<M>)], 
     }
 }
 
-/// ns since 1970.
-pub fn unix_now_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
-}
-
 fn type_name(message: &MessageType) -> MessageTypeName {
     match message {
         MessageType::JointState => {
@@ -203,6 +221,7 @@ fn type_name(message: &MessageType) -> MessageTypeName {
             let (package, name) = JointState::ROS_TYPE.split_once("/msg/").unwrap_or_default();
             MessageTypeName::new(package, name)
         }
+        MessageType::FluidPressure => MessageTypeName::new("sensor_msgs", "FluidPressure"),
         MessageType::Pressures { package, name } => MessageTypeName::new(package, name),
     }
 }

@@ -7,11 +7,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Parameters that may be set, and whether 0 is a value.
-const SETTABLE: [(&str, bool); 3] =
+pub const SETTABLE: [(&str, bool); 3] =
     [("publish_rate_hz", false), ("max_command_age_s", true), ("command_timeout_s", true)];
 
+/// Parameters by their names.
+pub type Initial = BTreeMap<&'static str, ParameterValue>;
+
 /// All parameters with the values they have at the start.
-fn initial(settings: &Settings) -> BTreeMap<&'static str, ParameterValue> {
+pub fn initial(settings: &Settings) -> Initial {
     let flags = &settings.flags;
     let text = |path: &std::path::Path| path.display().to_string();
     BTreeMap::from([
@@ -55,7 +58,8 @@ pub fn start(settings: &Settings) -> Arc<Live> {
 /// Declares the parameters; those that are set take effect in `live`.
 pub fn declare(settings: &Settings, live: &Arc<Live>) -> NodeOptions {
     let initial = initial(settings);
-    let mut options = NodeOptions::new().enable_rosout(false).start_parameter_services(true);
+    // Parameters are served, and /rosout written, by ourselves: see there.
+    let mut options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
     for (name, value) in &initial {
         options = options.declare_parameter(name, value.clone());
     }
@@ -70,11 +74,11 @@ pub fn declare(settings: &Settings, live: &Arc<Live>) -> NodeOptions {
         }))
 }
 
-fn check(
-    initial: &BTreeMap<&'static str, ParameterValue>,
-    name: &str,
-    value: &ParameterValue,
-) -> Result<(), String> {
+/// Whether the parameter `name` may become `value`.
+///
+/// # Errors
+/// Why not, in words for who sets it.
+pub fn check(initial: &Initial, name: &str, value: &ParameterValue) -> Result<(), String> {
     match (SETTABLE.iter().find(|(settable, _)| *settable == name), number(value)) {
         (Some((_, may_be_zero)), Some(number)) => {
             check_number(number, *may_be_zero).map_err(|advice| format!("{name} {number}: {advice}"))
@@ -84,6 +88,14 @@ fn check(
         (None, _) if !initial.contains_key(name) => Ok(()),
         (None, _) if initial.get(name) == Some(value) => Ok(()),
         (None, _) => Err(format!("{name} cannot change while the node runs: restart it with another value")),
+    }
+}
+
+/// `value` in the type that the parameter has: `ros2 param set NODE publish_rate_hz 500` sends an integer.
+pub fn of_its_type(now: &Option<ParameterValue>, value: ParameterValue) -> ParameterValue {
+    match (now, number(&value)) {
+        (Some(ParameterValue::Double(_)), Some(number)) => ParameterValue::Double(number),
+        _ => value,
     }
 }
 

@@ -1,69 +1,104 @@
-//! The two message types of the pressure topics.
+//! What the types of messages of the pressure topics have in common.
 
 use crate::channel_names::ChannelNames;
 use pneudrive_host::messages::{JointState, Pressures, Time, bus_frame};
 use pneudrive_protocol::CHANNELS;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
+
+/// What a topic is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// All four chambers of a joint.
+    Joint,
+    /// One of them, by its channel.
+    Chamber(usize),
+}
+
+impl Part {
+    /// The name of a topic about this part of joint number `joint`.
+    pub fn topic(self, joint: u16, what: &str) -> String {
+        match self {
+            Self::Joint => format!("~/joint_{joint}/{what}"),
+            Self::Chamber(channel) => format!("~/joint_{joint}/chamber_{channel}/{what}"),
+        }
+    }
+
+    /// The channel, where it is one.
+    pub fn channel(self) -> Option<usize> {
+        match self {
+            Self::Joint => None,
+            Self::Chamber(channel) => Some(channel),
+        }
+    }
+}
 
 /// What a message asks for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Command<'a> {
     /// When it was given; 0 for none.
     pub stamp: Time,
-    /// Which channel each pressure is for; channels 0 to 3 in order where this is empty.
+    /// What the topic is about.
+    pub part: Part,
+    /// Which channel each pressure is for; all of the part in order where this is empty.
     pub names: &'a [String],
     /// Set points, kPa gauge.
-    pub kpa: &'a [f64],
+    pub kpa: Cow<'a, [f64]>,
     /// Whether there are numbers where no pressures belong.
     pub has_numbers_elsewhere: bool,
 }
 
-/// A message that carries the pressures of one board.
+/// A message that carries the pressures of one board, or one of them.
 pub trait PressureMessage: Serialize + DeserializeOwned + Clone + Send + 'static {
+    /// What the topics of a joint are about.
+    const PARTS: &'static [Part] = &[Part::Joint];
+
     /// A state of a joint, to be filled in.
-    fn empty_state(joint: &ChannelNames, bus: usize) -> Self;
+    fn empty_state(joint: &ChannelNames, part: Part, bus: usize) -> Self;
 
     /// Fills in a state: kPa gauge.
-    fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]);
+    fn fill_state(&mut self, part: Part, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]);
 
     /// As a command.
-    fn command(&self) -> Command<'_>;
+    fn command(&self, part: Part) -> Command<'_>;
 }
 
 impl PressureMessage for JointState {
-    fn empty_state(joint: &ChannelNames, bus: usize) -> Self {
+    fn empty_state(joint: &ChannelNames, _: Part, bus: usize) -> Self {
         Self { name: joint.of_state(), ..Self::state(joint.joint(), bus) }
     }
 
-    fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]) {
+    fn fill_state(&mut self, _: Part, stamp: Time, measured: [f64; CHANNELS], command: [f64; CHANNELS]) {
         self.fill(stamp, measured.into_iter().chain(command));
     }
 
-    fn command(&self) -> Command<'_> {
+    fn command(&self, part: Part) -> Command<'_> {
         Command {
             stamp: self.header.stamp,
+            part,
             names: &self.name,
-            kpa: &self.effort,
+            kpa: Cow::Borrowed(&self.effort),
             has_numbers_elsewhere: !(self.position.is_empty() && self.velocity.is_empty()),
         }
     }
 }
 
 impl PressureMessage for Pressures {
-    fn empty_state(_joint: &ChannelNames, bus: usize) -> Self {
+    fn empty_state(_: &ChannelNames, _: Part, bus: usize) -> Self {
         let mut message = Self::default();
         message.header.frame_id = bus_frame(bus);
         message
     }
 
-    fn fill_state(&mut self, stamp: Time, measured: [f64; CHANNELS], _command: [f64; CHANNELS]) {
+    fn fill_state(&mut self, _: Part, stamp: Time, measured: [f64; CHANNELS], _: [f64; CHANNELS]) {
         self.header.stamp = stamp;
         self.pressure.clear();
         self.pressure.extend(measured);
     }
 
-    fn command(&self) -> Command<'_> {
-        Command { stamp: self.header.stamp, names: &[], kpa: &self.pressure, has_numbers_elsewhere: false }
+    fn command(&self, part: Part) -> Command<'_> {
+        let kpa = Cow::Borrowed(&self.pressure[..]);
+        Command { stamp: self.header.stamp, part, names: &[], kpa, has_numbers_elsewhere: false }
     }
 }

@@ -1,6 +1,6 @@
 //! The thread that publishes the states of one bus.
 
-use crate::pressure::PressureMessage;
+use crate::pressure::{Part, PressureMessage};
 use crate::tap::State;
 use pneudrive_host::line::Clock;
 use pneudrive_host::messages::Time;
@@ -18,29 +18,33 @@ pub struct PublishCounters {
     pub refused: AtomicU64,
 }
 
-/// One board's topic.
+/// A topic of one board.
 pub struct StateTopic<M: PressureMessage> {
+    /// What it is about.
+    pub part: Part,
     /// Where to.
     pub publisher: Publisher<M>,
     /// The message, to be filled in again and again.
     pub message: M,
 }
 
-/// Publishes until the bus thread has ended.
+/// Publishes until the bus thread has ended. `topics` has those of each board, in the poller's order.
 pub fn run<M: PressureMessage>(
-    mut topics: Vec<StateTopic<M>>,
+    mut topics: Vec<Vec<StateTopic<M>>>,
     states: &Receiver<State>,
     counters: &Arc<PublishCounters>,
 ) {
     let mut clocks = Clocks::new();
     for state in states {
-        let Some(topic) = topics.get_mut(state.index) else { continue };
-        topic.message.fill_state(clocks.stamp(state.asked_ns), state.measured, state.command);
-        let counter = match topic.publisher.publish(topic.message.clone()) {
-            Ok(()) => &counters.published,
-            Err(_) => &counters.refused,
-        };
-        counter.fetch_add(1, Ordering::Relaxed);
+        let stamp = clocks.stamp(state.asked_ns);
+        for topic in topics.get_mut(state.index).into_iter().flatten() {
+            topic.message.fill_state(topic.part, stamp, state.measured, state.command);
+            let counter = match topic.publisher.publish(topic.message.clone()) {
+                Ok(()) => &counters.published,
+                Err(_) => &counters.refused,
+            };
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
-//! The arguments that every ROS 2 node understands: `--ros-args -r from:=to -p name:=value`.
+//! The arguments that every ROS 2 node understands: `--ros-args -r from:=to -p name:=value --params-file file.yaml`.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 /// What stood between `--ros-args` and `--`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -9,6 +10,8 @@ pub struct RosArgs {
     pub remaps: Vec<(String, String)>,
     /// Parameters, as written.
     pub parameters: Vec<(String, String)>,
+    /// Files of parameters, in order: later ones win.
+    pub files: Vec<PathBuf>,
 }
 
 /// A ROS argument that cannot be used.
@@ -30,7 +33,7 @@ pub enum RosArgsError {
     },
     /// Not understood here.
     #[error(
-        "{option}: not supported by this node; use -r (remap) and -p (parameter), or its own flags (--help)"
+        "{option}: not supported by this node; use -r (remap), -p (parameter), --params-file, or its own flags (--help)"
     )]
     Unsupported {
         /// The option.
@@ -52,8 +55,11 @@ pub fn split(line: impl Iterator<Item = OsString>) -> Result<(Vec<OsString>, Ros
             (true, "--") => inside = false,
             (true, "-r" | "--remap") => ros.remaps.push(assignment(&text, line.next())?),
             (true, "-p" | "--param") => ros.parameters.push(assignment(&text, line.next())?),
+            (true, "--params-file") => ros.files.push(value(&text, line.next())?.into()),
             // What launch files add, and what has no meaning here.
-            (true, "--log-level") => drop(value(&text, line.next())?),
+            (true, "--log-level" | "--log-config-file" | "--log-file-name" | "-e" | "--enclave") => {
+                drop(value(&text, line.next())?);
+            }
             (true, option) if option.starts_with("--enable-") || option.starts_with("--disable-") => {}
             (true, _) => return Err(RosArgsError::Unsupported { option: text }),
         }
@@ -85,17 +91,19 @@ mod tests {
     #[test]
     fn ros_arguments_are_taken_out() {
         let (own, ros) =
-            of("x --port a --ros-args -r __ns:=/arm --param rate_hz:=500.0 --log-level info -- --devices 2")
+            of("x --port a --ros-args -r __ns:=/arm --param rate_hz:=500.0 --log-level info --params-file a.yaml --params-file b.yaml -- --devices 2")
                 .unwrap();
         assert_eq!(own, ["x", "--port", "a", "--devices", "2"].map(OsString::from));
         assert_eq!(ros.remaps, [("__ns".to_owned(), "/arm".to_owned())]);
         assert_eq!(ros.parameters, [("rate_hz".to_owned(), "500.0".to_owned())]);
+        assert_eq!(ros.files, ["a.yaml", "b.yaml"].map(PathBuf::from));
     }
 
     #[test]
     fn what_is_not_understood_is_named() {
         assert!(of("x --ros-args -r a").unwrap_err().to_string().contains("-r a"));
         assert!(of("x --ros-args -p").unwrap_err().to_string().contains("-p: a value"));
-        assert!(of("x --ros-args --params-file f").unwrap_err().to_string().contains("--params-file"));
+        assert!(of("x --ros-args --what f").unwrap_err().to_string().contains("--what"));
+        assert!(of("x --ros-args --params-file").unwrap_err().to_string().contains("--params-file: a value"));
     }
 }

@@ -4,58 +4,26 @@ use crate::args::{MessageType, Settings};
 use crate::bus::{OpenBus, RunningBus};
 use crate::diagnostic_msgs::DiagnosticArray;
 use crate::diagnostics::BusReport;
+use crate::failure::Failure;
+use crate::fluid_pressure::FluidPressure;
 use crate::live::Live;
-use crate::node::{Joint, RosNode, unix_now_ns};
+use crate::node::{Joint, RosNode};
 use crate::pressure::PressureMessage;
+use crate::rosout::Rosout;
 use crate::services::Target;
+use crate::unix_time::unix_now_ns;
 use crate::{parameters, publish};
 use pneudrive_host::line::Clock;
 use pneudrive_host::messages::{Header, JointState, Pressures, Time};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::{Description, RecordError, RecordedBus, Recorder, RecorderOptions};
+use pneudrive_host::record::{Description, RecordedBus, Recorder, RecorderOptions};
 use ros2_client::Publisher;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
-use std::fmt::Display;
-use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-
-/// Why the node ended otherwise than it was told to.
-#[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct Failure {
-    message: String,
-    status: u8,
-}
-
-impl Failure {
-    /// The arguments cannot be used. Nothing has been sent to a board.
-    pub fn input(message: impl Display) -> Self {
-        Self { message: message.to_string(), status: 2 }
-    }
-
-    /// Something failed.
-    pub fn running(message: impl Display) -> Self {
-        Self { message: message.to_string(), status: 1 }
-    }
-
-    /// The process's exit status.
-    pub fn status(&self) -> ExitCode {
-        ExitCode::from(self.status)
-    }
-}
-
-impl From<RecordError> for Failure {
-    fn from(error: RecordError) -> Self {
-        match error {
-            RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),
-            _ => Self::input(error),
-        }
-    }
-}
 
 /// How often the node looks whether it is to stop, and whether commands have run out.
 const ATTENTION: Duration = Duration::from_millis(20);
@@ -64,6 +32,7 @@ const ATTENTION: Duration = Duration::from_millis(20);
 pub fn run(settings: &Settings) -> Result<(), Failure> {
     match settings.message {
         MessageType::JointState => run_with::<JointState>(settings),
+        MessageType::FluidPressure => run_with::<FluidPressure>(settings),
         MessageType::Pressures { .. } => run_with::<Pressures>(settings),
     }
 }
@@ -77,6 +46,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     let opened = open(settings)?;
     let mut node = RosNode::new(settings, &live)?;
     let diagnostics = node.diagnostics(settings)?;
+    let rosout = Rosout::new(node.rosout()?, &settings.names);
     let (recorder, mut taps) = record(settings, &opened)?;
     let mut buses = Vec::new();
     let mut publishers: Vec<JoinHandle<()>> = Vec::new();
@@ -84,7 +54,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     for (index, bus) in opened.into_iter().enumerate() {
         let names = bus.names().to_vec();
         let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
-        let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
+        let topics: Vec<Vec<_>> = topics.collect::<Result<_, _>>()?;
         let (bus, states) = bus.start(&live, taps.next())?;
         joints.extend(
             names
@@ -107,6 +77,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     };
     let listener = node.listen::<M>(settings, joints, Arc::clone(&live), target)?;
     attend(settings, &stop, &live, &buses, &diagnostics, || {
+        rosout.publish();
         recorder.as_ref().is_some_and(Recorder::has_failed)
     });
     // Boards first.
@@ -114,7 +85,8 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     for publisher in publishers {
         let _ = publisher.join();
     }
-    drop(diagnostics);
+    rosout.publish();
+    drop((diagnostics, rosout));
     listener.stop();
     if let Some(recorder) = recorder {
         let reason = if ended.is_ok() { "signal: the node was told to stop" } else { "line: a bus failed" };

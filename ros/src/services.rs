@@ -1,8 +1,8 @@
 //! `~/vent` and `~/release`, of type `std_srvs/srv/Trigger`.
 
 use crate::args::Settings;
+use crate::failure::Failure;
 use crate::gate::Gate;
-use crate::run::Failure;
 use futures::StreamExt;
 use futures::future::join;
 use pneudrive_host::poller::VentLatch;
@@ -60,42 +60,54 @@ pub struct Services {
 impl Services {
     /// Offers them.
     pub fn new(node: &mut Node, settings: &Settings, target: Target) -> Result<Self, Failure> {
-        let qos = QosProfile::publisher_default().history(History::KeepLast { depth: 10 });
-        let mut server = |service: &str| {
-            let name = settings.names.topic(service).map_err(Failure::input)?;
-            let kind = ServiceTypeName::new("std_srvs", "Trigger");
-            node.create_server(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos.clone())
-                .map_err(|error| Failure::running(format!("{service}: {error}")))
-        };
+        let mut server = |service: &str| offer(node, settings, service, ("std_srvs", "Trigger"));
         Ok(Self { vent: server("~/vent")?, release: server("~/release")?, target })
     }
 
     /// Answers until the node ends.
     pub async fn answer(&self) {
-        let vent = serve(&self.vent, || {
+        let done = |message: &str| Response { success: true, message: message.to_owned() };
+        let vent = serve(&self.vent, |_| {
             self.target.vent();
-            "all boards are vented until ~/release is called"
+            done("all boards are vented until ~/release is called")
         });
-        let release = serve(&self.release, || {
+        let release = serve(&self.release, |_| {
             self.target.release();
-            "commands from now on are followed; set points are 0 kPa until then"
+            done("commands from now on are followed; set points are 0 kPa until then")
         });
         join(vent, release).await;
     }
 }
 
-async fn serve(server: &Server<Request, Response>, perform: impl Fn() -> &'static str) {
+/// Answers the requests of one service until the node ends.
+pub async fn serve<Q: Message + Clone + 'static, R: Message + 'static>(
+    server: &Server<Q, R>,
+    answer: impl Fn(Q) -> R,
+) {
     let mut requests = server.receive_request_stream();
     while let Some(request) = requests.next().await {
-        let Ok((id, _)) = request else {
+        let Ok((id, request)) = request else {
             log::warn!("a request that cannot be read");
             continue;
         };
-        let message = perform().to_owned();
-        if let Err(error) = server.async_send_response(id, Response { success: true, message }).await {
+        if let Err(error) = server.async_send_response(id, answer(request)).await {
             log::warn!("an answer that cannot be sent: {error:?}");
         }
     }
+}
+
+/// Offers a service of the node: `~/vent` of type `std_srvs/Trigger`, for example.
+pub fn offer<Q: Message + Clone + 'static, R: Message + Clone + 'static>(
+    node: &mut Node,
+    settings: &Settings,
+    service: &str,
+    (package, kind): (&str, &str),
+) -> Result<Server<Q, R>, Failure> {
+    let qos = QosProfile::publisher_default().history(History::KeepLast { depth: 10 });
+    let name = settings.names.topic(service).map_err(Failure::input)?;
+    let kind = ServiceTypeName::new(package, kind);
+    node.create_server(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos)
+        .map_err(|error| Failure::running(format!("{service}: {error}")))
 }
 
 #[cfg(test)]
@@ -103,7 +115,7 @@ mod tests {
     use super::*;
     use crate::channel_names::ChannelNames;
     use crate::gate::Joint;
-    use crate::pressure::PressureMessage;
+    use crate::pressure::{Part, PressureMessage};
     use pneudrive_host::messages::JointState;
     use pneudrive_host::poller::{Limits, SetPoints, VENTED};
     use pneudrive_protocol::SensorScale;
@@ -118,7 +130,7 @@ mod tests {
         );
         let target = Target { latches: vec![VentLatch::default(); 2], gates: vec![Arc::new(gate)] };
         let command = JointState { effort: vec![100.0; 4], ..JointState::default() };
-        let offer = || target.gates[0].offer(&command.command(), 1, 0);
+        let offer = || target.gates[0].offer(&command.command(Part::Joint), 1, 0);
         offer().unwrap();
         target.vent();
         assert!(target.latches.iter().all(VentLatch::is_vented));

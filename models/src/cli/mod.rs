@@ -14,6 +14,7 @@ mod options;
 mod origin;
 mod output;
 mod progress;
+mod repair;
 mod show;
 mod simulate;
 mod watch;
@@ -46,6 +47,7 @@ enum Command {
     #[command(subcommand)]
     Export(export::Command),
     Import(import::Args),
+    Repair(repair::Args),
     Show(show::Args),
     Watch(watch::Args),
 }
@@ -61,6 +63,7 @@ impl Cli {
             Command::Effects(args) => args.run(),
             Command::Export(command) => command.run(),
             Command::Import(args) => args.run(),
+            Command::Repair(args) => args.run(),
             Command::Show(args) => args.run(),
             Command::Watch(args) => args.run(),
         }

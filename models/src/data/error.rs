@@ -62,7 +62,7 @@ pub enum DataError {
     },
     /// The time column is missing.
     #[error(
-        "{file}, row 1: no column t_s (time in s) among: {found}; rename the time column, or use `import --time`{hint}"
+        "{file}, row 1: no column t_s (time in s) among: {found}; rename the time column, or use `pneudrive-model import --time`{hint}"
     )]
     NoTime {
         /// The file as given.
@@ -74,7 +74,7 @@ pub enum DataError {
     },
     /// No command, pressure or drive column.
     #[error(
-        "{file}, row 1: no channel columns such as b0_cmd0_kpa and b0_p0_kpa among: {found}; rename them, or use `import --map`{hint}"
+        "{file}, row 1: no channel columns such as b0_cmd0_kpa and b0_p0_kpa among: {found}; rename them, or use `pneudrive-model import --map`{hint}"
     )]
     NoChannels {
         /// The file as given.

@@ -10,7 +10,7 @@ const PAUSE_S: f64 = 2.0;
 pub enum JoinError {
     /// Not the same channels.
     #[error(
-        "{first} has the channels {first_channels} and {second} has {second_channels}: recordings that are diagnosed together need the same ones; choose with --channels"
+        "{first} has the channels {first_channels} and {second} has {second_channels}: recordings that are diagnosed together need the same ones; choose some (--channels, in Python channels=)"
     )]
     Channels {
         /// One file.

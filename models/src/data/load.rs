@@ -143,7 +143,7 @@ fn header_findings(table: &RawTable) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (found, meant) in &table.near_misses {
         let sentence = format!(
-            "Column {found} is not used: the format knows {meant}. Rename it if that is what it is, or convert its unit with `import --map`."
+            "Column {found} is not used: the format knows {meant}. Rename it if that is what it is, or convert its unit with `pneudrive-model import --map`."
         );
         findings.push(Finding::new(FindingKind::UnusedColumn, None, 1, Vec::new(), sentence));
     }

@@ -31,7 +31,7 @@ mod source;
 mod thin;
 pub mod write;
 
-pub use bag::BagError;
+pub use bag::{BagError, RepairError, Repaired, repair};
 pub use channel::ChannelId;
 pub use cut::CutError;
 pub use error::DataError;

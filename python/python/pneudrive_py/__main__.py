@@ -17,7 +17,7 @@ PROGRAMS = {
     "model": ("pneudrive-model", "fits, simulates, compares and diagnoses recordings"),
 }
 
-_MISSING = "{program} is not installed: it does not come with this package; install it from the repository with `cargo install --path {folder}`"
+_MISSING = "{program} is not installed: wheels bring it along, an installation from a clone does not; from there: `cargo install --path {folder}`"
 
 _FOLDERS = {"host": "host-driver", "sim": "sim-hil", "model": "models"}
 

@@ -11,6 +11,7 @@
 mod commands;
 mod controller;
 mod ending;
+mod figures;
 mod guard;
 mod history;
 mod interruptible;
@@ -18,9 +19,11 @@ mod link;
 mod live;
 mod owner;
 mod poller;
+mod poller_settings;
 mod port;
 mod session;
 mod trajectory;
+mod waiting;
 
 pub use controller::PressureController;
 pub use live::register_atexit;

@@ -1,54 +1,18 @@
 use super::commands;
 use super::ending::{LOOK_EVERY, Signals};
-use super::guard::Rules;
+use super::figures::{as_dict, row_as_dict};
 use super::live;
 use super::session::Session;
+use super::waiting::{FIGURES_WITHIN, LOOK_FOR_ROWS_EVERY, MOST_PATIENCE_S, look, patience};
 use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
 use crate::types::{Array, ArrayLike, Dict, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use pneudrive_host::poller::{BoardState, MissedTick, Outcome, Pace, Snapshot};
-use pneudrive_host::statistics::Statistics;
+use pneudrive_host::poller::BoardState;
 use pneudrive_protocol::CHANNELS;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-/// What a poller is asked to do.
-pub struct PollerSettings {
-    /// Boards 0 to this, exclusive.
-    pub devices: u16,
-    /// How often.
-    pub pace: Pace,
-    /// How much of the past is kept, s.
-    pub history_s: f64,
-}
-
-impl PollerSettings {
-    const RATE_MAX_HZ: f64 = 100_000.0;
-    const HISTORY_MAX_S: f64 = 3600.0;
-
-    /// Checks the arguments of `PressureController.poll`.
-    pub fn new(devices: u16, rate_hz: Option<f64>, history_s: f64) -> PyResult<Self> {
-        let pace = match rate_hz {
-            None => Pace::AsFastAsPossible,
-            Some(rate) if rate > 0.0 && rate <= Self::RATE_MAX_HZ => {
-                Pace::Every { period_ns: (1e9 / rate).round() as u64, missed: MissedTick::Skip }
-            }
-            Some(rate) => {
-                let max = Self::RATE_MAX_HZ;
-                return Err(CommandError::new_err(format!(
-                    "rate_hz is {rate}; it must be above 0 and at most {max}"
-                )));
-            }
-        };
-        if !(0.0..=Self::HISTORY_MAX_S).contains(&history_s) {
-            let max = Self::HISTORY_MAX_S;
-            return Err(CommandError::new_err(format!("history_s is {history_s}; it must be 0 to {max} s")));
-        }
-        Ok(Self { devices, pace, history_s })
-    }
-}
+use std::time::Instant;
 
 /// Polls all boards of a controller in the background; made by ``PressureController.poll``.
 ///
@@ -85,44 +49,6 @@ impl Poller {
         Ok(session.why_ended())
     }
 }
-
-/// How often a caller that waits looks whether there is a new row: short beside the cycles of a bus, long beside a look.
-const LOOK_FOR_ROWS_EVERY: Duration = Duration::from_micros(300);
-
-/// How long the first figures of a run are waited for: the bus thread makes them at the end of its cycle.
-const FIGURES_WITHIN: Duration = Duration::from_secs(1);
-
-/// Looks until `found` finds something or `until` has come, running the handlers of signals. Call it without the interpreter's lock.
-fn look<T>(every: Duration, until: Instant, mut found: impl FnMut() -> Option<T>) -> PyResult<Option<T>> {
-    let mut signals_at = Instant::now() + LOOK_EVERY;
-    loop {
-        if let Some(found) = found() {
-            return Ok(Some(found));
-        }
-        let now = Instant::now();
-        if now >= until {
-            return Ok(None);
-        }
-        if now >= signals_at {
-            Signals::Handled.look()?;
-            signals_at = now + LOOK_EVERY;
-        }
-        std::thread::sleep(every);
-    }
-}
-
-/// A time that Python gave.
-fn patience(name: &str, seconds: f64) -> PyResult<Duration> {
-    Duration::try_from_secs_f64(seconds)
-        .ok()
-        .filter(|patience| patience.as_secs() <= MOST_PATIENCE_S)
-        .ok_or_else(|| {
-            CommandError::new_err(format!("{name} is {seconds} s; it must be 0 to {MOST_PATIENCE_S} s"))
-        })
-}
-
-/// A year and a bit: whoever means for ever says None.
-const MOST_PATIENCE_S: u64 = 40_000_000;
 
 impl Drop for Poller {
     fn drop(&mut self) {
@@ -458,49 +384,3 @@ impl Poller {
 /// Why a set point is not taken, and what to do.
 const VENTED: &str =
     "all boards are vented (by vent(), or because the port was gone and has come back): call release() first";
-
-fn row_as_dict<'py>(
-    py: Python<'py>,
-    row: &Snapshot,
-    rules: &Rules,
-) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
-    let matrix = |rows: Vec<Vec<f64>>| {
-        PyArray2::from_vec2(py, &rows).map_err(|error| PneuDriveError::new_err(error.to_string()))
-    };
-    let commands =
-        row.boards.iter().map(|one| rules.calibration.command_kpa(one.board, one.command).to_vec());
-    let pressures = row.boards.iter().map(|one| match (one.outcome, one.reading) {
-        (Outcome::Fresh, Some(reading)) => reading.kpa.to_vec(),
-        _ => vec![f64::NAN; CHANNELS],
-    });
-    let dict = PyDict::new(py);
-    dict.set_item("cycle", row.cycle)?;
-    dict.set_item("t_s", row.since_start_ns as f64 * 1e-9)?;
-    dict.set_item("commands_kpa", matrix(commands.collect())?)?;
-    dict.set_item("pressures_kpa", matrix(pressures.collect())?)?;
-    Ok(Dict::new(dict))
-}
-
-fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
-    let loop_hz = PyDict::new(py);
-    loop_hz.set_item("mean", statistics.loop_hz.mean)?;
-    loop_hz.set_item("std", statistics.loop_hz.std)?;
-    loop_hz.set_item("min", statistics.loop_hz.min)?;
-    let cycle_us = PyDict::new(py);
-    cycle_us.set_item("p50", statistics.cycle_us.p50)?;
-    cycle_us.set_item("p99", statistics.cycle_us.p99)?;
-    cycle_us.set_item("p999", statistics.cycle_us.p999)?;
-    cycle_us.set_item("max", statistics.cycle_us.max)?;
-    let dict = PyDict::new(py);
-    dict.set_item("devices", statistics.devices)?;
-    dict.set_item("seconds", statistics.seconds)?;
-    dict.set_item("cycles", statistics.cycles)?;
-    dict.set_item("loop_hz", loop_hz)?;
-    dict.set_item("cycle_us", cycle_us)?;
-    dict.set_item("exchanges", statistics.exchanges)?;
-    dict.set_item("lost", statistics.lost)?;
-    dict.set_item("rejected", statistics.rejected)?;
-    dict.set_item("missed_ticks", statistics.missed_ticks)?;
-    dict.set_item("cpu_share", statistics.cpu_share)?;
-    Ok(Dict::new(dict))
-}

@@ -5,7 +5,7 @@ use super::guard::Rules;
 use super::history::History;
 use super::link::Bus;
 use super::owner::Owner;
-use super::poller::PollerSettings;
+use super::poller_settings::PollerSettings;
 use crate::errors::PneuDriveError;
 use parking_lot::Mutex;
 use pneudrive_host::poller::{

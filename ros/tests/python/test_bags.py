@@ -2,7 +2,9 @@
 
 import json
 import math
+import pathlib
 import subprocess
+import sys
 import time
 
 import pytest
@@ -10,7 +12,7 @@ from conftest import binary, compare
 from mcap.reader import NonSeekingReader, make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag2 import Reader
+from rosbags.rosbag2 import Reader, ReaderError
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -112,7 +114,25 @@ def test_the_toolkit_reads_the_same(bag, tmp_path):
     assert f"{folder / 'run.mcap'}: {rows} rows" in compare(folder / "run.mcap", "b1c2", tmp_path)
 
 
-def test_a_killed_recording_is_read_as_far_as_it_goes(tmp_path):
+def test_types_have_the_hashes_that_ros_gives_them(bag):
+    """metadata.yaml and the file say which definition of each type it is; ROS installations have the hashes with their messages."""
+    folder, _ = bag
+    share = pathlib.Path(sys.prefix) / "share"
+    expected = {}
+    for kind in ("sensor_msgs/msg/JointState", "rcl_interfaces/msg/Log"):
+        hashes = json.loads((share / f"{kind}.json").read_text())["type_hashes"]
+        expected[kind] = next(one["hash_string"] for one in hashes if one["type_name"] == kind)
+    with Reader(folder) as reader:
+        assert {c.msgtype: c.digest for c in reader.connections} == expected
+    with open(folder / "run.mcap", "rb") as file:
+        summary = make_reader(file).get_summary()
+    told = {summary.schemas[c.schema_id].name: c.metadata["topic_type_hash"] for c in summary.channels.values()}
+    assert told == expected
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """A bag whose recorder was killed."""
     file = tmp_path / "run.mcap"
     command = [binary("pneudrive-host"), "--port", "sim", "--rate", "500", "--record", str(file)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as host:
@@ -120,8 +140,32 @@ def test_a_killed_recording_is_read_as_far_as_it_goes(tmp_path):
         while time.monotonic() < deadline and (not file.exists() or file.stat().st_size < 20_000):
             time.sleep(0.05)
         host.kill()
+    return file
+
+
+def test_a_killed_recording_is_repaired(killed):
+    with pytest.raises(ReaderError):
+        Reader(killed.parent).open()
+    done = subprocess.run([binary("pneudrive-model"), "repair", killed], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert "run.mcap stops in the middle" in done.stdout
+    whole = killed.parent / "run_repaired"
+    for path in (whole, whole / "run.mcap"):
+        with Reader(path) as reader:
+            states = [c for c in reader.connections if c.topic == "/pneudrive/joint_0/pressure_state"]
+            messages = [STORE.deserialize_cdr(raw, c.msgtype) for c, _, raw in reader.messages(states)]
+            assert len(messages) == states[0].msgcount > 100
+            assert f"{reader.message_count} messages" in done.stdout
+    with open(whole / "run.mcap", "rb") as file:
+        records = [record.name for record in make_reader(file).iter_metadata()]
+    assert sorted(records) == ["pneudrive", "rosbag2"]
+    again = subprocess.run([binary("pneudrive-model"), "repair", killed], capture_output=True, text=True, timeout=60)
+    assert again.returncode == 1 and "run_repaired: cannot be written" in again.stderr
+
+
+def test_a_killed_recording_is_read_as_far_as_it_goes(killed):
     count = 0
-    with open(file, "rb") as stream:
+    with open(killed, "rb") as stream:
         messages = NonSeekingReader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(
             log_time_order=False
         )

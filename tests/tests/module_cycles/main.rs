@@ -18,7 +18,6 @@ const KNOWN: &[(&str, &str, &[&str])] = &[
     ("host-driver", "", &["poller", "statistics"]),
     ("host-driver/page", "", &["api", "download", "picture", "sampler", "server", "stream"]),
     ("sim-hil", "", &["bus", "fault"]),
-    ("ros", "", &["bus", "diagnostics", "node", "run", "services"]),
     ("models", "", &["data", "rig"]),
     ("models", "data", &["bag", "csv", "error"]),
     ("models", "fit", &["report", "run"]),

@@ -43,7 +43,7 @@ pub(super) fn yaml<'a>(file: &str, extent: &Extent, topics: impl Iterator<Item =
   topics_with_message_count:
 "
     );
-    for Topic { name, ros_type, count, .. } in topics {
+    for Topic { name, ros_type, type_hash, count, .. } in topics {
         // Writing to a String does not fail.
         let _ = writeln!(
             text,
@@ -52,7 +52,7 @@ pub(super) fn yaml<'a>(file: &str, extent: &Extent, topics: impl Iterator<Item =
         type: {ros_type}
         serialization_format: cdr
         offered_qos_profiles: '{OFFERED_QOS}'
-        type_description_hash: ''
+        type_description_hash: {type_hash}
       message_count: {count}",
             name = quoted(name)
         );

@@ -17,6 +17,8 @@ pub(super) struct Topic {
     pub(super) id: u16,
     pub(super) name: String,
     pub(super) ros_type: &'static str,
+    /// See [`JointState::ROS_TYPE_HASH`].
+    pub(super) type_hash: &'static str,
     /// Messages so far.
     pub(super) count: u64,
 }
@@ -46,7 +48,7 @@ pub(super) const OFFERED_QOS: &str = "";
 impl<M> Channel<M> {
     fn add<W: Write + Seek>(
         writer: &mut Writer<W>,
-        (ros_type, definition): (&'static str, &str),
+        (ros_type, definition, type_hash): (&'static str, &str, &'static str),
         name: String,
         message: M,
         names: &BTreeMap<String, String>,
@@ -54,9 +56,11 @@ impl<M> Channel<M> {
         // A schema that is there already is not written again.
         let schema = writer.add_schema(ros_type, "ros2msg", definition.as_bytes())?;
         let mut metadata = names.clone();
+        // As `ros2 bag record` writes them.
         metadata.insert("offered_qos_profiles".to_owned(), OFFERED_QOS.to_owned());
+        metadata.insert("topic_type_hash".to_owned(), type_hash.to_owned());
         let id = writer.add_channel(schema, &name, "cdr", &metadata)?;
-        Ok(Self { topic: Topic { id, name, ros_type, count: 0 }, message })
+        Ok(Self { topic: Topic { id, name, ros_type, type_hash, count: 0 }, message })
     }
 }
 
@@ -72,7 +76,7 @@ impl BoardTopics {
         let state =
             if drives { JointState::state_with_drives(joint, bus) } else { JointState::state(joint, bus) };
         let mut channel = |name: &str, message| {
-            let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION);
+            let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION, JointState::ROS_TYPE_HASH);
             Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message, names)
         };
         Ok(Self {
@@ -88,7 +92,7 @@ pub(super) fn add_events<W: Write + Seek>(writer: &mut Writer<W>, prefix: &str) 
     let message = Log { name: prefix.trim_start_matches('/').replace('/', "."), ..Log::default() };
     Channel::add(
         writer,
-        (Log::ROS_TYPE, Log::DEFINITION),
+        (Log::ROS_TYPE, Log::DEFINITION, Log::ROS_TYPE_HASH),
         format!("{prefix}/events"),
         message,
         &BTreeMap::new(),

@@ -17,7 +17,7 @@ pub enum BagError {
     },
     /// Boards that are not asked in turn have no common rows.
     #[error(
-        "several buses, which are not in step: {found}; choose channels of one of them, as in --channels b0c0,b0c1, or record with --first-joint so that board numbers differ"
+        "several buses, which are not in step: {found}; choose channels of one of them (--channels b0c0,b0c1, in Python channels=), or record with --first-joint so that board numbers differ"
     )]
     SeveralBuses {
         /// Node, bus and boards of each.

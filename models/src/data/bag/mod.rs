@@ -11,10 +11,12 @@
 mod align;
 mod error;
 mod message;
+mod repair;
 mod topic;
 
 pub use error::BagError;
 pub(super) use message::log_message;
+pub use repair::{RepairError, Repaired, repair};
 
 use std::collections::BTreeMap;
 use std::io::Read;

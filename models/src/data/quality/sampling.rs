@@ -107,7 +107,7 @@ pub(crate) fn find_breaks(time_s: &[f64], line: &[u32], sampling: &Sampling) -> 
     }
     if !(2.0..=50_000.0).contains(&sampling.rate_hz) {
         let sentence = format!(
-            "A sampling rate of {} Hz is unusual for pressures: t_s must be in seconds; import times in ms or us with `import --time`.",
+            "A sampling rate of {} Hz is unusual for pressures: t_s must be in seconds; import times in ms or us with `pneudrive-model import --time`.",
             digits(sampling.rate_hz)
         );
         findings.push(Finding::new(FindingKind::OddRate, None, time_s.len(), Vec::new(), sentence));
