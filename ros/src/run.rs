@@ -78,6 +78,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     let mut node = RosNode::new(settings, &live)?;
     let diagnostics = node.diagnostics(settings)?;
     let (recorder, mut taps) = record(settings, &opened)?;
+    let notes = recorder.as_ref().map(Recorder::notes).unwrap_or_default();
     let mut buses = Vec::new();
     let mut publishers: Vec<JoinHandle<()>> = Vec::new();
     let mut joints = Vec::new();
@@ -85,7 +86,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         let names = bus.names().to_vec();
         let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
         let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
-        let (bus, states) = bus.start(&live, taps.next())?;
+        let (bus, states) = bus.start(&live, taps.next(), notes.clone())?;
         joints.extend(
             names
                 .iter()
@@ -267,8 +268,11 @@ fn attend(
 fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
     let mut ended = Ok(());
     for bus in buses {
-        let RunningBus { poller, port, first_joint, virtual_boards, .. } = bus;
+        let RunningBus { poller, port, first_joint, watch, virtual_boards, .. } = bus;
         let finished = poller.stop();
+        if let Some(watch) = watch {
+            watch.finish();
+        }
         drop(virtual_boards);
         let Some(finished) = finished else {
             ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));

@@ -42,8 +42,8 @@ impl Watch {
 
 impl Observer for Watch {
     fn row(&mut self, row: &Row<'_>) {
-        let Some((place, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
-        let plan = &self.test.plans[place];
+        let Some((number, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
+        let plan = self.test.plan(number);
         let Some(board) = row.boards.get(plan.index) else { return };
         match board.fresh() {
             Some(reading) => {
@@ -51,17 +51,17 @@ impl Observer for Watch {
                 // The board was asked a little after the cycle began, later where others come before it.
                 let t_s = t_s + reading.asked_ns.saturating_sub(row.at_ns) as f64 * 1e-9;
                 let command = self.calibration.command_kpa(plan.board, board.command);
-                self.test.locked().samples[place].push(t_s, command, reading.kpa);
+                self.test.locked().tries[number].samples.push(t_s, command, reading.kpa);
             }
             None if row.since_start_ns.saturating_sub(self.answered_ns) > Self::SILENT_NS => {
-                self.test.abort_in(place, "the board does not answer".to_owned());
+                self.test.abort_in(number, "the board does not answer".to_owned());
             }
             None => {}
         }
         // A chamber may still be under pressure when its plan begins; by then it has had time to vent.
         let seen = t_s > 0.1 * plan.plan.seconds();
         if let Some(why) = Self::wrong(board, plan.plan.levels_kpa()).filter(|_| seen) {
-            self.test.abort_in(place, why);
+            self.test.abort_in(number, why);
         }
     }
 

@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod show;
 mod simulate;
+mod trends;
 mod watch;
 mod watch_words;
 
@@ -46,6 +47,7 @@ enum Command {
     Export(export::Command),
     Import(import::Args),
     Show(show::Args),
+    Trends(trends::Args),
     Watch(watch::Args),
 }
 
@@ -61,6 +63,7 @@ impl Cli {
             Command::Export(command) => command.run(),
             Command::Import(args) => args.run(),
             Command::Show(args) => args.run(),
+            Command::Trends(args) => args.run(),
             Command::Watch(args) => args.run(),
         }
     }
