@@ -208,7 +208,8 @@ impl Settings {
             return value("--devices", counts, &advice);
         }
         if !flags.watch.is_empty() && flags.watch.len() != flags.port.len() {
-            let files = flags.watch.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(",");
+            let files =
+                flags.watch.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(",");
             return value("--watch", files, &format!("one file for each of the {} ports", flags.port.len()));
         }
         let boards: u32 = (0..flags.port.len())

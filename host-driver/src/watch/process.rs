@@ -85,7 +85,9 @@ impl Watch {
             Listener { status: status.clone(), ending: Arc::clone(&ending), tell: Box::new(tell) };
         listener.take(&line);
         let named = |name: &str| std::thread::Builder::new().name(name.to_owned());
-        let writer = named("pneudrive-watch-w").spawn(move || tap::write(&batches, &formatter, input));
+        let over = Arc::clone(&ending);
+        let writer = named("pneudrive-watch-w");
+        let writer = writer.spawn(move || tap::write(&batches, &formatter, input, &over));
         let reader = named("pneudrive-watch-r").spawn(move || listener.run(output, complaints));
         match (writer, reader) {
             (Ok(writer), Ok(reader)) => {

@@ -5,6 +5,7 @@ use crate::poller::{Event, Observer, Row};
 use crate::record::{Batch, Formatter};
 use std::io::Write;
 use std::process::ChildStdin;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
 /// Rows are handed over in batches of this length, ns: waking the writer for each would cost the bus thread some us a cycle.
@@ -56,8 +57,14 @@ impl Drop for Tap {
     }
 }
 
-/// Writes batches as they come, until the bus thread has ended or the program takes no more.
-pub(super) fn write(batches: &Receiver<Batch>, formatter: &Formatter, mut program: ChildStdin) {
+/// Writes batches as they come, until the program takes no more or the bus thread has ended; that is noted in `ending` before the program
+/// can know.
+pub(super) fn write(
+    batches: &Receiver<Batch>,
+    formatter: &Formatter,
+    mut program: ChildStdin,
+    ending: &AtomicBool,
+) {
     let mut text = Vec::new();
     while let Ok(batch) = batches.recv() {
         text.clear();
@@ -66,4 +73,5 @@ pub(super) fn write(batches: &Receiver<Batch>, formatter: &Formatter, mut progra
             return;
         }
     }
+    ending.store(true, Ordering::SeqCst);
 }
