@@ -1,9 +1,11 @@
 //! What the self-test finds on virtual rigs: false alarms of healthy ones, and how often a fault of which size is found.
 //!
 //! `check_table healthy RIGS CHECKS` makes so many rigs and checks each so often against its first check; `check_table faults
-//! RIGS` hides each fault at five sizes in so many rigs; `check_table show EFFECT SEED` prints one check. Both are in docs/check.md.
+//! RIGS` hides each fault at five sizes in so many rigs; `check_table show EFFECT SEED [PAGE.html]` prints one check, and writes its page. Both are in docs/check.md.
 
-use pneudrive_host::check::{Quantity, Report, problems, table};
+#![allow(clippy::unwrap_used, reason = "a measurement that cannot be made is a failure")]
+
+use pneudrive_host::check::{Quantity, Report, page, problems, table};
 use std::collections::BTreeMap;
 use system_tests::self_check::{alarms, check, laboratory, with_fault};
 
@@ -126,9 +128,12 @@ fn main() {
             };
             print!("{}", table(&report, &name));
             problems(&report, &name).iter().for_each(|problem| println!("{problem}"));
+            if let Some(file) = words.get(3) {
+                std::fs::write(file, page(&report, &name)).unwrap();
+            }
         }
         _ => {
-            eprintln!("expected: healthy RIGS CHECKS, faults RIGS, or show EFFECT SEED");
+            eprintln!("expected: healthy RIGS CHECKS, faults RIGS, or show EFFECT SEED [PAGE.html]");
             std::process::exit(2);
         }
     }
