@@ -142,13 +142,13 @@ fn plot(trend: &Trend) -> Plot {
         days(0.5 * (before + after))
     });
     Plot::new(format!("{}: {parameter}", trend.channel), format!("days since {}", day(first_s)), with_unit)
+        .bold_line("mean", Colour::Orange, means)
         .line("95 % interval", Colour::Blue, intervals.flatten().collect())
-        .dots(
+        .points(
             "fitted value",
             Colour::Measured,
             points.iter().map(|p: &Point| (days(p.unix_s), p.value)).collect(),
         )
-        .bold_line("mean", Colour::Orange, means)
         .moments_called("change", middles)
 }
 
