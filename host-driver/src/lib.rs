@@ -55,6 +55,8 @@ pub mod stream;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
 mod unix_time;
+#[cfg(feature = "record")]
+pub mod watch;
 #[cfg(feature = "web")]
 pub mod web;
 

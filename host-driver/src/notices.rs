@@ -55,6 +55,12 @@ pub enum NoticeKind {
     Key,
     /// About a recording.
     Recording,
+    /// The calibrated model beside the run: what it does.
+    Watch,
+    /// The calibrated model says that something has changed.
+    Changed,
+    /// The calibrated model runs no more.
+    WatchFailed,
     /// Boards did not confirm the final 0 kPa.
     NotSafe,
     /// Anything else that people are told.
@@ -84,6 +90,9 @@ impl NoticeKind {
             Self::Page => "page",
             Self::Key => "key",
             Self::Recording => "recording",
+            Self::Watch => "watch",
+            Self::Changed => "changed",
+            Self::WatchFailed => "watch_failed",
             Self::NotSafe => "not_safe",
             Self::Information => "information",
             Self::End => "end",
@@ -101,6 +110,8 @@ impl NoticeKind {
                 | Self::CommandsStale
                 | Self::NoDrives
                 | Self::LineRateLowered
+                | Self::Changed
+                | Self::WatchFailed
                 | Self::NotSafe
         )
     }

@@ -62,4 +62,5 @@ pub mod rig;
 pub mod rollout;
 pub mod simulation;
 pub mod store;
+pub mod trends;
 pub mod watch;

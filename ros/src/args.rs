@@ -83,6 +83,13 @@ pub struct Flags {
     /// Record every row of every bus to FILE.mcap, a ROS 2 bag
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Run calibrated models beside the boards (pneudrive-model watch) and say in /diagnostics what has changed: one file of `pneudrive-model
+    /// fit` for each bus
+    #[arg(long, value_name = "CALIBRATED.toml", value_delimiter = ',')]
+    pub watch: Vec<PathBuf>,
+    /// The program that watches [default: pneudrive-model beside this one, then in PATH]
+    #[arg(long, value_name = "PROGRAM")]
+    pub watch_program: Option<PathBuf>,
     /// Replace the recording if it exists
     #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true")]
     pub overwrite: bool,
@@ -229,6 +236,11 @@ impl Settings {
             let counts = flags.devices.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
             let advice = format!("one number, or one for each of the {} ports", flags.port.len());
             return value("--devices", counts, &advice);
+        }
+        if !flags.watch.is_empty() && flags.watch.len() != flags.port.len() {
+            let files =
+                flags.watch.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(",");
+            return value("--watch", files, &format!("one file for each of the {} ports", flags.port.len()));
         }
         let boards: u32 = (0..flags.port.len())
             .map(|bus| u32::from(*flags.devices.get(bus).or(flags.devices.first()).unwrap_or(&1)))
@@ -404,6 +416,7 @@ mod tests {
     fn what_cannot_be_is_refused() {
         let refused = |line: &str| settings(line).unwrap_err().to_string();
         assert!(refused("--port a,b,c --devices 4,2").contains("each of the 3 ports"));
+        assert!(refused("--port a,b --watch x.toml").contains("one file for each of the 2 ports"));
         assert!(refused("--port a --rate-hz 0").contains("--rate-hz 0: must be above 0"));
         assert!(refused("--port a --max-command-age-s NaN").contains("at least 0"));
         assert!(refused("--port a --message-type a/b/c").contains("PACKAGE/TYPE"));

@@ -8,7 +8,10 @@ use crate::live::Live;
 use crate::publish::PublishCounters;
 use crate::tap::{State, Tap};
 use pneudrive_host::bus::{Bus, BusOptions};
+use pneudrive_host::notices::Notice;
 use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};
+use pneudrive_host::record::Notes;
+use pneudrive_host::watch::{Watch, WatchOptions};
 use pneudrive_protocol::Baud;
 use std::path::Path;
 use std::sync::Arc;
@@ -25,6 +28,8 @@ pub struct OpenBus {
     names: Vec<ChannelNames>,
     /// How long set points are good for when nobody renews them; 0 for ever.
     watchdog_ns: u64,
+    /// The calibrated model beside it.
+    watch: Option<WatchOptions>,
     virtual_boards: VirtualBoards,
 }
 
@@ -46,6 +51,8 @@ pub struct RunningBus {
     pub dropped: Arc<AtomicU64>,
     /// What became of the others.
     pub published: Arc<PublishCounters>,
+    /// The calibrated model beside it. Ends after the poller.
+    pub watch: Option<Watch>,
     /// To be kept until the poller has ended.
     pub virtual_boards: VirtualBoards,
 }
@@ -94,7 +101,12 @@ impl OpenBus {
         let of =
             |&board: &u8| ChannelNames::new(first_joint + u16::from(board), settings.rig.as_ref(), board);
         let names = options.boards.iter().map(of).collect();
-        Ok(Self { bus, options, port, first_joint, names, watchdog_ns, virtual_boards })
+        let watch = flags.watch.get(index).map(|parameters| WatchOptions {
+            parameters: parameters.clone(),
+            program: flags.watch_program.clone(),
+            ..WatchOptions::default()
+        });
+        Ok(Self { bus, options, port, first_joint, names, watchdog_ns, watch, virtual_boards })
     }
 
     /// Numbers of its boards.
@@ -112,11 +124,12 @@ impl OpenBus {
         &self.names
     }
 
-    /// Starts polling. States come out of the receiver.
+    /// Starts polling. States come out of the receiver; what the watch finds is logged, and added to `notes`.
     pub fn start(
         self,
         live: &Arc<Live>,
         recording: Option<Box<dyn Observer>>,
+        notes: Notes,
     ) -> Result<(RunningBus, Receiver<State>), Failure> {
         let set_points = SetPoints::new(self.options.boards.len());
         let set_points = match self.watchdog_ns {
@@ -134,7 +147,21 @@ impl OpenBus {
         let gates = joints.map(|joint| Arc::new(Gate::new(set_points.clone(), joint))).collect();
         let vent = self.options.vent.clone();
         let (tap, states, dropped) = Tap::new(Arc::clone(live), self.options.calibration.clone());
-        let observers = std::iter::once(Box::new(tap) as Box<dyn Observer>).chain(recording).collect();
+        let watch = self.watch.as_ref().map(|options| {
+            let port = self.port.clone();
+            let tell = move |notice: Notice| {
+                match notice.kind.is_warning() {
+                    true => log::warn!("{port}: {}", notice.text),
+                    false => log::info!("{port}: {}", notice.text),
+                }
+                notes.add(notice);
+            };
+            Watch::start(options, &self.options.boards, &self.options.calibration, tell)
+        });
+        let watch = watch.transpose().map_err(|error| Failure::input(format!("--watch: {error}")))?;
+        let (watch, watching) = watch.map_or((None, None), |(watch, tap)| (Some(watch), Some(tap)));
+        let own = std::iter::once(Box::new(tap) as Box<dyn Observer>);
+        let observers = own.chain(recording).chain(watching).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
             .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
         let published = Arc::default();
@@ -147,6 +174,7 @@ impl OpenBus {
             set_points,
             dropped,
             published,
+            watch,
             virtual_boards: self.virtual_boards,
         };
         Ok((running, states))

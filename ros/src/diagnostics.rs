@@ -1,10 +1,11 @@
-//! What the node says about itself: one status a bus, one a board.
+//! What the node says about itself: one status a bus, one a board, and one of the calibrated model beside a bus.
 
 use crate::bus::RunningBus;
 use crate::diagnostic_msgs::DiagnosticStatus;
 use crate::refusal::Counters;
 use pneudrive_host::poller::BoardState;
 use pneudrive_host::statistics::{BoardStatistics, Statistics};
+use pneudrive_host::watch::WatchState;
 use std::sync::atomic::Ordering;
 
 /// Makes the statuses of one bus, and remembers what it said last.
@@ -46,6 +47,8 @@ impl BusReport {
                 None => status,
             });
         }
+        let watch = bus.watch.as_ref().map(|watch| watch.status().state());
+        statuses.extend(watch.map(|state| watched(&format!("{name}: watch"), bus, &state)));
         self.before = Before {
             seconds: statistics.seconds,
             cycles: statistics.cycles,
@@ -145,6 +148,34 @@ impl BusReport {
             .with("commands refused: stale", commands.stale)
             .with("command timeouts", commands.timeouts)
     }
+}
+
+/// Whether the rig is as it was.
+fn watched(name: &str, bus: &RunningBus, state: &WatchState) -> DiagnosticStatus {
+    let message = match (&state.failed, &state.latest) {
+        (Some(failed), _) => format!("nothing is watched any more: {failed}"),
+        (None, Some(change)) => change.text.clone(),
+        (None, None) => state.words(),
+    };
+    let status = DiagnosticStatus {
+        level: if state.is_warning() { DiagnosticStatus::WARN } else { DiagnosticStatus::OK },
+        name: name.to_owned(),
+        message,
+        hardware_id: bus.port.clone(),
+        values: Vec::new(),
+    };
+    let status = status
+        .with("channels", state.channels)
+        .with("channels watched", state.watched)
+        .with("changes", state.changes)
+        .with("rows left out", state.rows_left_out);
+    let Some(change) = &state.latest else { return status };
+    status
+        .with("changed channel", &change.channel)
+        .with("found at (s)", format!("{:.1}", change.t_s))
+        .with("since (s)", format!("{:.1}", change.since_s))
+        .with("effect", &change.effect)
+        .with("probability", format!("{:.2}", change.probability))
 }
 
 fn is_absent(state: BoardState) -> bool {

@@ -40,6 +40,11 @@ pub fn initial(settings: &Settings) -> Initial {
         ("watchdog_s", ParameterValue::Double(flags.watchdog_s)),
         ("message_type", ParameterValue::String(flags.message_type.clone())),
         ("diagnostics_period_s", ParameterValue::Double(flags.diagnostics_period_s)),
+        ("watch", ParameterValue::StringArray(flags.watch.iter().map(|file| text(file)).collect())),
+        (
+            "watch_program",
+            ParameterValue::String(flags.watch_program.as_deref().map(text).unwrap_or_default()),
+        ),
         ("record", ParameterValue::String(flags.record.as_deref().map(text).unwrap_or_default())),
     ])
 }

@@ -48,6 +48,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
     let diagnostics = node.diagnostics(settings)?;
     let rosout = Rosout::new(node.rosout()?, &settings.names);
     let (recorder, mut taps) = record(settings, &opened)?;
+    let notes = recorder.as_ref().map(Recorder::notes).unwrap_or_default();
     let mut buses = Vec::new();
     let mut publishers: Vec<JoinHandle<()>> = Vec::new();
     let mut joints = Vec::new();
@@ -55,7 +56,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         let names = bus.names().to_vec();
         let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
         let topics: Vec<Vec<_>> = topics.collect::<Result<_, _>>()?;
-        let (bus, states) = bus.start(&live, taps.next())?;
+        let (bus, states) = bus.start(&live, taps.next(), notes.clone())?;
         joints.extend(
             names
                 .iter()
@@ -239,8 +240,11 @@ fn attend(
 fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
     let mut ended = Ok(());
     for bus in buses {
-        let RunningBus { poller, port, first_joint, virtual_boards, .. } = bus;
+        let RunningBus { poller, port, first_joint, watch, virtual_boards, .. } = bus;
         let finished = poller.stop();
+        if let Some(watch) = watch {
+            watch.finish();
+        }
         drop(virtual_boards);
         let Some(finished) = finished else {
             ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));

@@ -5,13 +5,16 @@
     reason = "what tests are built on: a rig or bus that is not as the test says is a failure"
 )]
 
-use crate::virtual_bus::{self, VirtualBus};
+use crate::virtual_bus::VirtualBus;
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict};
+use pneudrive_host::line::{Line, LineError};
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply};
 use pneudrive_sim::plant::Effect;
 use pneudrive_sim::rig::RigOptions;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 /// Highest set point of the checks, kPa: the program's default.
 pub const LEVEL_KPA: f64 = 150.0;
@@ -40,12 +43,30 @@ pub fn with_fault(mut rig: RigOptions, effect: &str) -> RigOptions {
 /// # Panics
 /// The rig cannot be built.
 pub fn check(rig: &RigOptions, at_s: f64, earlier: Option<&Report>) -> Report {
-    let mut bus = virtual_bus::bus(rig, BusOptions::default());
-    bus.line_mut().sleep_until_s(at_s);
-    check_on(bus, earlier)
+    check_on_busy(rig, at_s, earlier, Busy::default())
 }
 
-fn check_on(bus: Bus<VirtualBus>, earlier: Option<&Report>) -> Report {
+/// How often a host's program stands still.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Busy {
+    /// Share of the exchanges before which it does.
+    pub share: f64,
+    /// For how long at the most, s; as often for any shorter time.
+    pub longest_s: f64,
+}
+
+/// The same on a machine that is busy: the program stands still now and then, between looking at the clock and sending.
+///
+/// # Panics
+/// The rig cannot be built.
+pub fn check_on_busy(rig: &RigOptions, at_s: f64, earlier: Option<&Report>, busy: Busy) -> Report {
+    let mut built = rig.build().unwrap();
+    built.run_until((at_s * 1e9) as u64);
+    let line = BusyLine { line: VirtualBus::new(built), busy, random: Pcg64Mcg::seed_from_u64(rig.seed) };
+    check_line(Bus::new(line, BusOptions::default()).unwrap(), earlier)
+}
+
+fn check_line<L: Line>(bus: Bus<L>, earlier: Option<&Report>) -> Report {
     let plan = Plan::new([LEVEL_KPA; 4], 1.0).unwrap();
     let calibration = Calibration::default();
     let (test, source, watch) = SelfTest::new(vec![BoardPlan { board: 0, index: 0, plan }], &calibration);
@@ -54,7 +75,7 @@ fn check_on(bus: Bus<VirtualBus>, earlier: Option<&Report>) -> Report {
     let mut polling = Polling::new(bus, options, source, vec![watch]);
     loop {
         let due = polling.next_cycle_ns();
-        pneudrive_host::line::Line::sleep_until(polling.bus_mut().line_mut(), due);
+        polling.bus_mut().line_mut().sleep_until(due);
         if polling.cycle().unwrap() == Supply::Ended {
             break;
         }
@@ -68,6 +89,35 @@ fn check_on(bus: Bus<VirtualBus>, earlier: Option<&Report>) -> Report {
         baseline_utc: earlier.map(|earlier| earlier.started_utc.clone()),
         verdict: Report::worst(&boards),
         boards,
+    }
+}
+
+/// A line whose host stands still now and then before it sends.
+struct BusyLine {
+    line: VirtualBus,
+    busy: Busy,
+    random: Pcg64Mcg,
+}
+
+impl Line for BusyLine {
+    fn now_ns(&self) -> u64 {
+        self.line.now_ns()
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        if self.busy.share > 0.0 && self.random.random::<f64>() < self.busy.share {
+            let for_s = self.busy.longest_s * self.random.random::<f64>();
+            self.line.sleep_until(self.line.now_ns() + (for_s * 1e9) as u64);
+        }
+        self.line.send(bytes)
+    }
+
+    fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
+        self.line.receive(into, wanted, deadline_ns)
+    }
+
+    fn sleep_until(&mut self, at_ns: u64) {
+        self.line.sleep_until(at_ns);
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::compare::{Change, change};
 use crate::measure::Measured;
 use crate::quantity::Limits;
-use crate::{BoardReport, Quantity, Value, Verdict};
+use crate::{BoardReport, Missing, Quantity, Value, Verdict};
 
 /// Standard errors to either side of a 95 % interval.
 const NORMAL_95: f64 = 1.96;
@@ -44,11 +44,11 @@ fn value(measured: Measured, usual: Option<f64>, before: Option<&BoardReport>) -
     let (measured, error) = match estimate {
         Ok(estimate) => estimate,
         Err(why) => {
-            // What could be measured before and cannot now is no matter of taste.
-            if value.before.is_some() {
+            // What could be measured before and cannot now is no matter of taste, unless this machine was in the way.
+            if value.before.is_some() && why != Missing::Busy {
                 value.verdict = Verdict::Fail;
             }
-            value.note = why;
+            value.note = why.to_string();
             return value;
         }
     };
@@ -144,9 +144,10 @@ mod tests {
     #[test]
     fn what_was_measured_before_has_to_be_measurable() {
         let before = judge(0, measured([700.0; 4], Quantity::FillRate, 2.0), None);
-        let gone =
-            vec![Measured { quantity: Quantity::FillRate, channel: 1, estimate: Err("too slow".into()) }];
-        assert_eq!(judge(0, gone.clone(), None).verdict(), Verdict::NotMeasured);
-        assert_eq!(judge(0, gone, Some(&before)).verdict(), Verdict::Fail);
+        let gone = |why| vec![Measured { quantity: Quantity::FillRate, channel: 1, estimate: Err(why) }];
+        let slow = || gone(Missing::Because("too slow".into()));
+        assert_eq!(judge(0, slow(), None).verdict(), Verdict::NotMeasured);
+        assert_eq!(judge(0, slow(), Some(&before)).verdict(), Verdict::Fail);
+        assert_eq!(judge(0, gone(Missing::Busy), Some(&before)).verdict(), Verdict::NotMeasured);
     }
 }

@@ -29,6 +29,7 @@ mod compare;
 mod judge;
 mod line_fit;
 mod measure;
+mod missing;
 mod page;
 mod plan;
 mod quantity;
@@ -37,7 +38,8 @@ mod samples;
 mod table;
 
 pub use judge::judge;
-pub use measure::{Measured, measure};
+pub use measure::{Measured, completed, measure};
+pub use missing::Missing;
 pub use page::page;
 pub use plan::{Plan, PlanError};
 pub use quantity::{Quantity, Unit};

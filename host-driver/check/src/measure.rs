@@ -1,6 +1,7 @@
 //! Values out of readings.
 
 use crate::line_fit::{Estimate, Line, deviation, mean};
+use crate::missing::Missing;
 use crate::plan::Phases;
 use crate::{CHANNELS, Plan, Quantity, Samples};
 
@@ -12,7 +13,20 @@ pub struct Measured {
     /// Of which channel.
     pub channel: usize,
     /// Value and standard error, in the quantity's unit.
-    pub estimate: Result<(f64, f64), String>,
+    pub estimate: Result<(f64, f64), Missing>,
+}
+
+impl Measured {
+    /// Whether another try may give a value: nothing but this machine or the line prevented it.
+    pub fn was_disturbed(&self) -> bool {
+        self.estimate == Err(Missing::Busy)
+    }
+}
+
+/// What two tries of the same plan found, as [`measure`] returns it: what was disturbed in the first is taken from the second.
+pub fn completed(first: Vec<Measured>, second: Vec<Measured>) -> Vec<Measured> {
+    let pairs = first.into_iter().zip(second);
+    pairs.map(|(first, second)| if first.was_disturbed() { second } else { first }).collect()
 }
 
 /// Error from which on the board's loop drives its valve fully, kPa: 40 counts.
@@ -21,12 +35,16 @@ const FULL_DRIVE_KPA: f64 = 36.0;
 const ARRIVED_KPA: f64 = 8.0;
 /// A set point that takes longer than this to change is ramped, s: rates are then the ramp's.
 const AT_ONCE_S: f64 = 0.02;
+/// Share of its rows that a line needs.
+const ENOUGH: f64 = 0.6;
+/// Longest time without a row where a pressure arrives, s: what the pressure does then is what is measured.
+const UNSEEN_S: f64 = 0.02;
 
 /// Measures everything that the plan is made for; what could not be measured says why.
 pub fn measure(plan: &Plan, samples: &Samples) -> Vec<Measured> {
-    (0..CHANNELS)
-        .flat_map(|channel| Channel { plan, samples, channel, phases: plan.phases(channel) }.all())
-        .collect()
+    let period_s = samples.period_s();
+    let of = |channel| Channel { plan, samples, channel, phases: plan.phases(channel), period_s };
+    (0..CHANNELS).flat_map(|channel| of(channel).all()).collect()
 }
 
 struct Channel<'a> {
@@ -34,9 +52,11 @@ struct Channel<'a> {
     samples: &'a Samples,
     channel: usize,
     phases: Phases,
+    /// Usual time between two rows, s.
+    period_s: f64,
 }
 
-type Found = Result<Estimate, String>;
+type Found = Result<Estimate, Missing>;
 
 impl Channel<'_> {
     fn all(&self) -> Vec<Measured> {
@@ -51,8 +71,8 @@ impl Channel<'_> {
             Ok(Estimate { value: combine(fill.value, vent.value), error })
         };
         let found = [
-            (Quantity::Zero, few(mean(&at_rest))),
-            (Quantity::Noise, few(deviation(&at_rest))),
+            (Quantity::Zero, self.few(mean(&at_rest))),
+            (Quantity::Noise, self.few(deviation(&at_rest))),
             (Quantity::Reached, self.at_end(phases.closed_s, self.plan.level_kpa(self.channel))),
             (Quantity::FillRate, fill_rate),
             (Quantity::VentRate, self.fall_rate()),
@@ -79,12 +99,15 @@ impl Channel<'_> {
         seconds * self.plan.stretch()
     }
 
-    /// When the set point changed; an error where it was ramped, or never sent.
-    fn step(&self, at_s: f64, to_kpa: f64) -> Result<f64, String> {
+    /// When the set point changed; an error where it was ramped, or never sent, or sent nobody knows when.
+    fn step(&self, at_s: f64, to_kpa: f64) -> Result<f64, Missing> {
         match self.samples.commanded(self.channel, at_s, to_kpa) {
-            None => Err("the set point was not sent".to_owned()),
-            Some((_, took_s)) if took_s > AT_ONCE_S => {
-                Err("a limit ramps the set point: the rate is the ramp's".to_owned())
+            None if self.samples.longest_gap_s(at_s - 0.1, at_s + self.s(1.0)) > 0.5 * self.s(1.0) => {
+                Err(Missing::Busy)
+            }
+            None => Err(Missing::Because("the set point was not sent".to_owned())),
+            Some((_, took_s)) if took_s > AT_ONCE_S.max(4.0 * self.period_s) => {
+                Err(Missing::Because("a limit ramps the set point: the rate is the ramp's".to_owned()))
             }
             Some((at_s, _)) => Ok(at_s),
         }
@@ -98,12 +121,15 @@ impl Channel<'_> {
             Err(why) => return (Err(why.clone()), Err(why)),
         };
         let before = mean(&self.between(begun - self.s(0.3), begun));
-        let rise = self.between(begun, self.phases.half_s);
         let top = (level - FULL_DRIVE_KPA).min(0.65 * level);
-        let rate = line(crossing(&rise, 0.12 * level, top)).map(|line| line.slope);
-        let dead_time = before.ok_or_else(few_readings).and_then(|before| {
-            let line = line(crossing(&rise, 0.08 * level, 0.5 * level))?;
-            let crossed = line.crosses(before);
+        let rise = |low, high| self.crossing((begun, self.phases.half_s), 1.0, low, high);
+        let rate = rise(0.12 * level, top).map(|line| line.slope);
+        let dead_time = before.ok_or_else(|| self.missing()).and_then(|before| {
+            // The board got the command at some time between this row and the next one.
+            if self.samples.is_late_at(begun, self.period_s) {
+                return Err(Missing::Busy);
+            }
+            let crossed = rise(0.08 * level, 0.5 * level)?.crosses(before);
             Ok(Estimate { value: 1e3 * (crossed.value - begun), error: 1e3 * crossed.error })
         });
         (rate, dead_time)
@@ -113,11 +139,30 @@ impl Channel<'_> {
     fn fall_rate(&self) -> Found {
         let half = self.plan.half_kpa(self.channel);
         let begun = self.step(self.phases.vent_s, 0.0)?;
-        let fall = self.between(begun, self.phases.end_s);
-        // Downwards as upwards.
-        let mirrored: Vec<_> = fall.iter().map(|&(t, kpa)| (t, -kpa)).collect();
         let bottom = FULL_DRIVE_KPA.max(0.5 * half).min(0.7 * half);
-        Ok(line(crossing(&mirrored, -0.9 * half, -bottom))?.slope)
+        Ok(self.crossing((begun, self.phases.end_s), -1.0, -0.9 * half, -bottom)?.slope)
+    }
+
+    /// The line through the readings, times `sign`, of a rise: from when they first are above `low` to before they first are above
+    /// `high`.
+    fn crossing(&self, (from_s, to_s): (f64, f64), sign: f64, low: f64, high: f64) -> Result<Line, Missing> {
+        let all: Vec<_> = self.between(from_s, to_s).into_iter().map(|(t, kpa)| (t, sign * kpa)).collect();
+        let first = |than: f64| all.iter().position(|(_, y)| *y > than);
+        let (Some(from), Some(to)) = (first(low), first(high)) else { return Err(self.missing()) };
+        let (from_s, to_s) = (all[from].0, all[to].0);
+        let timed = self.samples.timed(self.channel, from_s, to_s, self.period_s);
+        // A rise within a gap is not seen at all.
+        let longest_s = UNSEEN_S.max(4.0 * self.period_s).max(0.1 * (to_s - from_s));
+        if timed.len() < self.enough(to_s - from_s) || self.samples.longest_gap_s(from_s, to_s) > longest_s {
+            return Err(Missing::Busy);
+        }
+        let points: Vec<_> = timed.into_iter().map(|(t, kpa)| (t, sign * kpa)).collect();
+        Line::through(&points).ok_or_else(Missing::few)
+    }
+
+    /// Rows that so many seconds need.
+    fn enough(&self, seconds: f64) -> usize {
+        (ENOUGH * seconds / self.period_s) as usize
     }
 
     /// Where the pressure stands beside the set point when the valve has just stopped.
@@ -125,10 +170,17 @@ impl Channel<'_> {
         let phase = self.between(from_s, to_s);
         let near = |(_, kpa): &&(f64, f64)| (kpa - set_point_kpa).abs() < ARRIVED_KPA;
         let Some(&(arrived_s, _)) = phase.iter().find(near) else {
-            return Err(format!("{set_point_kpa:.0} kPa was not reached"));
+            if self.samples.longest_gap_s(from_s, to_s) > self.s(0.5) {
+                return Err(Missing::Busy);
+            }
+            return Err(Missing::Because(format!("{set_point_kpa:.0} kPa was not reached")));
         };
+        let unseen_s = self.samples.longest_gap_s(arrived_s - 2.0 * self.period_s, arrived_s);
+        if unseen_s > UNSEEN_S.max(4.0 * self.period_s) {
+            return Err(Missing::Busy);
+        }
         let stopped_s = arrived_s + self.s(0.15);
-        let edge = few(mean(&self.between(stopped_s, (stopped_s + self.s(0.15)).min(to_s))))?;
+        let edge = self.mean_of(stopped_s, (stopped_s + self.s(0.15)).min(to_s))?;
         Ok(Estimate { value: edge.value - set_point_kpa, ..edge })
     }
 
@@ -137,16 +189,44 @@ impl Channel<'_> {
         let Phases { closed_s, half_s, .. } = self.phases;
         let (level, held) = (self.plan.level_kpa(self.channel), self.at_end(closed_s, 0.0)?.value);
         if (held - level).abs() > ARRIVED_KPA {
-            return Err(format!("{level:.0} kPa was not reached"));
+            return Err(Missing::Because(format!("{level:.0} kPa was not reached")));
         }
-        let slope = line(self.between(closed_s + self.s(0.1), half_s))?.slope;
+        let from_s = closed_s + self.s(0.1);
+        let points = self.samples.timed(self.channel, from_s, half_s, self.period_s);
+        if points.len() < self.enough(half_s - from_s) {
+            return Err(Missing::Busy);
+        }
+        let slope = Line::through(&points).ok_or_else(Missing::few)?.slope;
         Ok(Estimate { value: -slope.value, ..slope })
     }
 
     /// Deviation from the set point at the end of its phase.
     fn at_end(&self, end_s: f64, set_point_kpa: f64) -> Found {
-        let estimate = few(mean(&self.between(end_s - self.s(0.4), end_s)))?;
+        let estimate = self.mean_of(end_s - self.s(0.4), end_s)?;
         Ok(Estimate { value: estimate.value - set_point_kpa, ..estimate })
+    }
+
+    /// Mean of the readings over some time, if there are enough of them.
+    fn mean_of(&self, from_s: f64, to_s: f64) -> Found {
+        let points = self.between(from_s, to_s);
+        if points.len() < self.enough(to_s - from_s) {
+            return Err(Missing::Busy);
+        }
+        self.few(mean(&points))
+    }
+
+    fn few(&self, estimate: Option<Estimate>) -> Found {
+        estimate.ok_or_else(|| self.missing())
+    }
+
+    /// Why there are too few readings: nothing was asked, or the pressure was not there.
+    fn missing(&self) -> Missing {
+        let (from_s, to_s) = (self.phases.fill_s, self.phases.end_s);
+        if self.between(from_s, to_s).len() < self.enough(to_s - from_s) {
+            Missing::Busy
+        } else {
+            Missing::few()
+        }
     }
 
     /// How far the channels that are commanded 0 kPa come away from where they were: at the most over 40 ms. The one that was
@@ -157,12 +237,16 @@ impl Channel<'_> {
         let mut largest: Option<Estimate> = None;
         let rests = |&other: &usize| other != self.channel && other + 1 != self.channel;
         for other in (0..CHANNELS).filter(rests) {
-            let before = few(mean(&self.samples.between(other, fill_s - self.s(0.3), fill_s)))?;
+            let before = self.few(mean(&self.samples.between(other, fill_s - self.s(0.3), fill_s)))?;
             let during = self.samples.between(other, fill_s, vent_s);
             let mut rest = during.as_slice();
             while let Some(&(first_s, _)) = rest.first() {
                 let (window, later) = rest.split_at(rest.partition_point(|(t, _)| *t < first_s + WINDOW_S));
                 rest = later;
+                // A mean of a few readings is away by their noise.
+                if window.len() < self.enough(WINDOW_S) {
+                    continue;
+                }
                 let Some(level) = mean(window) else { continue };
                 let away = Estimate {
                     value: (level.value - before.value).abs(),
@@ -173,29 +257,8 @@ impl Channel<'_> {
                 }
             }
         }
-        few(largest)
+        self.few(largest)
     }
-}
-
-/// The readings of a rise from when it first is above `low` to before it first is above `high`.
-fn crossing(points: &[(f64, f64)], low: f64, high: f64) -> Vec<(f64, f64)> {
-    let first = |than: f64| points.iter().position(|(_, y)| *y > than);
-    match (first(low), first(high)) {
-        (Some(from), Some(to)) if to > from => points[from..to].to_vec(),
-        _ => Vec::new(),
-    }
-}
-
-fn line(points: Vec<(f64, f64)>) -> Result<Line, String> {
-    Line::through(&points).ok_or_else(few_readings)
-}
-
-fn few(estimate: Option<Estimate>) -> Found {
-    estimate.ok_or_else(few_readings)
-}
-
-fn few_readings() -> String {
-    "too few readings: the pressure did not go there, or the rate is too low".to_owned()
 }
 
 #[cfg(test)]
@@ -280,7 +343,7 @@ mod tests {
         }
         let measured = measure(&plan, &samples);
         let of = |quantity| &measured.iter().find(|one| one.quantity == quantity).unwrap().estimate;
-        assert!(of(Quantity::FillRate).as_ref().unwrap_err().contains("ramp"));
+        assert!(of(Quantity::FillRate).as_ref().unwrap_err().to_string().contains("ramp"));
         assert!(of(Quantity::Reached).is_ok());
     }
 }

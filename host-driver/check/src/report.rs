@@ -119,6 +119,13 @@ impl Report {
         self.boards.iter().find(|one| one.board == board)
     }
 
+    /// Whether values are missing because rows were late or missing: another check may have them.
+    pub fn was_disturbed(&self) -> bool {
+        let busy = crate::Missing::Busy.to_string();
+        let mut values = self.boards.iter().flat_map(|board| &board.values);
+        values.any(|value| value.value.is_none() && value.note == busy)
+    }
+
     /// The worst of its boards.
     pub fn worst(boards: &[BoardReport]) -> Verdict {
         boards.iter().map(BoardReport::verdict).max().unwrap_or(Verdict::NotMeasured)

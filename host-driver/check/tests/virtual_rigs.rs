@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 
 use pneudrive_check::{Quantity, Report, Verdict, problems};
-use system_tests::self_check::{alarms, check, laboratory, with_fault};
+use system_tests::self_check::{Busy, alarms, check, check_on_busy, laboratory, with_fault};
 
 fn first(seed: u64) -> Report {
     check(&laboratory(seed), 0.5, None)
@@ -63,4 +63,33 @@ fn a_low_supply_shows_in_every_fill_rate_and_a_repair_is_seen() {
     });
     assert_eq!(slower.count(), 4);
     assert_eq!(check(&laboratory(300), 2.1, Some(&first)).verdict, Verdict::Pass);
+}
+
+#[test]
+fn a_busy_machine_does_not_make_a_board_look_worn() {
+    for (seed, busy) in (400..).zip([
+        Busy { share: 0.02, longest_s: 0.01 },
+        Busy { share: 0.05, longest_s: 0.03 },
+        Busy { share: 0.01, longest_s: 0.12 },
+    ]) {
+        let first = first(seed);
+        let again = check_on_busy(&laboratory(seed), 1.3, Some(&first), busy);
+        assert!(!alarms(&again), "{busy:?}: {:?}", problems(&again, &name));
+        let values = &again.boards[0].values;
+        let measured = values.iter().filter(|value| value.value.is_some()).count();
+        assert!(3 * measured > 2 * values.len(), "{busy:?}: {measured} of {}", values.len());
+        let worn = with_fault(laboratory(seed), "transport_delay=0.02@b0c2");
+        let worn = check_on_busy(&worn, 1.7, Some(&first), busy);
+        let delay = worn.boards[0].value(Quantity::DeadTime, 2).unwrap();
+        assert!(delay.verdict >= Verdict::Warn || delay.value.is_none(), "{busy:?}: {delay:?}");
+    }
+}
+
+#[test]
+fn a_machine_that_stands_still_all_the_time_is_named_and_not_the_board() {
+    let first = first(410);
+    let busy = Busy { share: 0.3, longest_s: 0.05 };
+    let again = check_on_busy(&laboratory(410), 1.3, Some(&first), busy);
+    assert!(!alarms(&again), "{:?}", problems(&again, &name));
+    assert!(again.was_disturbed() && again.verdict == Verdict::NotMeasured, "{again:?}");
 }

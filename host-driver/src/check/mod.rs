@@ -2,13 +2,15 @@
 //!
 //! One board after the other goes through its plan while all others are at 0 kPa. Anything that is not as it should be ends it: the
 //! source of commands then ends, and the poller commands 0 kPa until all boards have confirmed it.
+//!
+//! A board whose values depend on rows that came late, because the machine was busy, goes through its plan again at the end.
 
 mod source;
 mod watch;
 
 pub use pneudrive_check::{
-    BoardReport, Measured, Plan, PlanError, Quantity, Report, Samples, Value, Verdict, judge, measure, page,
-    problems, table,
+    BoardReport, Measured, Missing, Plan, PlanError, Quantity, Report, Samples, Value, Verdict, completed,
+    judge, measure, page, problems, table,
 };
 
 use crate::Calibration;
@@ -35,12 +37,23 @@ pub struct SelfTest {
     plans: Arc<[BoardPlan]>,
 }
 
+/// Times that a board goes through its plan at the most.
+const MOST_TRIES: usize = 3;
+
 #[derive(Debug, Default)]
 struct Shared {
-    /// Of each plan.
-    samples: Vec<Samples>,
-    /// Why it was broken off, and in which plan.
+    /// What has been begun, one after the other.
+    tries: Vec<Try>,
+    /// Why it was broken off, and in which try.
     aborted: Option<(usize, String)>,
+}
+
+/// A plan that a board goes through once.
+#[derive(Debug, Clone, Default)]
+struct Try {
+    /// Which plan.
+    place: usize,
+    samples: Samples,
 }
 
 impl SelfTest {
@@ -49,55 +62,69 @@ impl SelfTest {
         plans: Vec<BoardPlan>,
         calibration: &Calibration,
     ) -> (Self, Box<dyn CommandSource>, Box<dyn Observer>) {
-        let shared = Shared { samples: vec![Samples::default(); plans.len()], aborted: None };
+        let first = |place| Try { place, samples: Samples::default() };
+        let shared = Shared { tries: (0..plans.len()).map(first).collect(), aborted: None };
         let test = Self { shared: Arc::new(Mutex::new(shared)), plans: plans.into() };
         let source = Source::new(test.clone(), calibration.clone());
         let watch = Watch::new(test.clone(), calibration.clone());
         (test, Box::new(source), Box::new(watch))
     }
 
-    /// How long it takes, s.
+    /// How long it takes, s, if nothing has to be tried again.
     pub fn seconds(&self) -> f64 {
         self.plans.iter().map(|plan| plan.plan.seconds()).sum()
     }
 
     /// Breaks it off: 0 kPa is commanded and the poller ends. The first reason counts.
     pub fn abort(&self, why: impl Into<String>) {
-        let plan = self.plans.len().saturating_sub(1);
-        self.abort_in(plan, why.into());
+        let begun = self.locked().tries.iter().rposition(|one| !one.samples.is_empty());
+        self.abort_in(begun.unwrap_or(0), why.into());
     }
 
     /// What was found, board by board; `earlier` is compared with. A board that was not done says why.
     pub fn reports(&self, earlier: Option<&Report>) -> Vec<BoardReport> {
         let shared = self.locked();
         let report = |(place, BoardPlan { board, plan, .. }): (usize, &BoardPlan)| match &shared.aborted {
-            Some((at, why)) if place == *at => BoardReport::aborted(*board, why.clone()),
-            Some((at, _)) if place > *at => {
+            Some((number, why)) if place == shared.tries[*number].place => {
+                BoardReport::aborted(*board, why.clone())
+            }
+            // Each plan's first try has its number.
+            Some((number, _)) if place > *number => {
                 BoardReport::aborted(*board, "not done: an earlier board ended the check")
             }
             _ => {
                 let before = earlier.and_then(|report| report.board(*board));
-                judge(*board, measure(plan, &shared.samples[place]), before)
+                judge(*board, shared.measured(place, plan), before)
             }
         };
         self.plans.iter().enumerate().map(report).collect()
     }
 
-    /// Which plan it is at `t_s`, and the time within it, s; `None` after the end.
+    /// Which try it is at `t_s`, and the time within it, s; `None` after the end. When all have ended, what was disturbed is tried again.
     fn at(&self, t_s: f64) -> Option<(usize, f64)> {
+        let mut shared = self.locked();
         let mut begin_s = 0.0;
-        for (place, plan) in self.plans.iter().enumerate() {
-            let seconds = plan.plan.seconds();
+        for (number, one) in shared.tries.iter().enumerate() {
+            let seconds = self.plans[one.place].plan.seconds();
             if t_s < begin_s + seconds {
-                return Some((place, t_s - begin_s));
+                return Some((number, t_s - begin_s));
             }
             begin_s += seconds;
         }
-        None
+        let again =
+            (0..self.plans.len()).find(|&place| shared.is_worth_another(place, &self.plans[place].plan));
+        let place = again.filter(|_| shared.aborted.is_none())?;
+        shared.tries.push(Try { place, samples: Samples::default() });
+        Some((shared.tries.len() - 1, t_s - begin_s))
     }
 
-    fn abort_in(&self, plan: usize, why: String) {
-        self.locked().aborted.get_or_insert((plan, why));
+    /// The plan of a try.
+    fn plan(&self, number: usize) -> &BoardPlan {
+        &self.plans[self.locked().tries[number].place]
+    }
+
+    fn abort_in(&self, number: usize, why: String) {
+        self.locked().aborted.get_or_insert((number, why));
     }
 
     fn is_aborted(&self) -> bool {
@@ -107,5 +134,18 @@ impl SelfTest {
     /// The bus thread and whoever asks for reports at the end: nobody waits.
     fn locked(&self) -> std::sync::MutexGuard<'_, Shared> {
         self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Shared {
+    /// What all tries of a plan found together.
+    fn measured(&self, place: usize, plan: &Plan) -> Vec<Measured> {
+        let tries = self.tries.iter().filter(|one| one.place == place);
+        tries.map(|one| measure(plan, &one.samples)).reduce(completed).unwrap_or_default()
+    }
+
+    fn is_worth_another(&self, place: usize, plan: &Plan) -> bool {
+        let tries = self.tries.iter().filter(|one| one.place == place).count();
+        tries < MOST_TRIES && self.measured(place, plan).iter().any(Measured::was_disturbed)
     }
 }

@@ -21,10 +21,10 @@ impl CommandSource for Source {
         if self.test.is_aborted() {
             return Supply::Ended;
         }
-        let Some((place, t_s)) = self.test.at(since_start_ns as f64 * 1e-9) else { return Supply::Ended };
-        let plan = &self.test.plans[place];
+        let Some((number, t_s)) = self.test.at(since_start_ns as f64 * 1e-9) else { return Supply::Ended };
+        let plan = self.test.plan(number);
         let Some(command) = commands.get_mut(plan.index) else { return Supply::Continues };
-        let kpa = plan.plan.command_kpa(t_s, &self.test.locked().samples[place]);
+        let kpa = plan.plan.command_kpa(t_s, &self.test.locked().tries[number].samples);
         for (channel, counts) in command.iter_mut().enumerate() {
             if kpa[channel] > 0.0 {
                 let scale = self.calibration.channel(plan.board, channel);

@@ -1,6 +1,6 @@
 use super::SelfTest;
 use crate::Calibration;
-use crate::poller::{BoardRow, Event, Observer, Row};
+use crate::poller::{BoardRow, BoardState, Event, Observer, Outcome, Row};
 use pneudrive_protocol::{CHANNELS, Counts};
 
 /// Collects readings, and breaks the test off where something is not as it should be.
@@ -9,16 +9,20 @@ pub(super) struct Watch {
     calibration: Calibration,
     /// When the board that is tested answered last, ns since the start.
     answered_ns: u64,
+    /// How often it was asked in vain since then.
+    in_vain: u32,
 }
 
 impl Watch {
     /// So long without an answer is no lost packet, ns; well before a board's own command timeout.
     const SILENT_NS: u64 = 300_000_000;
+    /// As long a silence in which the board was asked less often is this machine's, unless the poller has given it up.
+    const ASKED: u32 = 10;
     /// Above the highest level by this much, kPa: more than any loop overshoots. A valve that stays open goes on beyond it.
     const TOO_HIGH_KPA: f64 = 40.0;
 
     pub(super) fn new(test: SelfTest, calibration: Calibration) -> Self {
-        Self { test, calibration, answered_ns: 0 }
+        Self { test, calibration, answered_ns: 0, in_vain: 0 }
     }
 
     /// What is wrong with a board that is tested; `highest_kpa` is what its channels may be commanded in the test.
@@ -42,26 +46,29 @@ impl Watch {
 
 impl Observer for Watch {
     fn row(&mut self, row: &Row<'_>) {
-        let Some((place, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
-        let plan = &self.test.plans[place];
+        let Some((number, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
+        let plan = self.test.plan(number);
         let Some(board) = row.boards.get(plan.index) else { return };
         match board.fresh() {
             Some(reading) => {
-                self.answered_ns = row.since_start_ns;
+                (self.answered_ns, self.in_vain) = (row.since_start_ns, 0);
                 // The board was asked a little after the cycle began, later where others come before it.
                 let t_s = t_s + reading.asked_ns.saturating_sub(row.at_ns) as f64 * 1e-9;
                 let command = self.calibration.command_kpa(plan.board, board.command);
-                self.test.locked().samples[place].push(t_s, command, reading.kpa);
+                self.test.locked().tries[number].samples.push(t_s, command, reading.kpa);
             }
-            None if row.since_start_ns.saturating_sub(self.answered_ns) > Self::SILENT_NS => {
-                self.test.abort_in(place, "the board does not answer".to_owned());
+            None => {
+                self.in_vain += u32::from(board.outcome == Outcome::Lost);
+                let asked = self.in_vain >= Self::ASKED || board.state == BoardState::Missing;
+                if asked && row.since_start_ns.saturating_sub(self.answered_ns) > Self::SILENT_NS {
+                    self.test.abort_in(number, "the board does not answer".to_owned());
+                }
             }
-            None => {}
         }
         // A chamber may still be under pressure when its plan begins; by then it has had time to vent.
         let seen = t_s > 0.1 * plan.plan.seconds();
         if let Some(why) = Self::wrong(board, plan.plan.levels_kpa()).filter(|_| seen) {
-            self.test.abort_in(place, why);
+            self.test.abort_in(number, why);
         }
     }
 

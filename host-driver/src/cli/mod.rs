@@ -35,6 +35,7 @@ mod sources;
 mod start;
 mod timing;
 mod view;
+mod watch;
 #[cfg(feature = "web")]
 mod web;
 

@@ -79,6 +79,7 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
         limits,
         recorder: None,
         keep_running: false,
+        watch: None,
     };
     let live = view::wants_live(false, run.plain);
     #[cfg(feature = "web")]

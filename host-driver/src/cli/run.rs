@@ -12,11 +12,12 @@ use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, KeyRecorder, Session};
-use crate::cli::{find_boards, preview, start};
+use crate::cli::{find_boards, preview, start, watch};
 use pneudrive_host::poller::{DriveShare, Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::stream::UdpStream;
+use pneudrive_host::watch::Watch;
 use pneudrive_protocol::Baud;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -129,6 +130,9 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         let stream = stream.map_err(|error| Failure::input(format!("--udp {error}")))?;
         observers.push(Box::new(stream));
     }
+    let watch = watch::start(run, &options.boards, calibration, &events)?;
+    let (watch, tap) = watch.map_or((None, None), |(watch, tap)| (Some(watch), Some(tap)));
+    observers.extend(tap);
     observers.push(Box::new(events.observer()));
     #[cfg(feature = "web")]
     observers.extend(page.as_mut().and_then(super::web::Prepared::observer));
@@ -141,6 +145,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         limits: options.limits.clone(),
         recorder: by_key.clone(),
         keep_running: run.keep_running,
+        watch: watch.as_ref().map(Watch::status),
     };
     start::tell(args, first_row_s, &events);
     let started_utc = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
@@ -157,6 +162,9 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         time_is_over: time_is_over.load(Ordering::Relaxed),
     };
     let finished = poller.stop();
+    if let Some(watch) = watch {
+        watch.finish();
+    }
     let ended = EndReason::of(&seen, finished.as_ref());
     ended.note(&events.sender(), finished.as_ref());
     #[cfg(feature = "web")]

@@ -39,4 +39,5 @@ pub use notes::Notes;
 #[cfg(feature = "mcap")]
 pub use recorder::RecordedBus;
 pub use recorder::{Recorder, RecordingSummary};
+pub(crate) use rows::{Batch, Formatter};
 pub use switch::{RecordSwitch, SwitchError, SwitchStatus};

@@ -29,7 +29,7 @@ pub(super) struct Answer {
 
 /// Some rows, in flat buffers that are used again and again.
 #[derive(Debug, Default)]
-pub(super) struct Batch {
+pub(crate) struct Batch {
     /// Which of the recording's buses it is from.
     pub(super) bus: usize,
     /// Start of each row's cycle since that of the first, ns.
@@ -52,11 +52,11 @@ pub(super) struct RecordedEvent {
 }
 
 impl Batch {
-    pub(super) fn of(bus: usize) -> Self {
+    pub(crate) fn of(bus: usize) -> Self {
         Self { bus, ..Self::default() }
     }
 
-    pub(super) fn push(&mut self, row: &Row<'_>) {
+    pub(crate) fn push(&mut self, row: &Row<'_>) {
         self.times_ns.push(row.since_start_ns);
         self.at_ns.push(row.at_ns);
         self.samples.extend(row.boards.iter().map(|board| Sample {
@@ -72,7 +72,7 @@ impl Batch {
         self.events.push((self.rows(), event));
     }
 
-    pub(super) fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.times_ns.len()
     }
 
@@ -111,7 +111,7 @@ impl Batch {
 }
 
 /// Makes text of rows. There are only 1024 commands and 1024 pressures of a channel, so their text is made once.
-pub(super) struct Formatter {
+pub(crate) struct Formatter {
     boards: Vec<u8>,
     commands: Codes<String>,
     pressures: Codes<String>,
@@ -120,7 +120,7 @@ pub(super) struct Formatter {
 }
 
 impl Formatter {
-    pub(super) fn new(boards: &[u8], calibration: &Calibration, drives: bool) -> Self {
+    pub(crate) fn new(boards: &[u8], calibration: &Calibration, drives: bool) -> Self {
         Self {
             boards: boards.to_vec(),
             // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
@@ -131,7 +131,7 @@ impl Formatter {
     }
 
     /// The header row.
-    pub(super) fn header(&self) -> Vec<u8> {
+    pub(crate) fn header(&self) -> Vec<u8> {
         let names = self.boards.iter().flat_map(|n| {
             let commands = (0..CHANNELS).map(move |k| format!("b{n}_cmd{k}_kpa"));
             let pressures = (0..CHANNELS).map(move |k| format!("b{n}_p{k}_kpa"));
@@ -148,7 +148,7 @@ impl Formatter {
     }
 
     /// Appends the rows of `batch` to `text`, and what happened between them.
-    pub(super) fn append(&self, batch: &Batch, text: &mut Vec<u8>) {
+    pub(crate) fn append(&self, batch: &Batch, text: &mut Vec<u8>) {
         let boards = self.boards.len().max(1);
         let mut events = batch.events.iter().peekable();
         for (row, (time_ns, samples)) in batch.times_ns.iter().zip(batch.samples.chunks(boards)).enumerate() {

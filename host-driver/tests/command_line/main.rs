@@ -17,3 +17,4 @@ mod subcommands;
 #[path = "../support/mod.rs"]
 mod support;
 mod trajectories;
+mod watch;

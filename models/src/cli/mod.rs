@@ -17,6 +17,7 @@ mod progress;
 mod repair;
 mod show;
 mod simulate;
+mod trends;
 mod watch;
 mod watch_words;
 
@@ -49,6 +50,7 @@ enum Command {
     Import(import::Args),
     Repair(repair::Args),
     Show(show::Args),
+    Trends(trends::Args),
     Watch(watch::Args),
 }
 
@@ -65,6 +67,7 @@ impl Cli {
             Command::Import(args) => args.run(),
             Command::Repair(args) => args.run(),
             Command::Show(args) => args.run(),
+            Command::Trends(args) => args.run(),
             Command::Watch(args) => args.run(),
         }
     }

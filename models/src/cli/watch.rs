@@ -26,7 +26,7 @@ pneudrive-model watch run.csv.zst --follow --parameters rig.fit.toml\n  \
 pneudrive-model watch run.csv.zst --parameters diagnosis/extended.toml --json\n  \
 pneudrive-host --rig rig.toml --record run.csv.zst & sleep 2; pneudrive-model watch run.csv.zst --follow --parameters p.toml\n\n\
 The first stretch (--learn) says what is usual; a change after it is said with what it may be, and is then usual in turn.\n\
-With --json an object a line: kind is learnt, changed or end. docs/watch.md says what is found, and how fast.\n\
+With --json an object a line: kind is begin, learnt, changed or end. docs/watch.md says what is found, and how fast.\n\
 Exit status: 0 nothing changed, 3 something changed, 1 failed while running, 2 unusable arguments or input.")]
 pub struct Args {
     /// Recording: CSV, plain or compressed (gzip, zstd); MCAP when it is finished; - for a CSV from standard input
@@ -82,14 +82,27 @@ struct Summary {
 #[derive(Serialize)]
 struct Line<'a, T: Serialize> {
     schema: &'static str,
+    /// The same in a sentence.
+    text: String,
     #[serde(flatten)]
     says: &'a T,
 }
 
+/// What is said beside events.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-enum Ending<'a> {
+enum Frame<'a> {
+    Begin(&'a Beginning),
     End(&'a Summary),
+}
+
+/// What is said at the beginning.
+#[derive(Serialize)]
+struct Beginning {
+    /// What is to be watched.
+    channels: Vec<ChannelId>,
+    /// Length of the stretch that what is usual is learnt from, s.
+    learn_s: f64,
 }
 
 const SCHEMA: &str = "pneudrive-watch/1";
@@ -120,12 +133,14 @@ impl Args {
             let mut watcher =
                 Watcher::new((&name, &file), columns_of(recording), settings).map_err(Failure::input)?;
             let mut samples = samples_of(recording);
+            self.begin(&watcher);
             self.watch(&mut watcher, || Ok(samples.next()), stop, &mut summary)?;
             watcher
         } else {
             let mut rows = Rows::new(LiveTable::open(self.opening(stop))?);
             let columns = rows.columns().to_vec();
             let mut watcher = Watcher::new((&name, &file), columns, settings).map_err(Failure::input)?;
+            self.begin(&watcher);
             self.watch(&mut watcher, || rows.next_row(), stop, &mut summary)?;
             watcher
         };
@@ -174,24 +189,36 @@ impl Args {
         Ok(())
     }
 
+    fn begin(&self, watcher: &Watcher) {
+        let channels: Vec<ChannelId> = watcher.watched().collect();
+        let names: Vec<String> = channels.iter().map(ToString::to_string).collect();
+        let text = format!("what is usual on {} is learnt for {} s", names.join(", "), self.learn);
+        self.tell(text, &Frame::Begin(&Beginning { channels, learn_s: self.learn }));
+    }
+
     fn say(&self, event: &WatchEvent) {
-        if self.json {
-            line(event);
-            return;
-        }
-        match event {
-            WatchEvent::Learnt(about) => println!("{}", learnt(about)),
-            WatchEvent::Changed(about) => println!("{}", changed(about)),
-        }
+        let text = match event {
+            WatchEvent::Learnt(about) => learnt(about),
+            WatchEvent::Changed(about) => changed(about),
+        };
+        self.tell(text, event);
     }
 
     fn end(&self, summary: &Summary) -> Result<(), Failure> {
-        if self.json {
-            line(&Ending::End(summary));
-        } else {
-            println!("{}", summary.words(self.learn));
-        }
+        self.tell(summary.words(self.learn), &Frame::End(summary));
         if summary.changes > 0 { Err(Failure::finding(CHANGED)) } else { Ok(()) }
+    }
+}
+
+impl Args {
+    /// Prints a sentence, or the line of JSON in its place.
+    fn tell(&self, text: String, says: &impl Serialize) {
+        if !self.json {
+            println!("{text}");
+        // Nothing in it can fail to be written as JSON.
+        } else if let Ok(line) = serde_json::to_string(&Line { schema: SCHEMA, text, says }) {
+            println!("{line}");
+        }
     }
 }
 
@@ -210,13 +237,6 @@ impl Summary {
             more => format!("{more} changes"),
         };
         format!("{seen}: {found} (what stands out most: {:.1}; said from {THRESHOLD} on)", self.statistic)
-    }
-}
-
-fn line(says: &impl Serialize) {
-    // Nothing in it can fail to be written as JSON.
-    if let Ok(text) = serde_json::to_string(&Line { schema: SCHEMA, says }) {
-        println!("{text}");
     }
 }
 

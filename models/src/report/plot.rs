@@ -14,6 +14,15 @@ pub enum Mark {
     BoldLine,
     /// Separate dots.
     Dots,
+    /// Few points, each of which is to be seen.
+    Points,
+}
+
+impl Mark {
+    /// Whether points are joined.
+    fn is_line(self) -> bool {
+        matches!(self, Self::Line | Self::BoldLine)
+    }
 }
 
 /// One curve or cloud.
@@ -53,8 +62,10 @@ pub struct Plot {
     pub series: Vec<PlotSeries>,
     /// Shaded ranges behind them.
     pub shades: Vec<Shade>,
-    /// Places on the x axis that a thin upright line marks: events.
+    /// Places on the x axis that a thin upright line marks.
     pub moments: Vec<f64>,
+    /// What these places are, in the legend; `event` where it is empty.
+    pub moments_name: &'static str,
     /// Lowest and highest y; from the data where it is `None`.
     pub y_range: Option<(f64, f64)>,
     /// Whether y = 0 must be in the picture.
@@ -75,10 +86,24 @@ impl Plot {
         self
     }
 
+    /// Adds a bold line.
+    #[must_use]
+    pub fn bold_line(mut self, name: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
+        self.series.push(PlotSeries { name: name.into(), colour, mark: Mark::BoldLine, points });
+        self
+    }
+
     /// Adds dots.
     #[must_use]
     pub fn dots(mut self, name: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
         self.series.push(PlotSeries { name: name.into(), colour, mark: Mark::Dots, points });
+        self
+    }
+
+    /// Adds few points, each of which is to be seen.
+    #[must_use]
+    pub fn points(mut self, name: impl Into<String>, colour: Colour, points: Vec<(f64, f64)>) -> Self {
+        self.series.push(PlotSeries { name: name.into(), colour, mark: Mark::Points, points });
         self
     }
 
@@ -94,6 +119,13 @@ impl Plot {
     pub fn moments(mut self, at: impl IntoIterator<Item = f64>) -> Self {
         self.moments.extend(at);
         self
+    }
+
+    /// The same with another name for them.
+    #[must_use]
+    pub fn moments_called(mut self, name: &'static str, at: impl IntoIterator<Item = f64>) -> Self {
+        self.moments_name = name;
+        self.moments(at)
     }
 
     /// Keeps y = 0 in the picture.
@@ -117,7 +149,7 @@ impl Plot {
                     span.legend {
                         @for series in &self.series {
                             span.key {
-                                i.line[series.mark != Mark::Dots].dot[series.mark == Mark::Dots]
+                                i.line[series.mark.is_line()].dot[!series.mark.is_line()]
                                     style={ "background:" (series.colour.css()) } {}
                                 (series.name)
                             }
@@ -127,7 +159,9 @@ impl Plot {
                                 span.key { i.shade {} (shade.name) }
                             }
                         }
-                        @if !self.moments.is_empty() { span.key { i.moment {} "event" } }
+                        @if !self.moments.is_empty() {
+                            span.key { i.moment {} (if self.moments_name.is_empty() { "event" } else { self.moments_name }) }
+                        }
                     }
                 }
                 div.wide role="img" aria-label=(self.title) { (PreEscaped(wide)) }

@@ -115,6 +115,11 @@ fn draw_into(plot: &Plot, size: Size, x: (f64, f64), y: (f64, f64), text: &mut S
                     dots.into_iter().map(|point| Circle::new(point, stroke(16), colour.mix(0.55).filled()));
                 chart.draw_series(dots).map_err(words)?;
             }
+            Mark::Points => {
+                let finite = series.points.iter().filter(|(x, y)| x.is_finite() && y.is_finite());
+                let points = finite.map(|point| Circle::new(*point, stroke(35), colour.filled()));
+                chart.draw_series(points).map_err(words)?;
+            }
         }
     }
     root.present().map_err(words)

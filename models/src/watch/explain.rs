@@ -32,7 +32,7 @@ pub fn explain(channels: &[Channel], seen: usize, alarm: &Alarm, t_s: f64) -> Ch
                 Reach::Channel => Where::Channel(own.id),
                 Reach::Rig => Where::Rig,
             };
-            found.push((fitted.gain, explanation(direction, place, &fitted)));
+            found.push((fitted.odds(), explanation(direction, place, &fitted)));
         }
         found.push((here.something_else(), unknown(own)));
     } else {

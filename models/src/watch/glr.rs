@@ -5,7 +5,7 @@ use super::direction::Direction;
 use super::history::History;
 
 /// Statistic at which a change is said. Chosen on rigs that the published rates were not measured on (docs/watch.md).
-pub const THRESHOLD: f64 = 40.0;
+pub const THRESHOLD: f64 = 50.0;
 /// Blocks that a change lasts at least before it is said.
 const LEAST_BLOCKS: usize = 3;
 /// By how much the statistic of a moment may be less than the largest, for a 95 % interval of the moment.

@@ -11,7 +11,8 @@ use super::baseline::Baseline;
 use super::block::at;
 use super::history::Sums;
 
-/// Prior standard deviation of a size, probes.
+/// Prior scale of a size, probes. Sizes far beyond it are unlikely, as Cauchy's distribution has it: without that a slower vent was named an
+/// offset of 98 kPa, which no sensor has.
 const PRIOR_PROBES: f64 = 3.0;
 /// Share of the squared distance from what is usual that straight directions are trusted with. Without it a valve of 0.85 times the flow
 /// was named a larger chamber, with certainty.
@@ -89,6 +90,13 @@ impl Evidence {
         let precision = along.dot(&weighted) + PRIOR_PROBES.powi(-2);
         let projected = self.score.dot(&weighted);
         (projected * projected / precision, projected / precision, precision)
+    }
+}
+
+impl Fitted {
+    /// Log-odds of this effect: its gain, less for how unlikely so large a size is.
+    pub fn odds(&self) -> f64 {
+        self.gain - (self.size / PRIOR_PROBES).powi(2).ln_1p()
     }
 }
 

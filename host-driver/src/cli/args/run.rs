@@ -62,6 +62,18 @@ pub struct RunArgs {
     /// Send rows to HOST:PORT as JSON in UDP, at most 100 a second: PlotJuggler draws them
     #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
     pub udp: Option<String>,
+    /// Run the calibrated model beside the boards: says when something changes, what it probably is, and since when
+    ///
+    /// The parameter file that `pneudrive-model fit` wrote, or extended.toml of `diagnose`. The program pneudrive-model is needed beside this one
+    /// or in PATH. What it finds is in the view, on the page, and an event of the recording. With --drives it sees more.
+    #[arg(long, value_name = "CALIBRATED.toml")]
+    pub watch: Option<PathBuf>,
+    /// How long the watch learns what is usual, s [default: 600]
+    #[arg(long, value_name = "S", requires = "watch", hide_short_help = true, value_parser = seconds)]
+    pub watch_learn: Option<f64>,
+    /// The program that watches [default: pneudrive-model beside this one, then in PATH]
+    #[arg(long, value_name = "PROGRAM", requires = "watch", hide_short_help = true)]
+    pub watch_program: Option<PathBuf>,
     /// Replace the recording if it exists
     #[arg(long, requires = "record", hide_short_help = true)]
     pub overwrite: bool,

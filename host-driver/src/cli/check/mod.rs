@@ -69,6 +69,10 @@ fn conclusion(report: &Report) -> &'static str {
     match (report.verdict, &report.baseline_utc) {
         (Verdict::Pass, Some(_)) => "all is as it was",
         (Verdict::Pass, None) => "all is as it should be; nothing to compare with yet",
+        (Verdict::NotMeasured, _) if report.was_disturbed() => {
+            "what could be measured is as it should be; what was not, because this machine was too busy or the line lost answers, \
+             needs another check (--realtime helps)"
+        }
         (Verdict::NotMeasured, _) => "what could be measured is as it should be",
         (Verdict::Warn, _) => "it works, and somebody should look after it",
         (Verdict::Fail, _) => "it does not work as it should",

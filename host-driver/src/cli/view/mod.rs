@@ -13,6 +13,7 @@ use crate::cli::setup::Setup;
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::{Limits, Monitor, Override, Poller};
 use pneudrive_host::replay::Player;
+use pneudrive_host::watch::WatchStatus;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -71,6 +72,8 @@ pub struct Session {
     pub overriding: Override,
     /// Whether the run goes on when the terminal closes.
     pub keep_running: bool,
+    /// The calibrated model beside the run.
+    pub watch: Option<WatchStatus>,
 }
 
 /// Why nobody looks at the run any more.

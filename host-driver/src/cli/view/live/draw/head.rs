@@ -1,6 +1,7 @@
 //! Figures of the run.
 
 use crate::cli::view::live::model::Model;
+use pneudrive_host::watch::WatchStatus;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
@@ -21,6 +22,10 @@ pub fn lines(model: &Model, width: u16, count: u16) -> Vec<Line<'static>> {
     let mut first = vec![Span::styled("PneuDrive", bold)];
     if vented {
         first.extend([Span::raw("  "), state]);
+    }
+    if let Some(watch) = model.session.watch.as_ref().map(WatchStatus::state) {
+        let colour = if watch.is_warning() { Color::Red } else { Color::Green };
+        first.push(Span::styled(format!("  {}", watch.words()), Style::new().fg(colour)));
     }
     if let Some(file) = recording {
         first.push(Span::styled(format!("  REC {file}"), Style::new().fg(Color::Red)));

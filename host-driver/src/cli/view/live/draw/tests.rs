@@ -20,6 +20,7 @@ fn model(boards: u8, now_ns: u64) -> Model {
         limits: Limits::default(),
         recorder: None,
         keep_running: false,
+        watch: None,
     };
     let mut model = Model::new(session);
     let command = [SensorScale::ORIGINAL.counts(344.7).unwrap(); CHANNELS];

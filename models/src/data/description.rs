@@ -1,4 +1,4 @@
-//! The copy of the rig file that a recording carries.
+//! What a recording says of itself: the copy of the rig file that it carries, when it was made.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -17,23 +17,37 @@ const LONGEST_RECORD: usize = 1 << 30;
 /// # Errors
 /// [`DataError`] when the file cannot be opened.
 pub fn rig_copy(path: &Path) -> Result<Option<String>, DataError> {
+    entry(path, "rig")
+}
+
+/// When the recording at `path` was begun, as RFC 3339 in UTC; `None` where it does not say so, or is a pipe.
+///
+/// # Errors
+/// [`DataError`] when the file cannot be opened.
+pub fn created_utc(path: &Path) -> Result<Option<String>, DataError> {
+    entry(path, "created_utc")
+}
+
+fn entry(path: &Path, key: &str) -> Result<Option<String>, DataError> {
     if !path.is_file() {
         return Ok(None);
     }
     let open = source::open(path)?;
-    Ok(if open.is_bag { of_bag(open.text) } else { of_table(open.text) })
+    Ok(if open.is_bag { of_bag(open.text, key) } else { of_table(open.text, key) })
 }
 
 /// A comment above the header: `# rig: ` and a JSON string.
-fn of_table(text: impl Read) -> Option<String> {
-    const KEY: &str = "# rig: ";
+fn of_table(text: impl Read, key: &str) -> Option<String> {
     let lines = BufReader::new(text).lines().map_while(Result::ok);
     let mut comments = lines.take_while(|line| line.starts_with('#'));
-    comments.find_map(|line| serde_json::from_str(line.strip_prefix(KEY)?).ok())
+    comments.find_map(|line| {
+        let value = line.strip_prefix("# ")?.strip_prefix(key)?.strip_prefix(": ")?;
+        serde_json::from_str(value).ok()
+    })
 }
 
 /// A key of the metadata record `pneudrive`, which stands before the first message.
-fn of_bag(mut content: impl Read) -> Option<String> {
+fn of_bag(mut content: impl Read, key: &str) -> Option<String> {
     let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
     let mut reader = LinearReader::new_with_options(options);
     while let Some(Ok(event)) = reader.next_event() {
@@ -44,7 +58,7 @@ fn of_bag(mut content: impl Read) -> Option<String> {
             }
             LinearReadEvent::Record { data, opcode } => match mcap::parse_record(opcode, data).ok()? {
                 Record::Metadata(metadata) if metadata.name == "pneudrive" => {
-                    return serde_json::from_str(metadata.metadata.get("rig")?).ok();
+                    return serde_json::from_str(metadata.metadata.get(key)?).ok();
                 }
                 Record::Message { .. } => return None,
                 _ => {}
@@ -64,9 +78,10 @@ mod tests {
     #[test]
     fn a_table_has_it_above_its_header() {
         let text = format!("# program: \"x\"\n# rig: {}\nt_s,b0_p0_kpa\n0,1\n", serde_json::json!(RIG));
-        assert_eq!(of_table(text.as_bytes()).as_deref(), Some(RIG));
-        assert_eq!(of_table(&b"# program: \"x\"\nt_s,b0_p0_kpa\n# rig: \"late\"\n"[..]), None);
-        assert_eq!(of_table(&b"# rig: broken\nt_s\n"[..]), None);
+        assert_eq!(of_table(text.as_bytes(), "rig").as_deref(), Some(RIG));
+        assert_eq!(of_table(text.as_bytes(), "program").as_deref(), Some("x"));
+        assert_eq!(of_table(&b"# program: \"x\"\nt_s,b0_p0_kpa\n# rig: \"late\"\n"[..], "rig"), None);
+        assert_eq!(of_table(&b"# rig: broken\nt_s\n"[..], "rig"), None);
     }
 
     #[test]
@@ -80,8 +95,8 @@ mod tests {
             bytes.into_inner()
         };
         let with = bag(BTreeMap::from([("rig".to_owned(), serde_json::json!(RIG).to_string())]));
-        assert_eq!(of_bag(&with[..]).as_deref(), Some(RIG));
-        assert_eq!(of_bag(&bag(BTreeMap::new())[..]), None);
-        assert_eq!(of_bag(&b"no bag"[..]), None);
+        assert_eq!(of_bag(&with[..], "rig").as_deref(), Some(RIG));
+        assert_eq!(of_bag(&bag(BTreeMap::new())[..], "rig"), None);
+        assert_eq!(of_bag(&b"no bag"[..], "rig"), None);
     }
 }

@@ -1,0 +1,34 @@
+//! `--watch`: the calibrated model beside a run.
+
+use crate::cli::args::RunArgs;
+use crate::cli::failure::Failure;
+use crate::cli::view::Events;
+use pneudrive_host::Calibration;
+use pneudrive_host::poller::Observer;
+use pneudrive_host::watch::{Watch, WatchError, WatchOptions};
+
+/// Starts the watch, if there is to be one. What it finds is shown wherever `events` are, and recorded.
+pub fn start(
+    run: &RunArgs,
+    boards: &[u8],
+    calibration: &Calibration,
+    events: &Events,
+) -> Result<Option<(Watch, Box<dyn Observer>)>, Failure> {
+    let Some(parameters) = &run.watch else { return Ok(None) };
+    let options = WatchOptions {
+        parameters: parameters.clone(),
+        program: run.watch_program.clone(),
+        learn_s: run.watch_learn,
+        drives: run.drives.is_some(),
+    };
+    let (mut show, recordings) = (events.teller(), events.sender());
+    let tell = move |notice: pneudrive_host::notices::Notice| {
+        recordings.note(&notice);
+        show(notice.text);
+    };
+    let failed = |error: WatchError| match error {
+        WatchError::NoProgram { .. } => Failure::input(format!("--watch: {error} with --watch-program")),
+        error => Failure::input(format!("--watch {error}")),
+    };
+    Watch::start(&options, boards, calibration, tell).map(Some).map_err(failed)
+}
