@@ -213,7 +213,8 @@ fn listed(names: &[String]) -> String {
 fn delimiter_hint(names: &[String]) -> String {
     match names {
         [only] if only.contains(';') => {
-            "; the columns are separated by semicolons: use `pneudrive-model import --delimiter ';'`".to_owned()
+            "; the columns are separated by semicolons: use `pneudrive-model import --delimiter ';'`"
+                .to_owned()
         }
         [only] if only.contains('\t') => {
             "; the columns are separated by tabs: use `pneudrive-model import --delimiter tab`".to_owned()

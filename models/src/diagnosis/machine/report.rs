@@ -259,6 +259,23 @@ impl Found<'_> {
             .iter()
             .map(|s| s.what.replace("the residual depends on ", ""))
             .collect();
+        let moved = match self.findings.candidates.first() {
+            Some((likeliest, _)) if self.findings.known && report.causes.is_empty() => {
+                let effects = likeliest.missing.effects();
+                let of_load = |e: &usize| CATALOGUE[*e].parameters.iter().any(|p| p.of_load);
+                let odd: Vec<&str> =
+                    effects.iter().filter(|e| !of_load(e)).map(|&e| CATALOGUE[e].title).collect();
+                if odd.is_empty() {
+                    String::new()
+                } else {
+                    format!(
+                        " The likeliest is none of the load: \"{}\". The machine may not be what it was when it was calibrated (`--reference` asks what has moved), or the calibrated model is not good enough: calibrate it with more recordings.",
+                        odd.join("\" and \"")
+                    )
+                }
+            }
+            _ => String::new(),
+        };
         let rest = match report.verdict {
             Verdict::PartlyExplained if left.is_empty() => format!(
                 " That is not all: noise and a usual wander of the supply would leave {:.2} kPa.",
@@ -270,7 +287,7 @@ impl Found<'_> {
             Verdict::Unexplained if !left.is_empty() => format!(" It depends on {}.", left.join(", ")),
             _ => String::new(),
         };
-        format!("{loads}{found}{rest}")
+        format!("{loads}{found}{rest}{moved}")
     }
 }
 

@@ -16,6 +16,7 @@ use crate::diagnosis::json::{Gain, Report};
 use crate::diagnosis::report::ExtendedFile;
 use crate::diagnosis::selection::Progress;
 use crate::diagnosis::settings::SETTINGS;
+use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 
 /// Causes that are looked for at most: the second is found beside the first.
@@ -180,6 +181,10 @@ pub(super) fn find(
         candidates.extend(tried);
         candidates.push(something_else);
         let Some(winner) = winner.filter(|w| stands_out(w, &best.evidence, &smooth)) else { break };
+        // Of a known machine only the load can be missing: what moved in the machine is another question.
+        if known.is_some() && !is_of_load(&winner) {
+            break;
+        }
         let errors = worth(&winner.models);
         let gain = HeldOut::together(&held_out).gain(&HeldOut::together(&errors));
         // A second name beside the first has to be one alone: what several could be is "something else".
@@ -213,6 +218,12 @@ pub(super) fn find(
         .collect();
     let after = HeldOut::together(&held_out);
     Findings { candidates, base, causes, sizes, held_out: [before, after], known: known.is_some() }
+}
+
+/// Is the effect that was found last one of the load's?
+fn is_of_load(candidate: &Candidate) -> bool {
+    let effect = candidate.missing.effects().last();
+    effect.is_some_and(|&e| CATALOGUE[e].parameters.iter().any(|p| p.of_load))
 }
 
 /// Can the recordings not tell a rival from the winner? They cannot where its density is as high within what units differ by, or where
