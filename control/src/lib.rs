@@ -71,6 +71,7 @@ mod status;
 pub mod store;
 mod supervisor;
 mod time;
+pub mod update;
 
 pub use board::Board;
 pub use config::{BoardConfig, ConfigError};

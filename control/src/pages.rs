@@ -28,6 +28,8 @@ impl BusPort {
             PageEntry::Change(change) => self.desk().change(change, in_session).to_entry(),
             PageEntry::LineRate => self.line_rate().state().to_entry(),
             PageEntry::SetLineRate(rate) => self.line_rate().change(rate, in_session).to_entry(),
+            PageEntry::Program(entry) => self.update.entry(entry),
+            PageEntry::Update(update) => self.update.update(update, in_session).to_entry(),
         }
     }
 

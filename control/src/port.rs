@@ -3,6 +3,7 @@ use crate::damage::DamageMonitor;
 use crate::desk::ParameterDesk;
 use crate::line_rate::LineRateKeeper;
 use crate::responder::Responder;
+use crate::update::UpdateDesk;
 use crate::{BoardConfig, ChannelStatus, ConfigError, ControlStatus, Identity, Micros, ParameterSet, Stored};
 use pneudrive_protocol::pages::{ChipKind, CommitOutcome, SessionOffer};
 use pneudrive_protocol::{
@@ -32,6 +33,7 @@ pub struct BusPort {
     damage: DamageMonitor,
     desk: ParameterDesk,
     line_rate: LineRateKeeper,
+    pub(crate) update: UpdateDesk,
     sessions: u32,
     requests: u32,
     answers: u32,
@@ -75,6 +77,7 @@ impl BusPort {
             damage: DamageMonitor::new(config),
             desk: ParameterDesk::new(ParameterSet::of(config)),
             line_rate: LineRateKeeper::new(config),
+            update: UpdateDesk::unsupported(),
             sessions: 0,
             control: None,
             identity: Identity::of_chip(ChipKind::Native),
@@ -111,6 +114,7 @@ impl BusPort {
         if request.is_leave() {
             self.damage.release();
             self.desk.forget();
+            self.update.forget();
             self.line_rate.leave();
         }
         let too_much_damage = self.damage.latched();
@@ -198,6 +202,7 @@ impl BusPort {
         if report.host_lost {
             self.responder.forget_host();
             self.desk.forget();
+            self.update.forget();
         }
     }
 

@@ -31,9 +31,13 @@
 //! | 9, line rate | 0 | a [`LineRateState`] |
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//! | 30, program | 0 | an [`UpdateState`] |
+//! | | 1, 2 | three-byte pieces received; CRC-32 of the running program ([`UpdateEntry`]) |
+//! | 31, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
+//! | 40 to 55, bytes | 0 to 101 | three bytes of a program ([`Update::Bytes`]): an [`UpdateAnswer`] |
 //!
-//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a
-//! session only.
+//! Pages 8 to 19 and from 31 on change something, see [`Change`], [`LineRate`] and [`Update`]; a board
+//! obeys them in a session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
 //! different moments; each by itself is of one.
@@ -47,6 +51,7 @@ mod packets;
 mod parameter;
 mod post_mortem;
 mod session;
+mod update;
 
 pub use about::{About, ChipKind};
 pub use change::{Change, ChangeAnswer, CommitOutcome, ParameterSource, StoreState};
@@ -57,6 +62,9 @@ pub use packets::{PageAnswer, PageRequest};
 pub use parameter::{Parameter, ParameterInfo};
 pub use post_mortem::{FaultRegisters, FileName, PostMortem, StopCause};
 pub use session::SessionOffer;
+pub use update::{
+    LastTrial, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply, UpdateState,
+};
 
 use crate::{CHANNELS, Counts};
 
@@ -93,6 +101,10 @@ pub enum PageEntry {
     LineRate,
     /// Go to this rate: a [`LineRateAnswer`].
     SetLineRate(LineRate),
+    /// Of the program: see [`UpdateEntry`].
+    Program(UpdateEntry),
+    /// An [`UpdateAnswer`].
+    Update(Update),
 }
 
 impl PageEntry {
@@ -119,6 +131,8 @@ impl PageEntry {
             Self::Change(change) => return change.words(),
             Self::LineRate => (Self::LINE_RATE_PAGE, 0),
             Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
+            Self::Program(entry) => (UpdateEntry::PAGE, entry as u8),
+            Self::Update(update) => return update.words(),
         };
         [page, entry, 0, 0]
     }
@@ -131,6 +145,7 @@ impl PageEntry {
     /// Whether a request for an entry of this page has digits of a value in its last two words.
     pub(crate) const fn carries_value(page: u8) -> bool {
         page >= Change::FIRST_SET_PAGE && page < Change::FIRST_SET_PAGE + Change::SET_PAGES
+            || Update::carries_value(page)
     }
 
     #[inline]
@@ -141,6 +156,12 @@ impl PageEntry {
                 0 => Some(Self::LineRate),
                 number => LineRate::of_number(number).map(Self::SetLineRate),
             };
+        }
+        if page == UpdateEntry::PAGE {
+            return UpdateEntry::of_number(entry).map(Self::Program);
+        }
+        if page >= Update::PAGE {
+            return Update::of_words(words).map(Self::Update);
         }
         if page >= Change::PAGE {
             return Change::of_words(words).map(Self::Change);
@@ -196,9 +217,11 @@ mod tests {
             .collect();
         let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
         let line_rate = 1 + LineRate::ALL.len();
+        // Of the numbers with both digits 0 as many are three bytes.
+        let update = 3 + 3 + (1 << 24) / (102 * 102) + 1;
         assert_eq!(
             known.len(),
-            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate
+            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate + update
         );
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
