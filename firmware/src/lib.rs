@@ -9,7 +9,7 @@
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
 //!
-//! All code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache
+//! All code runs from RAM (`program.x`, `ram.x`) but what starts it and what first handles a HardFault, so that no cache
 //! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
 //! critical sections leave its interrupts alone ([`masking`]), and what it shares with the control
 //! loop is little ([`shared`]). What the two chips do not have in common is in [`chip`].
@@ -32,6 +32,7 @@ pub mod sensors;
 pub mod shared;
 pub mod supervision;
 pub mod valves;
+#[cfg(feature = "rp2350")]
 mod vectors;
 
 use defmt_rtt as _;
@@ -50,8 +51,7 @@ static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// Called once, before anything has enabled an interrupt.
 pub unsafe fn start() -> Peripherals {
     // SAFETY: the caller's promise.
-    unsafe { vectors::move_to_ram() };
-    chip::wait_for_crystal();
+    unsafe { chip::prepare() };
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     safe_state::enter();
@@ -65,7 +65,9 @@ pub async fn run(spawner: Spawner) {
     let watchdog = supervision::start_watchdog(hardware.watchdog);
 
     let parameters = parameters::Parameters::load(hardware.flash, hardware.switch.read().await);
-    let (config, address) = (*parameters.start().config(), parameters.start().address());
+    let updates = chip::Updates::new();
+    let (mut config, address) = (*parameters.start().config(), parameters.start().address());
+    config.power_up_vent = config.power_up_vent.max(updates.vent());
     // Checked when it compiled (config.rs), and with what flash keeps when that was loaded.
     let Ok(board) = Board::new(config, address) else { defmt::unreachable!() };
     let (mut port, control) = board.split();
@@ -75,6 +77,7 @@ pub async fn run(spawner: Spawner) {
         ..Identity::of_chip(chip::KIND)
     });
     parameters.start().tell(&mut port);
+    updates.tell(&mut port);
     shared::install(port, control.status());
     defmt::info!("board {=u8}", address.board());
 
@@ -89,7 +92,7 @@ pub async fn run(spawner: Spawner) {
     // A task can be spawned once, and is.
     let (Ok(control_loop), Ok(supervision)) = (
         control_loop::run(control, config.loop_period, sensors, hardware.valves),
-        supervision::run(watchdog, hardware.led, parameters),
+        supervision::run(watchdog, hardware.led, parameters, updates),
     ) else {
         defmt::unreachable!()
     };

@@ -89,7 +89,11 @@ impl CycleClock {
 
 impl Bus {
     fn clock_sources(&self) -> Sources {
-        Sources { pll_sys: self.pll_sys.output(), pll_usb: self.pll_usb.output() }
+        Sources {
+            rosc: self.rosc.output(),
+            pll_sys: self.pll_sys.output(),
+            pll_usb: self.pll_usb.output(),
+        }
     }
 
     pub(super) fn clk_ref(&self) -> Hertz {

@@ -219,7 +219,10 @@ impl Bus {
                 self.update_tick();
                 written
             }
-            base::ROSC => self.rosc.write(offset, write),
+            base::ROSC => {
+                let written = self.rosc.write(offset, write);
+                self.clocks_written(written)
+            }
             base::VREG_AND_CHIP_RESET => self.vreg.write(offset, write),
             base::TBMAN => self.tbman.write(offset, write),
             base::DMA => self.dma.write(offset, write, now),

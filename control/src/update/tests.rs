@@ -158,8 +158,8 @@ fn a_program_arrives_as_it_was_sent_and_is_given_to_the_runner_once() {
     assert_eq!(bench.board.port().take_update(), Some(UpdateOrder::Try { received: bench.inbox.len() }));
     assert_eq!(bench.board.port().take_update(), None);
     assert_eq!(check(&bench.inbox, ChipKind::Rp2040).map(|program| program.length), Ok(700));
-    bench.board.port().end_update(UpdateOutcome::FlashFailed);
-    assert_eq!((bench.state().outcome, bench.received()), (UpdateOutcome::FlashFailed, Some(0)));
+    bench.board.port().end_update(UpdateOutcome::Damaged);
+    assert_eq!((bench.state().outcome, bench.received()), (UpdateOutcome::Damaged, Some(0)));
 }
 
 /// Each of its requests: the host falls silent after it, and the board has forgotten the update when a host comes again.

@@ -1,8 +1,13 @@
 //! The RP2040.
 
+mod boot;
+mod fault;
+mod places;
+mod program;
 mod start;
+mod updates;
 
-pub use start::wait_for_crystal;
+pub use updates::{Updates, keep_piece};
 
 use cortex_m::peripheral::NVIC;
 use embassy_rp::interrupt;
@@ -20,8 +25,13 @@ pub const EMBASSY_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_0;
 /// Alarm 1, ours.
 pub const ANSWER_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_1;
 
-/// Lines of the interrupt controller.
-pub const INTERRUPT_LINES: usize = 32;
+/// Waits for the crystal that the boot stage has started. Embassy would, too, but with the pins in reset.
+///
+/// # Safety
+/// Called at start-up, while no interrupt is enabled.
+pub unsafe fn prepare() {
+    start::wait_for_crystal();
+}
 
 const BUS_INTERRUPTS: u32 = 1 << Interrupt::DMA_IRQ_1 as u16 | 1 << ANSWER_TIMER_IRQ as u16;
 

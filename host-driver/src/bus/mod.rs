@@ -33,6 +33,7 @@ mod peer;
 mod safe_state;
 mod session;
 mod transaction;
+mod update;
 mod usual_delay;
 
 pub use dialect::{FrameMode, Frames};
@@ -45,6 +46,7 @@ pub use pages::{PageError, PageReply};
 pub use parameters::{ChangeFrom, ParameterChange, ParameterError};
 pub use peer::Counters;
 pub use safe_state::SafeStateOptions;
+pub use update::{UpdateError, UpdateProgress, Updated};
 
 use crate::line::{Line, SerialPort};
 use dialect::Dialect;

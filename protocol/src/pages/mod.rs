@@ -31,12 +31,12 @@
 //! | 9, line rate | 0 | a [`LineRateState`] |
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
-//! | 30, program | 0 | an [`UpdateState`] |
+//! | 38, program | 0 | an [`UpdateState`] |
 //! | | 1, 2 | three-byte pieces received; CRC-32 of the running program ([`UpdateEntry`]) |
-//! | 31, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
+//! | 39, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
 //! | 40 to 55, bytes | 0 to 101 | three bytes of a program ([`Update::Bytes`]): an [`UpdateAnswer`] |
 //!
-//! Pages 8 to 19 and from 31 on change something, see [`Change`], [`LineRate`] and [`Update`]; a board
+//! Pages 8 to 19 and from 39 on change something, see [`Change`], [`LineRate`] and [`Update`]; a board
 //! obeys them in a session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of

@@ -1,7 +1,7 @@
 use super::Entry;
 use crate::Counts;
 
-/// What a host does to bring a board a new program: page 31, and 40 to 55 with three bytes each. A board obeys it in a session only.
+/// What a host does to bring a board a new program: page 39, and 40 to 55 with three bytes each. A board obeys it in a session only.
 ///
 /// The board keeps what comes in RAM: [`Begin`](Self::Begin), then [`Bytes`](Self::Bytes) of the program and of its CRC-32 in order
 /// ([`program`](crate::program)), then [`Commit`](Self::Commit). Only then, and only if all of it is right and no chamber has
@@ -23,7 +23,7 @@ pub enum Update {
 impl Update {
     /// A new program goes on trial for so long, s.
     pub const TRIAL_S: u64 = 10;
-    pub(super) const PAGE: u8 = 31;
+    pub(super) const PAGE: u8 = 39;
     const FIRST_BYTES_PAGE: u8 = 40;
     const BYTES_PAGES: u8 = 16;
 
@@ -115,7 +115,7 @@ impl UpdateAnswer {
     }
 }
 
-/// Which program a board runs, and what became of the last update: page 30, entry 0.
+/// Which program a board runs, and what became of the last update: page 38, entry 0.
 ///
 /// Words: outcome, running, last trial, longest program in KiB.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -146,8 +146,6 @@ pub enum UpdateOutcome {
     NotAProgram = 4,
     /// Refused: a program for another chip.
     OtherChip = 5,
-    /// Flash does not hold what was written; the old program goes on.
-    FlashFailed = 6,
 }
 
 /// The program that a board runs.
@@ -184,7 +182,7 @@ impl Running {
 pub enum LastTrial {
     /// There was none since power-on, or the last one was confirmed.
     None = 0,
-    /// The boot stage found the program damaged and did not start it.
+    /// Flash does not hold what was to be tried; it was not started.
     Damaged = 1,
     /// A reset came before it was confirmed.
     NotConfirmed = 2,
@@ -207,10 +205,10 @@ impl UpdateState {
 
     /// From a page answer; `None` if a word stands for nothing.
     pub fn from_entry(entry: Entry) -> Option<Self> {
-        use UpdateOutcome::{Damaged, FlashFailed, None, NotAProgram, NotVented, OtherChip, Pending};
+        use UpdateOutcome::{Damaged, None, NotAProgram, NotVented, OtherChip, Pending};
         let [outcome, running, trial, longest_kib] = entry.map(Counts::get);
         Some(Self {
-            outcome: [None, Pending, NotVented, Damaged, NotAProgram, OtherChip, FlashFailed]
+            outcome: [None, Pending, NotVented, Damaged, NotAProgram, OtherChip]
                 .into_iter()
                 .find(|known| *known as u16 == outcome)?,
             running: Running::ALL.into_iter().find(|known| *known as u16 == running)?,
@@ -222,7 +220,7 @@ impl UpdateState {
     }
 }
 
-/// Entries of page 30.
+/// Entries of page 38.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum UpdateEntry {
@@ -235,7 +233,7 @@ pub enum UpdateEntry {
 }
 
 impl UpdateEntry {
-    pub(super) const PAGE: u8 = 30;
+    pub(super) const PAGE: u8 = 38;
 
     #[inline]
     pub(super) const fn of_number(number: u8) -> Option<Self> {
@@ -267,7 +265,7 @@ mod tests {
 
     #[test]
     fn states_and_answers_come_back() {
-        for outcome in 0..7 {
+        for outcome in 0..6 {
             for running in 0..6 {
                 for trial in 0..3 {
                     let entry = [outcome, running, trial, 127].map(Counts::saturating);
@@ -281,7 +279,7 @@ mod tests {
             assert_eq!(answer.map(UpdateAnswer::to_entry), Some(entry));
             assert_eq!(answer.map(|answer| answer.received), Some(1_023 << 10 | 7));
         }
-        for words in [[7, 0, 0, 0], [0, 6, 0, 0], [0, 0, 3, 0], [1_023; 4]] {
+        for words in [[6, 0, 0, 0], [0, 6, 0, 0], [0, 0, 3, 0], [1_023; 4]] {
             assert_eq!(UpdateState::from_entry(words.map(Counts::saturating)), None);
         }
         assert_eq!(UpdateAnswer::from_entry([6, 0, 0, 0].map(Counts::saturating)), None);
