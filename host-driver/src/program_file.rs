@@ -187,7 +187,8 @@ mod tests {
         file[42] = 32;
         file[44] = 2;
         let boot = [7; 100];
-        for (n, (address, bytes)) in [(0x1000_0000_u32, &boot[..]), (0x1000_4000, program)].iter().enumerate() {
+        for (n, (address, bytes)) in [(0x1000_0000_u32, &boot[..]), (0x1000_4000, program)].iter().enumerate()
+        {
             let offset = file.len() as u32;
             let header = [1, offset, 0x2000_0000, *address, bytes.len() as u32];
             for (word, at) in header.into_iter().zip((52 + 32 * n..).step_by(4)) {

@@ -89,11 +89,7 @@ impl CycleClock {
 
 impl Bus {
     fn clock_sources(&self) -> Sources {
-        Sources {
-            rosc: self.rosc.output(),
-            pll_sys: self.pll_sys.output(),
-            pll_usb: self.pll_usb.output(),
-        }
+        Sources { rosc: self.rosc.output(), pll_sys: self.pll_sys.output(), pll_usb: self.pll_usb.output() }
     }
 
     pub(super) fn clk_ref(&self) -> Hertz {

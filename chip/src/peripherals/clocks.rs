@@ -180,7 +180,8 @@ fn divide_integer(frequency: Hertz, register: u32) -> Hertz {
 mod tests {
     use super::*;
 
-    const SOURCES: Sources = Sources { rosc: (6_500_000, 1), pll_sys: (125_000_000, 1), pll_usb: (48_000_000, 1) };
+    const SOURCES: Sources =
+        Sources { rosc: (6_500_000, 1), pll_sys: (125_000_000, 1), pll_usb: (48_000_000, 1) };
 
     fn hertz((numerator, denominator): Hertz) -> f64 {
         numerator as f64 / denominator as f64

@@ -7,11 +7,11 @@ use super::parameters::again;
 use super::{Bus, ExchangeError, PageError};
 use crate::line::{Line, LineError};
 use crate::program_file::ProgramFile;
-use pneudrive_protocol::Address;
 use pneudrive_protocol::pages::{
-    ChipKind, LastTrial, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply,
-    UpdateState, number_in,
+    ChannelNow, ChipKind, LastTrial, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome,
+    UpdateReply, UpdateState, number_in,
 };
+use pneudrive_protocol::{Address, Counts};
 use thiserror::Error;
 
 /// A board that was not updated. It goes on with the program that it had, except where [`Lost`](Self::Lost) says otherwise.
@@ -47,7 +47,9 @@ pub enum UpdateError {
         wanted: ChipKind,
     },
     /// It gives no session, without which it takes no program.
-    #[error("{asked}: it gives this host no session, in which alone it takes a program; is another host on the bus?")]
+    #[error(
+        "{asked}: it gives this host no session, in which alone it takes a program; is another host on the bus?"
+    )]
     NoSession {
         /// The board that was asked.
         asked: Address,
@@ -70,7 +72,9 @@ pub enum UpdateError {
         asked: Address,
     },
     /// It refused what it has received.
-    #[error("{asked}: refused what it has received ({outcome:?}); it goes on with the program that it had, try again")]
+    #[error(
+        "{asked}: refused what it has received ({outcome:?}); it goes on with the program that it had, try again"
+    )]
     Refused {
         /// The board that was asked.
         asked: Address,
@@ -141,6 +145,8 @@ pub enum Updated {
     Done,
 }
 
+/// Counts above atmosphere that a vented chamber's sensor may read: 17 kPa, as boards have it.
+const VENTED_MARGIN: u16 = 20;
 /// Bytes of a request.
 const PIECE: usize = 3;
 /// Requests that fail one after the other before the transfer does.
@@ -240,9 +246,21 @@ impl<L: Line> Bus<L> {
             Err(UpdateError::OnTrial { asked })
         } else if !self.in_session(board) {
             Err(UpdateError::NoSession { asked })
+        } else if self.has_pressure(board)? {
+            Err(UpdateError::NotVented { asked })
         } else {
             Ok(state)
         }
+    }
+
+    /// Whether the board would refuse the commit for it. It looks itself then; this is to save the time until then.
+    fn has_pressure(&mut self, board: u8) -> Result<bool, UpdateError> {
+        let channels = again(|| self.board_state(board))?.channels;
+        let answer = self.ping(board)?;
+        let limit = Counts::ATMOSPHERE.get() + VENTED_MARGIN;
+        Ok(channels.iter().zip(answer.pressures).any(|(channel, pressure)| {
+            matches!(channel, ChannelNow::Regulating | ChannelNow::Venting) && pressure.get() > limit
+        }))
     }
 
     /// All pieces of the program and its CRC, each once: after a request that failed the board is asked how many have come.
@@ -272,7 +290,9 @@ impl<L: Line> Bus<L> {
                     }
                 }
                 Ok(answer) => return Err(self.refusal(board, answer.reply)),
-                Err(PageError::Exchange(error)) if failed < TRIES && !matches!(error, ExchangeError::Line(_)) => {
+                Err(PageError::Exchange(error))
+                    if failed < TRIES && !matches!(error, ExchangeError::Line(_)) =>
+                {
                     failed += 1;
                     sent = again(|| self.update_number(board, UpdateEntry::Received))? as usize;
                 }

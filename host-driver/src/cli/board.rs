@@ -1,11 +1,11 @@
 //! `board`: what a board says of itself, by page requests. `status` commands nothing.
 
 use crate::cli::args::{BoardArgs, BoardCommand, BoardStatusArgs, BusArgs};
-use crate::cli::board_parameters;
 use crate::cli::connect::{Connection, connect, devices as devices_of};
 use crate::cli::failure::Failure;
 use crate::cli::output::{outln, print_json};
 use crate::cli::setup::Setup;
+use crate::cli::{board_parameters, board_update};
 use pneudrive_host::bus::{Bus, ExchangeError, PageError};
 use pneudrive_protocol::pages::{About, Counter, Drives, NowState, PostMortem};
 use serde::Serialize;
@@ -41,6 +41,7 @@ pub fn run(args: &BusArgs, board: &BoardArgs, setup: &Setup) -> Result<(), Failu
         BoardCommand::Show(status) => board_parameters::show(args, status.board, setup),
         BoardCommand::Set(set) => board_parameters::set(args, set, setup),
         BoardCommand::Reset(status) => board_parameters::reset(args, status.board, setup),
+        BoardCommand::Update(update) => board_update::update(args, update, setup),
     }
 }
 

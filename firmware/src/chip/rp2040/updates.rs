@@ -14,6 +14,7 @@ use pneudrive_control::update::choice::{Choice, RECORD};
 use pneudrive_control::update::{INBOX, Piece, RunningProgram, UpdateOrder, check};
 use pneudrive_control::{BusPort, Micros};
 use pneudrive_protocol::pages::{LastTrial, Running, Update};
+use pneudrive_protocol::program::{Program, crc};
 
 const FLASH_SIZE: usize = 2 * 1024 * 1024;
 const PAGE: usize = PAGE_SIZE;
@@ -24,9 +25,10 @@ const STEP_TIMEOUT: Duration = Duration::from_secs(2);
 const ANSWER_TIME: Duration = Duration::from_millis(1);
 const TRIAL: Duration = Duration::from_secs(Update::TRIAL_S);
 
-/// What has come of a new program. Start-up leaves it alone: clearing it would take long.
+/// What has come of a new program. Start-up leaves it alone: clearing it would take long. A debugger finds it by its name.
+#[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.inbox")]
-static INBOX_BYTES: Inbox = Inbox(UnsafeCell::new(MaybeUninit::uninit()));
+static UPDATE_INBOX: Inbox = Inbox(UnsafeCell::new(MaybeUninit::uninit()));
 
 struct Inbox(UnsafeCell<MaybeUninit<[u8; INBOX]>>);
 
@@ -35,7 +37,7 @@ unsafe impl Sync for Inbox {}
 
 /// Puts a piece where it belongs.
 pub fn keep_piece(piece: Piece) {
-    let start = INBOX_BYTES.0.get().cast::<u8>();
+    let start = UPDATE_INBOX.0.get().cast::<u8>();
     for (n, byte) in (piece.offset..INBOX).zip(piece.bytes) {
         // SAFETY: within the array. The port gives no piece while a commit is pending, which is when the thread reads.
         unsafe { start.add(n).write_volatile(byte) };
@@ -44,7 +46,7 @@ pub fn keep_piece(piece: Piece) {
 
 /// The first `length` bytes of what has come.
 fn received(length: usize) -> &'static [u8] {
-    let start = INBOX_BYTES.0.get().cast::<u8>();
+    let start = UPDATE_INBOX.0.get().cast::<u8>();
     // SAFETY: a commit is pending, so nobody writes; and so many bytes have been written.
     unsafe { core::slice::from_raw_parts(start, length.min(INBOX)) }
 }
@@ -143,27 +145,49 @@ impl Updates {
         restart(watchdog)
     }
 
-    /// This program from now on.
+    /// This program from now on. The one before stays named by the other record, for the day on which flash has lost this one; the
+    /// first update therefore writes two.
     fn keep_and_restart(&self, watchdog: &mut Watchdog) -> ! {
         alone();
         watchdog.feed(STEP_TIMEOUT);
         let records = [CHOICE, CHOICE + SECTOR].map(|at| Choice::decode(&record(at)));
         let number = |n: usize| records[n].map_or(0, |choice| choice.number);
-        let older = usize::from(number(1) < number(0));
-        let choice = Choice {
-            number: number(0).max(number(1)).saturating_add(1),
-            place: self.place(),
-            length: self.length,
-            crc: self.program.crc,
-        };
-        let at = CHOICE - FLASH + SECTOR * older as u32;
-        let mut flash = Flash::new();
-        if flash.erase(at) && flash.program(at, &choice.encode()) && record(FLASH + at) == choice.encode() {
+        let mut older = u32::from(number(1) < number(0));
+        let mut newest = number(0).max(number(1));
+        let mut kept = true;
+        if newest == 0
+            && self.place() == 1
+            && let Some(flashed) = flashed()
+        {
+            newest = flashed.number;
+            kept = keep(older, &flashed);
+            older = 1;
+        }
+        watchdog.feed(STEP_TIMEOUT);
+        let (place, length, crc) = (self.place(), self.length, self.program.crc);
+        kept = kept && keep(older, &Choice { number: newest.saturating_add(1), place, length, crc });
+        if kept {
             // Else the boot stage finds that the trial has not ended well.
             leave([0; 4]);
         }
         restart(watchdog)
     }
+}
+
+/// The program that was flashed, as a record names it.
+fn flashed() -> Option<Choice> {
+    let start = FIRST_PLACE as *const u8;
+    // SAFETY: flash is mapped there, and this program runs from RAM and came from the second place.
+    let place = unsafe { core::slice::from_raw_parts(start, PLACE as usize) };
+    let length = Program::parse(place).ok()?.length;
+    Some(Choice { number: 1, place: 0, length: length as u32, crc: crc(place.get(..length)?) })
+}
+
+/// Writes one of the two records; whether it is there now.
+fn keep(sector: u32, choice: &Choice) -> bool {
+    let at = CHOICE - FLASH + SECTOR * sector;
+    let mut flash = Flash::new();
+    flash.erase(at) && flash.program(at, &choice.encode()) && record(FLASH + at) == choice.encode()
 }
 
 /// From here on nothing else runs, and the valves vent.

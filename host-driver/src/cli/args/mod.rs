@@ -9,9 +9,9 @@ mod values;
 pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg};
 pub use commands::{
-    BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, CalibrateArgs, CheckArgs, Command,
-    CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs, ReplayArgs, ShapeArg,
-    TimingArgs,
+    BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, BoardUpdateArgs, CalibrateArgs,
+    CheckArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs,
+    ReplayArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::{BaudArg, number};
