@@ -105,11 +105,13 @@ impl UpdateDesk {
     }
 
     /// Obeys what came in a session, or not.
+    #[inline]
     pub(crate) fn update(&mut self, update: Update, in_session: bool) -> UpdateAnswer {
         let reply = self.obey(update, in_session);
         UpdateAnswer { reply, received: self.received.unwrap_or(0) }
     }
 
+    #[inline]
     fn obey(&mut self, update: Update, in_session: bool) -> UpdateReply {
         if self.program.running == Running::Unsupported {
             return UpdateReply::Unsupported;
@@ -120,18 +122,20 @@ impl UpdateDesk {
         if self.outcome == UpdateOutcome::Pending {
             return UpdateReply::Busy;
         }
+        // First what comes most: a board has 20 us for its answer.
+        if let (Update::Bytes(bytes), Some(pieces)) = (update, &mut self.received) {
+            let offset = *pieces as usize * PIECE;
+            if offset >= INBOX {
+                return UpdateReply::TooLong;
+            }
+            *pieces += 1;
+            self.piece = Some(Piece { offset, bytes });
+            return UpdateReply::Taken;
+        }
         match (update, &mut self.received) {
             // The old program is what a trial falls back to: nothing is written over it.
             (Update::Begin, _) if self.program.running.is_trial() => return UpdateReply::NotBegun,
             (Update::Begin, received) => *received = Some(0),
-            (Update::Bytes(bytes), Some(pieces)) => {
-                let offset = *pieces as usize * PIECE;
-                if offset >= INBOX {
-                    return UpdateReply::TooLong;
-                }
-                *pieces += 1;
-                self.piece = Some(Piece { offset, bytes });
-            }
             (Update::Commit, Some(pieces)) => {
                 self.order = Some(UpdateOrder::Try { received: *pieces as usize * PIECE });
                 self.outcome = UpdateOutcome::Pending;

@@ -178,7 +178,7 @@ impl UpdateBench {
         self.host.begin(offer);
         self.command();
         assert_eq!(self.update(Update::Confirm), UpdateReply::Taken);
-        self.bench.run(MS * 70 + BOOT);
+        self.bench.run(MS * 300 + BOOT);
         self.forget();
     }
 

@@ -151,6 +151,10 @@ impl PageEntry {
     #[inline]
     pub(crate) fn of_words(words: [u8; 4]) -> Option<Self> {
         let [page, entry, ..] = words;
+        // First what takes longest: a board has 20 us for its answer.
+        if page >= Update::PAGE {
+            return Update::of_words(words).map(Self::Update);
+        }
         if page == Self::LINE_RATE_PAGE {
             return match entry {
                 0 => Some(Self::LineRate),
@@ -159,9 +163,6 @@ impl PageEntry {
         }
         if page == UpdateEntry::PAGE {
             return UpdateEntry::of_number(entry).map(Self::Program);
-        }
-        if page >= Update::PAGE {
-            return Update::of_words(words).map(Self::Update);
         }
         if page >= Change::PAGE {
             return Change::of_words(words).map(Self::Change);

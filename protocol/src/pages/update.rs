@@ -48,14 +48,16 @@ impl Update {
     }
 
     #[inline]
-    pub(super) fn of_words([page, high, middle, low]: [u8; 4]) -> Option<Self> {
+    pub(super) fn of_words(words: [u8; 4]) -> Option<Self> {
+        let [page, high, middle, low] = words;
         if Self::carries_value(page) {
-            if u32::from(high) >= DIGIT {
+            // Spelt out: a board has 20 us for its answer.
+            let upper = u32::from(page - Self::FIRST_BYTES_PAGE) * DIGIT + u32::from(high);
+            let number = (upper * DIGIT + u32::from(middle)) * DIGIT + u32::from(low);
+            let [low, middle, high, over] = number.to_le_bytes();
+            if over != 0 || u32::from(words[1]) >= DIGIT {
                 return None;
             }
-            let digits = [page - Self::FIRST_BYTES_PAGE, high, middle, low];
-            let number = digits.iter().fold(0, |number, digit| number * DIGIT + u32::from(*digit));
-            let [low, middle, high, 0] = number.to_le_bytes() else { return None };
             return Some(Self::Bytes([low, middle, high]));
         }
         match (page, high) {
@@ -99,6 +101,7 @@ pub enum UpdateReply {
 
 impl UpdateAnswer {
     /// As it stands in a page answer.
+    #[inline]
     pub fn to_entry(self) -> Entry {
         let part = |shift: u32| (self.received >> shift & 1_023) as u16;
         [self.reply as u16, part(10), part(0), 0].map(Counts::saturating)
