@@ -12,7 +12,7 @@
 //!   rings, all four alias blocks and pacing; ADC with round robin and FIFO; PWM with double-buffered real counters;
 //!   TIMER; WATCHDOG; SIO with spinlocks and divider; IO_BANK0 with overrides and pin interrupts; PADS_BANK0 with pulls;
 //!   RESETS; the clock tree from the oscillators to every consumer.
-//! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC, both PLLs, VREG, PSM; I2C
+//! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC (with its divider), both PLLs, VREG, PSM; I2C
 //!   and SPI without a bus behind them, SYSINFO, SYSCFG, TBMAN.
 //! - Flash behind the XIP cache (16 KiB, two ways, lines of two words that are filled one by one) with its registers and counters;
 //!   the SSI as far as boot loaders set it up. A miss takes as many serial clocks as the SSI's registers say, times its divider,

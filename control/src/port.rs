@@ -26,7 +26,7 @@ pub struct BusPort {
     responder: Responder,
     orders: Orders,
     /// What the last control step did. `None` before the first: a board does not report what it has not measured.
-    control: Option<ControlStatus>,
+    pub(crate) control: Option<ControlStatus>,
     identity: Identity,
     longest_loop: Micros,
     agreement: Agreement,
@@ -128,9 +128,9 @@ impl BusPort {
     /// Answers a page request, which commands nothing: the command timeout runs on.
     fn look_up(&mut self, now: Micros, request: &PageRequest) -> Option<Answer> {
         self.page_requests = self.page_requests.saturating_add(1);
-        let control = self.control?;
+        self.control.as_ref()?;
         let in_session = request.seal.is_some();
-        let words = request.entry().map(|entry| self.entry(entry, &control, now, in_session));
+        let words = request.entry().and_then(|entry| self.entry(entry, now, in_session));
         Some(request.answer(words).encode())
     }
 

@@ -104,8 +104,8 @@ impl UpdateDesk {
         }
     }
 
-    /// Obeys what came in a session, or not.
-    #[inline]
+    /// Obeys what came in a session, or not. Apart from the other entries, which would be slower for it.
+    #[inline(never)]
     pub(crate) fn update(&mut self, update: Update, in_session: bool) -> UpdateAnswer {
         let reply = self.obey(update, in_session);
         UpdateAnswer { reply, received: self.received.unwrap_or(0) }

@@ -195,6 +195,8 @@ fn a_power_cut_while_it_is_confirmed_leaves_the_old_or_the_new() {
     host.host.begin(offer);
     host.command();
     assert_eq!(host.update(Update::Confirm), UpdateReply::Taken);
+    let confirmed = host.bench.chip.now();
+    let resets = host.bench.chip.resets().len();
     let flashed = crc(&program_of(firmware::elf()));
     let (mut old, mut new) = (0, 0);
     for _ in 0..4 {
@@ -214,6 +216,9 @@ fn a_power_cut_while_it_is_confirmed_leaves_the_old_or_the_new() {
         }
         host.bench.chip.run_until(end);
     }
+    host.bench.run_until_seen(MS * 300, |bench| bench.chip.resets().len() > resets);
+    let took = host.bench.chip.now() - confirmed;
+    println!("from the confirmation to the restart {:.0} ms", took.as_micros() / 1e3);
     println!("260 power cuts while the records were written: {old} left the old program, {new} the new");
     assert!(old >= 195 && new >= 1, "{old} old, {new} new");
 }

@@ -316,15 +316,29 @@ impl<L: Line> Bus<L> {
                     refusal = answer.reply;
                     break;
                 }
-                // A board that restarts because of it is silent: what became of it is asked for next.
+                // Lost, or the board restarts because of it.
                 Err(PageError::Exchange(ExchangeError::NoAnswer { .. })) if update != Update::Begin => {
-                    return Ok(());
+                    if self.is_obeyed(board, update) {
+                        return Ok(());
+                    }
                 }
                 Err(PageError::Exchange(error)) if !matches!(error, ExchangeError::Line(_)) => {}
                 Err(error) => return Err(error.into()),
             }
         }
         Err(self.refusal(board, refusal))
+    }
+
+    /// Whether a commit or a confirmation whose answer is missing has arrived: then the board works on it, or is silent because it
+    /// restarts.
+    fn is_obeyed(&mut self, board: u8, update: Update) -> bool {
+        match self.update_state(board) {
+            Ok(state) => {
+                state.outcome != UpdateOutcome::None || state.running.is_trial() == (update == Update::Commit)
+            }
+            Err(PageError::Exchange(error)) => !error.something_came(),
+            Err(_) => true,
+        }
     }
 
     fn refusal(&mut self, board: u8, reply: UpdateReply) -> UpdateError {
