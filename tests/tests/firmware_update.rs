@@ -77,7 +77,15 @@ fn an_update_that_is_confirmed_stays_until_the_next() {
     assert_eq!(host.running_crc(), expected);
     assert_eq!(host.place(1, next_version().len()), next_version());
     for running in [Running::Second, Running::First] {
-        host.confirm();
+        if running == Running::Second {
+            host.confirm();
+        } else {
+            // From the second update on one record is written, and there are two.
+            let (old, new) = ((Running::Second, crc(&next_version())), (Running::First, expected));
+            let after = cuts_while_confirmed(&mut host, 2, 16);
+            assert!(after.iter().all(|cut| *cut == old || *cut == new), "{after:x?}");
+            assert_eq!((after[0], after[33]), (old, new));
+        }
         for _ in 0..2 {
             assert_eq!(host.state(), state(UpdateOutcome::None, running, LastTrial::None));
             assert_eq!(host.running_crc(), expected);
@@ -187,39 +195,49 @@ fn a_power_cut_during_the_trial_leaves_the_old_program() {
     assert_eq!(host.state().running, Running::TrialSecond);
 }
 
-/// The first update writes a record of the program that was flashed, too. At 64 moments of each erase and each program.
-#[test]
-fn a_power_cut_while_it_is_confirmed_leaves_the_old_or_the_new() {
-    let mut host = on_trial();
+/// Confirms a trial and cuts the supply at so many moments of each of the erases and programs that follow; what the boards run then.
+fn cuts_while_confirmed(host: &mut UpdateBench, changes: usize, parts: u64) -> Vec<(Running, u32)> {
     let offer = host.ask(PageEntry::Session(4));
     host.host.begin(offer);
     host.command();
     assert_eq!(host.update(Update::Confirm), UpdateReply::Taken);
     let confirmed = host.bench.chip.now();
     let resets = host.bench.chip.resets().len();
-    let flashed = crc(&program_of(firmware::elf()));
-    let (mut old, mut new) = (0, 0);
-    for _ in 0..4 {
+    let mut after = Vec::new();
+    for _ in 0..changes {
         let before = host.bench.chip.flash_busy_until();
         host.bench.run_until_seen(MS * 300, |bench| bench.chip.flash_busy_until() > before);
         let (begin, end) = (host.bench.chip.now(), host.bench.chip.flash_busy_until());
-        for part in 0..=64 {
+        for part in 0..=parts {
             let mut cut = host.clone();
-            cut.bench.chip.run_until(begin + Ticks::new(end.saturating_sub(begin).get() * part / 64));
+            cut.bench.chip.run_until(begin + Ticks::new(end.saturating_sub(begin).get() * part / parts));
             cut.power_cycle();
-            match (cut.state().running, cut.running_crc()) {
-                (Running::Flashed, 0) => old += 1,
-                (Running::First, crc) if crc == flashed => old += 1,
-                (Running::Second, crc) if crc != flashed => new += 1,
-                other => panic!("{other:x?} after {part}/64"),
-            }
+            after.push((cut.state().running, cut.running_crc()));
         }
         host.bench.chip.run_until(end);
     }
     host.bench.run_until_seen(MS * 300, |bench| bench.chip.resets().len() > resets);
     let took = host.bench.chip.now() - confirmed;
     println!("from the confirmation to the restart {:.0} ms", took.as_micros() / 1e3);
-    println!("260 power cuts while the records were written: {old} left the old program, {new} the new");
+    host.bench.run(BOOT);
+    host.forget();
+    after
+}
+
+/// The first update writes a record of the program that was flashed, too. At 65 moments of each erase and each program.
+#[test]
+fn a_power_cut_while_it_is_confirmed_leaves_the_old_or_the_new() {
+    let mut host = on_trial();
+    let (flashed, next) = (crc(&program_of(firmware::elf())), crc(&next_version()));
+    let after = cuts_while_confirmed(&mut host, 4, 64);
+    let new = after.iter().filter(|cut| **cut == (Running::Second, next)).count();
+    let old = |cut: &&(Running, u32)| [(Running::Flashed, 0), (Running::First, flashed)].contains(cut);
+    let old = after.iter().filter(old).count();
+    println!(
+        "{} power cuts while the records were written: {old} left the old program, {new} the new",
+        after.len()
+    );
+    assert_eq!(old + new, after.len(), "{after:x?}");
     assert!(old >= 195 && new >= 1, "{old} old, {new} new");
 }
 
