@@ -65,7 +65,7 @@ pub async fn run(spawner: Spawner) {
     let watchdog = supervision::start_watchdog(hardware.watchdog);
 
     let parameters = parameters::Parameters::load(hardware.flash, hardware.switch.read().await);
-    let updates = chip::Updates::new();
+    let updates = chip::Updates::at_start();
     let (mut config, address) = (*parameters.start().config(), parameters.start().address());
     config.power_up_vent = config.power_up_vent.max(updates.vent());
     // Checked when it compiled (config.rs), and with what flash keeps when that was loaded.

@@ -41,8 +41,7 @@ pub struct Updates;
 
 impl Updates {
     /// Nothing to be known.
-    #[allow(clippy::new_without_default)]
-    pub fn new() -> Self {
+    pub fn at_start() -> Self {
         Self
     }
 

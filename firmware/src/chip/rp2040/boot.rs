@@ -140,7 +140,7 @@ unsafe fn load(place: u32, length: u32, crc: u32) -> bool {
 
 #[inline(always)]
 fn fits(length: u32) -> bool {
-    length > HEADER_AT as u32 + 16 && length <= LONGEST as u32 && length % 4 == 0
+    length > HEADER_AT as u32 + 16 && length <= LONGEST as u32 && length & 3 == 0
 }
 
 /// Whether what has been copied is a program of this length for this chip.

@@ -59,7 +59,7 @@ pub struct Updates {
 
 impl Updates {
     /// What the boot stage has left.
-    pub fn new() -> Self {
+    pub fn at_start() -> Self {
         let [state, length, crc, trial] = SCRATCH.map(read);
         let running = match state {
             first if first == State::CONFIRMED => Running::First,
