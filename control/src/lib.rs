@@ -63,6 +63,7 @@ mod liveness;
 mod pages;
 mod parameters;
 mod port;
+mod port_updates;
 mod responder;
 mod sample;
 mod sensor;

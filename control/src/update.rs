@@ -1,11 +1,10 @@
 //! A new program as it comes over the bus, until the board's runner takes it.
 //!
 //! The program itself the runner keeps: it takes each piece right after the byte that completed the request
-//! ([`BusPort::take_piece`]). What is here counts pieces and says what may happen when.
+//! ([`BusPort::take_piece`](crate::BusPort::take_piece)). What is here counts pieces and says what may happen when.
 
 pub mod choice;
 
-use crate::BusPort;
 use pneudrive_protocol::pages::{
     ChipKind, Entry, LastTrial, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply,
     UpdateState, number_entry,
@@ -83,7 +82,7 @@ impl UpdateDesk {
         Self::new(RunningProgram { running: Running::Unsupported, last_trial: LastTrial::None, crc: 0 })
     }
 
-    const fn new(program: RunningProgram) -> Self {
+    pub(crate) const fn new(program: RunningProgram) -> Self {
         Self { program, received: None, piece: None, order: None, outcome: UpdateOutcome::None }
     }
 
@@ -149,44 +148,28 @@ impl UpdateDesk {
         UpdateReply::Taken
     }
 
+    /// The piece that came last, once.
+    #[inline]
+    pub(crate) fn take_piece(&mut self) -> Option<Piece> {
+        self.piece.take()
+    }
+
+    /// What a host wants done, once.
+    pub(crate) fn take_order(&mut self) -> Option<UpdateOrder> {
+        self.order.take()
+    }
+
+    /// Why it is not done. What has come is forgotten.
+    pub(crate) fn end(&mut self, outcome: UpdateOutcome) {
+        self.outcome = outcome;
+        self.received = None;
+    }
+
     /// The host has left or fallen silent. A commit that it has made goes on.
     pub(crate) fn forget(&mut self) {
         if self.outcome != UpdateOutcome::Pending {
             self.received = None;
         }
-    }
-}
-
-impl BusPort {
-    /// This board can be updated over the bus, and runs this program. Whoever says so calls [`take_piece`](Self::take_piece) after
-    /// every byte, and [`take_update`](Self::take_update) now and then.
-    pub fn support_updates(&mut self, program: RunningProgram) {
-        self.update = UpdateDesk::new(program);
-    }
-
-    /// The piece of a new program that the last byte has completed, once.
-    #[inline]
-    pub fn take_piece(&mut self) -> Option<Piece> {
-        self.update.piece.take()
-    }
-
-    /// What a host wants done with the program that it has sent, once. Ends with a restart, or with [`end_update`](Self::end_update).
-    ///
-    /// A trial ends here if the board [is not vented](Self::is_vented). One that is confirmed vents all the time.
-    pub fn take_update(&mut self) -> Option<UpdateOrder> {
-        // All interrupts wait while a board looks, many times a second.
-        let order = self.update.order.take()?;
-        if matches!(order, UpdateOrder::Try { .. }) && !self.is_vented() {
-            self.end_update(UpdateOutcome::NotVented);
-            return None;
-        }
-        Some(order)
-    }
-
-    /// Why what [`take_update`](Self::take_update) gave does not happen. What has come is forgotten.
-    pub fn end_update(&mut self, outcome: UpdateOutcome) {
-        self.update.outcome = outcome;
-        self.update.received = None;
     }
 }
 
