@@ -90,8 +90,9 @@ fn pass_on(bus: &mut Bus, shared: &mut Shared) {
             Ok(byte) => {
                 if let Some(answer) = shared.port.receive_byte(heard, byte) {
                     bus.transmitter.send_at(heard.after(bus.answer_delay), answer);
+                    #[cfg(feature = "rp2040")]
                     if let Some(piece) = shared.port.take_piece() {
-                        chip::keep_piece(piece);
+                        crate::inbox::keep_piece(piece);
                     }
                 }
             }

@@ -23,6 +23,8 @@ pub mod bus;
 pub mod chip;
 pub mod config;
 pub mod control_loop;
+#[cfg(feature = "rp2040")]
+pub mod inbox;
 mod masking;
 pub mod parameters;
 pub mod pins;
@@ -31,6 +33,7 @@ pub mod safe_state;
 pub mod sensors;
 pub mod shared;
 pub mod supervision;
+pub mod updates;
 pub mod valves;
 #[cfg(feature = "rp2350")]
 mod vectors;
@@ -51,7 +54,11 @@ static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// Called once, before anything has enabled an interrupt.
 pub unsafe fn start() -> Peripherals {
     // SAFETY: the caller's promise.
-    unsafe { chip::prepare() };
+    #[cfg(feature = "rp2350")]
+    unsafe {
+        vectors::move_to_ram();
+    }
+    chip::wait_for_crystal();
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     safe_state::enter();
@@ -65,7 +72,7 @@ pub async fn run(spawner: Spawner) {
     let watchdog = supervision::start_watchdog(hardware.watchdog);
 
     let parameters = parameters::Parameters::load(hardware.flash, hardware.switch.read().await);
-    let updates = chip::Updates::at_start();
+    let updates = updates::Updates::at_start();
     let (mut config, address) = (*parameters.start().config(), parameters.start().address());
     config.power_up_vent = config.power_up_vent.max(updates.vent());
     // Checked when it compiled (config.rs), and with what flash keeps when that was loaded.

@@ -1,7 +1,7 @@
 //! Watchdog, status LED, log.
 
-use crate::chip::Updates;
 use crate::parameters::Parameters;
+use crate::updates::Updates;
 use crate::{bus, post_mortem, shared};
 use embassy_rp::Peri;
 use embassy_rp::gpio::Output;

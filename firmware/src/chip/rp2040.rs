@@ -2,12 +2,11 @@
 
 mod boot;
 mod fault;
-mod places;
+pub(crate) mod places;
 mod program;
 mod start;
-mod updates;
 
-pub use updates::{Updates, keep_piece};
+pub use start::wait_for_crystal;
 
 use cortex_m::peripheral::NVIC;
 use embassy_rp::interrupt;
@@ -24,14 +23,6 @@ pub const TIMER: pac::timer::Timer = pac::TIMER;
 pub const EMBASSY_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_0;
 /// Alarm 1, ours.
 pub const ANSWER_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_1;
-
-/// Waits for the crystal that the boot stage has started. Embassy would, too, but with the pins in reset.
-///
-/// # Safety
-/// Called at start-up, while no interrupt is enabled.
-pub unsafe fn prepare() {
-    start::wait_for_crystal();
-}
 
 const BUS_INTERRUPTS: u32 = 1 << Interrupt::DMA_IRQ_1 as u16 | 1 << ANSWER_TIMER_IRQ as u16;
 

@@ -8,9 +8,6 @@ use cortex_m::register::basepri;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::Priority;
 use embassy_rp::pac::{self, Interrupt};
-use embassy_rp::watchdog::Watchdog;
-use pneudrive_control::update::Piece;
-use pneudrive_control::{BusPort, Micros};
 use pneudrive_protocol::pages::ChipKind;
 
 /// What the board's pages say it is.
@@ -27,38 +24,8 @@ pub const ANSWER_TIMER_IRQ: Interrupt = Interrupt::TIMER0_IRQ_1;
 /// Lines of the interrupt controller.
 pub const INTERRUPT_LINES: usize = 52;
 
-/// The vector table to RAM. Embassy's initialisation waits for the crystal.
-///
-/// # Safety
-/// Called at start-up, while no interrupt is enabled.
-pub unsafe fn prepare() {
-    // SAFETY: the caller's promise.
-    unsafe { crate::vectors::move_to_ram() };
-}
-
-/// There are none: this chip is flashed by a probe or as UF2, and its pages say so.
-pub struct Updates;
-
-impl Updates {
-    /// Nothing to be known.
-    pub fn at_start() -> Self {
-        Self
-    }
-
-    /// Pages of a board that was told nothing say that it cannot be updated.
-    pub fn tell(&self, _port: &mut BusPort) {}
-
-    /// No longer than configured.
-    pub fn vent(&self) -> Micros {
-        Micros::ZERO
-    }
-
-    /// There is nothing to do.
-    pub async fn obey(&mut self, _watchdog: &mut Watchdog) {}
-}
-
-/// None comes.
-pub fn keep_piece(_piece: Piece) {}
+/// Embassy's initialisation waits for the crystal.
+pub fn wait_for_crystal() {}
 
 /// Lets SIO drive a pin, whose pad the last reset has isolated (datasheet 9.7).
 #[inline(always)]

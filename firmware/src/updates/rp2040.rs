@@ -2,16 +2,17 @@
 //!
 //! While flash is written nothing else runs, and the valve pins are at vent, as for parameters.
 
-use super::places::{CHOICE, DAMAGED, FIRST_PLACE, FLASH, NOT_CONFIRMED, PLACE, SCRATCH, SECTOR, State};
+use crate::chip::places::{
+    CHOICE, DAMAGED, FIRST_PLACE, FLASH, NOT_CONFIRMED, PLACE, SCRATCH, SECTOR, State,
+};
+use crate::inbox::received;
 use crate::{chip, safe_state, shared};
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
 use embassy_rp::flash::{self, Blocking, PAGE_SIZE};
 use embassy_rp::peripherals;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::{Duration, Instant, Timer};
 use pneudrive_control::update::choice::{Choice, RECORD};
-use pneudrive_control::update::{INBOX, Piece, RunningProgram, UpdateOrder, check};
+use pneudrive_control::update::{RunningProgram, UpdateOrder, check};
 use pneudrive_control::{BusPort, Micros};
 use pneudrive_protocol::pages::{LastTrial, Running, Update};
 use pneudrive_protocol::program::{Program, crc};
@@ -24,32 +25,6 @@ const STEP_TIMEOUT: Duration = Duration::from_secs(2);
 /// The answer that a commit was taken is on the wire for 0.12 ms.
 const ANSWER_TIME: Duration = Duration::from_millis(1);
 const TRIAL: Duration = Duration::from_secs(Update::TRIAL_S);
-
-/// What has come of a new program. Start-up leaves it alone: clearing it would take long. A debugger finds it by its name.
-#[unsafe(no_mangle)]
-#[unsafe(link_section = ".uninit.inbox")]
-static UPDATE_INBOX: Inbox = Inbox(UnsafeCell::new(MaybeUninit::uninit()));
-
-struct Inbox(UnsafeCell<MaybeUninit<[u8; INBOX]>>);
-
-// SAFETY: written by the bus interrupt while an update comes, and read by the thread when none comes any more: see the two functions.
-unsafe impl Sync for Inbox {}
-
-/// Puts a piece where it belongs.
-pub fn keep_piece(piece: Piece) {
-    let start = UPDATE_INBOX.0.get().cast::<u8>();
-    for (n, byte) in (piece.offset..INBOX).zip(piece.bytes) {
-        // SAFETY: within the array. The port gives no piece while a commit is pending, which is when the thread reads.
-        unsafe { start.add(n).write_volatile(byte) };
-    }
-}
-
-/// The first `length` bytes of what has come.
-fn received(length: usize) -> &'static [u8] {
-    let start = UPDATE_INBOX.0.get().cast::<u8>();
-    // SAFETY: a commit is pending, so nobody writes; and so many bytes have been written.
-    unsafe { core::slice::from_raw_parts(start, length.min(INBOX)) }
-}
 
 /// What the board knows of its program.
 pub struct Updates {
