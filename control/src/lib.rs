@@ -72,6 +72,7 @@ mod status;
 pub mod store;
 mod supervisor;
 mod time;
+mod transducer;
 
 pub use board::Board;
 pub use config::{BoardConfig, ConfigError};
@@ -89,3 +90,4 @@ pub use status::{BoardStatus, ChannelStatus, ControlStatus, Counters};
 pub use store::Stored;
 pub use supervisor::BoardState;
 pub use time::Micros;
+pub use transducer::{Transducer, acceleration_steps, angular_rate_steps};

@@ -7,7 +7,9 @@
 //! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
 //! | P1 | Embassy's timer and DMA interrupts | |
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
+//! | P3 | Embassy's I2C interrupt: wakes [`i2c`] | up to twice a transfer |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
+//! | thread | [`i2c`]: the sensors on the I2C connector | every 10 ms |
 //!
 //! All code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache
 //! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
@@ -23,6 +25,8 @@ pub mod bus;
 pub mod chip;
 pub mod config;
 pub mod control_loop;
+pub mod i2c;
+pub mod late;
 mod masking;
 pub mod parameters;
 pub mod pins;
@@ -55,6 +59,8 @@ pub unsafe fn start() -> Peripherals {
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     safe_state::enter();
+    // SAFETY: nothing of the code that it copies has been called.
+    unsafe { late::copy() };
     peripherals
 }
 
@@ -87,14 +93,16 @@ pub async fn run(spawner: Spawner) {
     let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
 
     // A task can be spawned once, and is.
-    let (Ok(control_loop), Ok(supervision)) = (
+    let (Ok(control_loop), Ok(supervision), Ok(i2c)) = (
         control_loop::run(control, config.loop_period, sensors, hardware.valves),
         supervision::run(watchdog, hardware.led, parameters),
+        i2c::run(hardware.i2c),
     ) else {
         defmt::unreachable!()
     };
     control_spawner.spawn(control_loop);
     spawner.spawn(supervision);
+    spawner.spawn(i2c);
     // What this task still owns (the pins of the address switch) stays as it is.
     core::future::pending().await
 }
