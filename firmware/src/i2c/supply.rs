@@ -9,8 +9,8 @@ use pneudrive_protocol::pages::{GaugePressure, SensorPart};
 /// ADDR at ground.
 const ADDRESS: u8 = 0x48;
 const CONFIG: u8 = 0x01;
-/// Reset values of two bits that the thermometers with this address always read as 1 (TMP102: R1, R0) are in it.
-const HARMLESS: [u8; 2] = [0x41, 0xe3];
+/// Starts no conversion. A thermometer with this address (TMP102) reads two bits of it, its R1 and R0, as 1.
+const IDLE: [u8; 2] = [0x41, 0xe3];
 
 const TRANSDUCER: Transducer = Transducer { full_scale_pa: config::SUPPLY_FULL_SCALE_PA };
 
@@ -65,12 +65,12 @@ impl Supply {
 
 /// An ADS1115 has no register that says what it is: its configuration can be written and read back.
 async fn is_there(master: &mut Master<'_>) -> Result<bool, Failure> {
-    let [high, low] = HARMLESS;
+    let [high, low] = IDLE;
     master.write_async(ADDRESS, [CONFIG, high, low]).await?;
     let mut read = [0; 2];
     master.write_read_async(ADDRESS, [CONFIG], &mut read).await?;
     // Its highest bit says that it does not convert.
-    Ok([read[0] & 0x7f, read[1]] == HARMLESS)
+    Ok([read[0] & 0x7f, read[1]] == IDLE)
 }
 
 /// The share of the transducer's supply: `None` if that is none that it gives.
