@@ -259,9 +259,15 @@ fn the_sensors_take_little_of_the_processor() {
         100.0 * share
     };
     let without = load(&mut SensorBoard::without_parts());
-    let with = load(&mut SensorBoard::booted());
+    let mut board = SensorBoard::booted();
+    let with = load(&mut board);
     println!("processor load on a silent bus: {without:.1} % without sensors, {with:.1} % with them");
     assert!(with - without < 5.0, "{without} % without, {with} % with sensors");
+    board.hang_every_ms = Some(37);
+    board.use_bus(1_000);
+    let stack = board::STACK_TOP - board.bench.chip.lowest_stack_pointer();
+    println!("stack with sensors, requests and a bus that hangs: {stack} bytes");
+    assert!(stack < 8 * 1024, "{stack} bytes of stack");
 }
 
 #[test]

@@ -10,6 +10,8 @@ use system_tests::chip_bench::{BOOT, ChipBench, DIR, packet};
 
 pub const SUPPLY_ADDRESS: u8 = 0x48;
 pub const IMU_ADDRESS: u8 = 0x68;
+/// The end of RAM.
+pub const STACK_TOP: u32 = 0x2004_0000;
 /// What the supply has at first.
 pub const PRESSURE_PA: i32 = 653_210;
 /// The transducer's.
