@@ -113,13 +113,12 @@ async fn round(
     supply: &mut Supply,
     imu: &mut Imu,
 ) -> Result<(), Failure> {
-    let search = periods % SEARCH_EVERY == 0;
-    if search {
+    if periods.is_multiple_of(SEARCH_EVERY) {
         imu.look(master).await?;
         supply.look(master).await?;
     }
     imu.read(master).await?;
-    if periods % SUPPLY_EVERY == 0 {
+    if periods.is_multiple_of(SUPPLY_EVERY) {
         supply.read(master).await?;
     }
     Ok(())

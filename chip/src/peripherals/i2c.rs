@@ -1,5 +1,6 @@
 //! I2C0 and I2C1 (4.3): DW_apb_i2c as the only controller ("master") of a bus, with 7-bit addresses.
 
+mod registers;
 mod transfer;
 mod wires;
 
@@ -11,87 +12,9 @@ use std::collections::VecDeque;
 use super::{RegisterWrite, Written};
 use crate::ticks::{Rate, Ticks};
 
+use registers::*;
 use transfer::Phase;
 pub(crate) use wires::I2cWires;
-
-/// Register offsets (4.3.17).
-const IC_CON: u32 = 0x00;
-const IC_TAR: u32 = 0x04;
-const IC_SAR: u32 = 0x08;
-const IC_DATA_CMD: u32 = 0x10;
-const IC_SS_SCL_HCNT: u32 = 0x14;
-const IC_SS_SCL_LCNT: u32 = 0x18;
-const IC_FS_SCL_HCNT: u32 = 0x1c;
-const IC_FS_SCL_LCNT: u32 = 0x20;
-const IC_INTR_STAT: u32 = 0x2c;
-const IC_INTR_MASK: u32 = 0x30;
-const IC_RAW_INTR_STAT: u32 = 0x34;
-const IC_RX_TL: u32 = 0x38;
-const IC_TX_TL: u32 = 0x3c;
-const IC_CLR_INTR: u32 = 0x40;
-const IC_CLR_RX_UNDER: u32 = 0x44;
-const IC_CLR_RX_OVER: u32 = 0x48;
-const IC_CLR_TX_OVER: u32 = 0x4c;
-const IC_CLR_RD_REQ: u32 = 0x50;
-const IC_CLR_TX_ABRT: u32 = 0x54;
-const IC_CLR_RX_DONE: u32 = 0x58;
-const IC_CLR_ACTIVITY: u32 = 0x5c;
-const IC_CLR_STOP_DET: u32 = 0x60;
-const IC_CLR_START_DET: u32 = 0x64;
-const IC_CLR_GEN_CALL: u32 = 0x68;
-const IC_ENABLE: u32 = 0x6c;
-const IC_STATUS: u32 = 0x70;
-const IC_TXFLR: u32 = 0x74;
-const IC_RXFLR: u32 = 0x78;
-const IC_SDA_HOLD: u32 = 0x7c;
-const IC_TX_ABRT_SOURCE: u32 = 0x80;
-const IC_DMA_CR: u32 = 0x88;
-const IC_DMA_TDLR: u32 = 0x8c;
-const IC_DMA_RDLR: u32 = 0x90;
-const IC_SDA_SETUP: u32 = 0x94;
-const IC_ENABLE_STATUS: u32 = 0x9c;
-const IC_FS_SPKLEN: u32 = 0xa0;
-const IC_CLR_RESTART_DET: u32 = 0xa8;
-const IC_COMP_PARAM_1: u32 = 0xf4;
-const IC_COMP_VERSION: u32 = 0xf8;
-const IC_COMP_TYPE: u32 = 0xfc;
-
-/// IC_CON.
-const MASTER_MODE: u32 = 1 << 0;
-const MASTER_10_BIT: u32 = 1 << 4;
-const RESTART_EN: u32 = 1 << 5;
-const SLAVE_DISABLE: u32 = 1 << 6;
-const TX_EMPTY_CTRL: u32 = 1 << 8;
-
-/// IC_DATA_CMD.
-const CMD_READ: u32 = 1 << 8;
-const CMD_STOP: u32 = 1 << 9;
-const CMD_RESTART: u32 = 1 << 10;
-
-/// IC_RAW_INTR_STAT and its masks.
-const RX_UNDER: u32 = 1 << 0;
-const RX_OVER: u32 = 1 << 1;
-const RX_FULL: u32 = 1 << 2;
-const TX_OVER: u32 = 1 << 3;
-const TX_EMPTY: u32 = 1 << 4;
-const RD_REQ: u32 = 1 << 5;
-const TX_ABRT: u32 = 1 << 6;
-const RX_DONE: u32 = 1 << 7;
-const ACTIVITY: u32 = 1 << 8;
-const STOP_DET: u32 = 1 << 9;
-const START_DET: u32 = 1 << 10;
-const GEN_CALL: u32 = 1 << 11;
-const RESTART_DET: u32 = 1 << 12;
-
-/// IC_ENABLE.
-const ENABLE: u32 = 1 << 0;
-const ABORT: u32 = 1 << 1;
-
-/// IC_TX_ABRT_SOURCE.
-const ABRT_7B_ADDR_NOACK: u32 = 1 << 0;
-const ABRT_TXDATA_NOACK: u32 = 1 << 3;
-const ARB_LOST: u32 = 1 << 12;
-const ABRT_USER_ABRT: u32 = 1 << 16;
 
 const FIFO_DEPTH: usize = 16;
 

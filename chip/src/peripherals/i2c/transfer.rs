@@ -1,9 +1,10 @@
 //! What happens on the bus, byte by byte.
 
-use super::{
-    ABRT_7B_ADDR_NOACK, ABRT_TXDATA_NOACK, ACTIVITY, ARB_LOST, FIFO_DEPTH, I2c, RESTART_DET, RESTART_EN,
-    RX_OVER, START_DET, STOP_DET, TX_ABRT,
+use super::registers::{
+    ABRT_7B_ADDR_NOACK, ABRT_TXDATA_NOACK, ACTIVITY, ARB_LOST, RESTART_DET, RESTART_EN, RX_OVER, START_DET,
+    STOP_DET, TX_ABRT,
 };
+use super::{FIFO_DEPTH, I2c};
 use crate::ticks::Ticks;
 
 /// Where a transfer is.
