@@ -8,7 +8,6 @@ mod board;
 mod strangers;
 
 use board::{IMU_ADDRESS, PRESSURE_PA, SUPPLY_ADDRESS, SensorBoard};
-use pneudrive_chip::parts::Bmi323;
 use pneudrive_chip::{Level, Ticks};
 use pneudrive_protocol::pages::{SensorEntry, SensorPart, SensorState, SensorStatus};
 use strangers::Stranger;
@@ -270,12 +269,11 @@ fn the_sensors_take_little_of_the_processor() {
     assert!(stack < 8 * 1024, "{stack} bytes of stack");
 }
 
+/// The watchdog is fed by the thread that reads the sensors, too.
 #[test]
-fn the_log_says_nothing_that_blocks_and_the_watchdog_is_content() {
+fn a_bus_that_stands_still_causes_no_reset() {
     let mut board = SensorBoard::booted();
     board.bench.chip.set_pin_input(5, Level::Low);
     board.run(MS * 5_000);
     assert_eq!(board.bench.chip.resets().len(), 1, "one power-on, no reset by the watchdog");
-    let imu: Option<&mut Bmi323> = board.bench.chip.i2c_part(0, IMU_ADDRESS);
-    assert!(imu.is_some());
 }
