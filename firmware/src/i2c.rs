@@ -11,7 +11,7 @@ mod imu;
 mod lines;
 mod supply;
 
-use crate::{late, shared};
+use crate::shared;
 use embassy_executor::task;
 use embassy_rp::i2c::{AbortReason, Error};
 use embassy_time::{Duration, Ticker, Timer, with_timeout};
@@ -77,11 +77,7 @@ impl Found {
 
 /// Looks after the sensors for ever.
 #[task]
-pub async fn run(lines: Lines) -> ! {
-    late::run(look_after(lines)).await
-}
-
-async fn look_after(mut lines: Lines) -> ! {
+pub async fn run(mut lines: Lines) -> ! {
     let (mut supply, mut imu) = (Supply::Absent, Imu::Absent);
     let mut ticker = Ticker::every(PERIOD);
     let mut periods = 0_u32;

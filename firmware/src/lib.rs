@@ -26,7 +26,6 @@ pub mod chip;
 pub mod config;
 pub mod control_loop;
 pub mod i2c;
-pub mod late;
 mod masking;
 pub mod parameters;
 pub mod pins;
@@ -59,8 +58,6 @@ pub unsafe fn start() -> Peripherals {
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     safe_state::enter();
-    // SAFETY: nothing of the code that it copies has been called.
-    unsafe { late::copy() };
     peripherals
 }
 
