@@ -7,7 +7,9 @@
 //! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
 //! | P1 | Embassy's timer and DMA interrupts | |
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
+//! | P3 | Embassy's I2C interrupt: wakes [`i2c`] | up to twice a transfer |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
+//! | thread | [`i2c`]: the sensors on the I2C connector | every 10 ms |
 //!
 //! All code runs from RAM (`program.x`, `ram.x`) but what starts it and what first handles a HardFault, so that no cache
 //! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
@@ -23,6 +25,7 @@ pub mod bus;
 pub mod chip;
 pub mod config;
 pub mod control_loop;
+pub mod i2c;
 #[cfg(feature = "rp2040")]
 pub mod inbox;
 mod masking;
@@ -97,14 +100,16 @@ pub async fn run(spawner: Spawner) {
     let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
 
     // A task can be spawned once, and is.
-    let (Ok(control_loop), Ok(supervision)) = (
+    let (Ok(control_loop), Ok(supervision), Ok(i2c)) = (
         control_loop::run(control, config.loop_period, sensors, hardware.valves),
         supervision::run(watchdog, hardware.led, parameters, updates),
+        i2c::run(hardware.i2c),
     ) else {
         defmt::unreachable!()
     };
     control_spawner.spawn(control_loop);
     spawner.spawn(supervision);
+    spawner.spawn(i2c);
     // What this task still owns (the pins of the address switch) stays as it is.
     core::future::pending().await
 }

@@ -109,6 +109,9 @@ impl Bus {
         for uart in &mut self.uarts {
             uart.set_clock(clk_peri);
         }
+        for i2c in &mut self.i2c {
+            i2c.set_clock(clk_sys);
+        }
         self.update_tick();
         running
     }

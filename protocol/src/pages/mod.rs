@@ -31,6 +31,7 @@
 //! | 9, line rate | 0 | a [`LineRateState`] |
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//! | 30, sensors | 0 to 4 | what is on the I2C connector: see [`SensorEntry`] |
 //! | 38, program | 0 | an [`UpdateState`] |
 //! | | 1, 2 | three-byte pieces received; CRC-32 of the running program ([`UpdateEntry`]) |
 //! | 39, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
@@ -50,6 +51,7 @@ mod now;
 mod packets;
 mod parameter;
 mod post_mortem;
+mod sensors;
 mod session;
 mod update;
 
@@ -61,6 +63,10 @@ pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
 pub use parameter::{Parameter, ParameterInfo};
 pub use post_mortem::{FaultRegisters, FileName, PostMortem, StopCause};
+pub use sensors::{
+    Acceleration, AngularRate, GaugePressure, SensorEntry, SensorPart, SensorState, SensorStatus,
+    SensorTimes, SupplyReading,
+};
 pub use session::SessionOffer;
 pub use update::{
     LastTrial, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply, UpdateState,
@@ -101,6 +107,8 @@ pub enum PageEntry {
     LineRate,
     /// Go to this rate: a [`LineRateAnswer`].
     SetLineRate(LineRate),
+    /// Of the sensors on the I2C connector.
+    Sensor(SensorEntry),
     /// Of the program: see [`UpdateEntry`].
     Program(UpdateEntry),
     /// An [`UpdateAnswer`].
@@ -131,6 +139,7 @@ impl PageEntry {
             Self::Change(change) => return change.words(),
             Self::LineRate => (Self::LINE_RATE_PAGE, 0),
             Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
+            Self::Sensor(entry) => (SensorEntry::PAGE, entry as u8),
             Self::Program(entry) => (UpdateEntry::PAGE, entry as u8),
             Self::Update(update) => return update.words(),
         };
@@ -160,6 +169,9 @@ impl PageEntry {
                 0 => Some(Self::LineRate),
                 number => LineRate::of_number(number).map(Self::SetLineRate),
             };
+        }
+        if page == SensorEntry::PAGE {
+            return SensorEntry::of_number(entry).map(Self::Sensor);
         }
         if page == UpdateEntry::PAGE {
             return UpdateEntry::of_number(entry).map(Self::Program);
@@ -218,12 +230,11 @@ mod tests {
             .collect();
         let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
         let line_rate = 1 + LineRate::ALL.len();
+        let sensors = SensorEntry::ALL.len();
         // Of the numbers with both digits 0 as many are three bytes.
         let update = 3 + 3 + (1 << 24) / (102 * 102) + 1;
-        assert_eq!(
-            known.len(),
-            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate + update
-        );
+        let entries = 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate;
+        assert_eq!(known.len(), entries + sensors + update);
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
             assert!(numbers.0 < 102 && numbers.1 < 102, "a request stays below 0 kPa");
