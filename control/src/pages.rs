@@ -28,6 +28,7 @@ impl BusPort {
             PageEntry::Change(change) => self.desk().change(change, in_session).to_entry(),
             PageEntry::LineRate => self.line_rate().state().to_entry(),
             PageEntry::SetLineRate(rate) => self.line_rate().change(rate, in_session).to_entry(),
+            PageEntry::Sensor(entry) => self.sensors().entry(entry, now),
         }
     }
 

@@ -3,7 +3,10 @@ use crate::damage::DamageMonitor;
 use crate::desk::ParameterDesk;
 use crate::line_rate::LineRateKeeper;
 use crate::responder::Responder;
-use crate::{BoardConfig, ChannelStatus, ConfigError, ControlStatus, Identity, Micros, ParameterSet, Stored};
+use crate::{
+    BoardConfig, ChannelStatus, ConfigError, ControlStatus, I2cSensors, Identity, Micros, ParameterSet,
+    Stored,
+};
 use pneudrive_protocol::pages::{ChipKind, CommitOutcome, SessionOffer};
 use pneudrive_protocol::{
     Address, Asked, Baud, CHANNELS, Counts, FrameStatistics, PACKET_LEN, PageRequest, Request,
@@ -32,6 +35,7 @@ pub struct BusPort {
     damage: DamageMonitor,
     desk: ParameterDesk,
     line_rate: LineRateKeeper,
+    sensors: I2cSensors,
     sessions: u32,
     requests: u32,
     answers: u32,
@@ -75,6 +79,7 @@ impl BusPort {
             damage: DamageMonitor::new(config),
             desk: ParameterDesk::new(ParameterSet::of(config)),
             line_rate: LineRateKeeper::new(config),
+            sensors: I2cSensors::new(),
             sessions: 0,
             control: None,
             identity: Identity::of_chip(ChipKind::Native),
@@ -185,6 +190,11 @@ impl BusPort {
 
     pub(crate) fn line_rate(&mut self) -> &mut LineRateKeeper {
         &mut self.line_rate
+    }
+
+    /// What its pages say of the sensors on its I2C connector, for whoever reads them.
+    pub fn sensors(&mut self) -> &mut I2cSensors {
+        &mut self.sensors
     }
 
     /// What the next control step is to do.

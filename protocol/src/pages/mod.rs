@@ -31,8 +31,9 @@
 //! | 9, line rate | 0 | a [`LineRateState`] |
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//! | 30, sensors | 0 to 4 | what is on the I2C connector: see [`SensorEntry`] |
 //!
-//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a
+//! Pages 8 to 19 change something, see [`Change`] and [`LineRate`]; a board obeys them in a
 //! session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
@@ -46,6 +47,7 @@ mod now;
 mod packets;
 mod parameter;
 mod post_mortem;
+mod sensors;
 mod session;
 
 pub use about::{About, ChipKind};
@@ -56,6 +58,10 @@ pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
 pub use parameter::{Parameter, ParameterInfo};
 pub use post_mortem::{FaultRegisters, FileName, PostMortem, StopCause};
+pub use sensors::{
+    Acceleration, AngularRate, GaugePressure, SensorEntry, SensorPart, SensorState, SensorStatus,
+    SensorTimes, SupplyReading,
+};
 pub use session::SessionOffer;
 
 use crate::{CHANNELS, Counts};
@@ -93,6 +99,8 @@ pub enum PageEntry {
     LineRate,
     /// Go to this rate: a [`LineRateAnswer`].
     SetLineRate(LineRate),
+    /// Of the sensors on the I2C connector.
+    Sensor(SensorEntry),
 }
 
 impl PageEntry {
@@ -119,6 +127,7 @@ impl PageEntry {
             Self::Change(change) => return change.words(),
             Self::LineRate => (Self::LINE_RATE_PAGE, 0),
             Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
+            Self::Sensor(entry) => (SensorEntry::PAGE, entry as u8),
         };
         [page, entry, 0, 0]
     }
@@ -141,6 +150,9 @@ impl PageEntry {
                 0 => Some(Self::LineRate),
                 number => LineRate::of_number(number).map(Self::SetLineRate),
             };
+        }
+        if page == SensorEntry::PAGE {
+            return SensorEntry::of_number(entry).map(Self::Sensor);
         }
         if page >= Change::PAGE {
             return Change::of_words(words).map(Self::Change);
@@ -196,9 +208,10 @@ mod tests {
             .collect();
         let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
         let line_rate = 1 + LineRate::ALL.len();
+        let sensors = SensorEntry::ALL.len();
         assert_eq!(
             known.len(),
-            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate
+            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate + sensors
         );
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
