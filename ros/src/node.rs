@@ -96,7 +96,8 @@ impl RosNode {
         Ok(StateTopic { publisher, message: M::empty_state(joint, bus) })
     }
 
-    fn publisher<M: serde::Serialize>(
+    /// Publishes on `topic`.
+    pub fn publisher<M: serde::Serialize>(
         &mut self,
         settings: &Settings,
         topic: &str,

@@ -111,13 +111,14 @@ class Board {
     this.scale = labels?.scale_kpa ?? null;
     this.armed = false;
     this.state = element("span", { className: "pill" });
+    this.supply = element("span", { className: "supply" });
     this.text = element("small");
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
     this.chambers = Array.from({ length: channels }, (_, channel) => new Chamber(number, channel, labels?.channels[channel], limit, used));
     this.root = element("section", { className: "board" },
-      element("h2", {}, element("span", { className: "called" }, labels?.name ?? "Board " + number), this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
+      element("h2", {}, element("span", { className: "called" }, labels?.name ?? "Board " + number), this.state, this.supply, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
     this.root.dataset.board = number;
     this.root.querySelector("h2").title = "board " + number;
   }
@@ -155,6 +156,7 @@ class Board {
     this.state.className = "pill " + kind;
     this.root.classList.toggle("old", picture.p.every((kpa, channel) => kpa === null && !picture.fault[channel]));
     this.age = picture.age;
+    this.supply.textContent = picture.supply === undefined ? "" : "supply " + unit.text(picture.supply);
     this.showArming();
     this.chambers.forEach((chamber) => chamber.show(picture));
   }
