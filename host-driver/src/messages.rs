@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(with_drives.effort.len(), 12);
         assert_eq!(JointState::state_with(5, 1, true, true).name[12], "b5_supply_kpa");
         assert_eq!(JointState::state_with(5, 1, false, true).name[8], "b5_supply_kpa");
-        assert_eq!(JointState::state_with(5, 1, false, false), state);
+        assert_eq!(JointState::state_with(5, 1, false, false).name, state.name);
     }
 
     #[test]

@@ -58,6 +58,8 @@ fn host(firmware: Firmware) -> (Bus<VirtualLine>, AskedFor) {
     let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
     let mut bus = Bus::new(line, options).unwrap();
     bus.ping(0).unwrap();
+    // A session begins with its first command.
+    bus.exchange(0, counts(300)).unwrap();
     (bus, asked_for)
 }
 
