@@ -30,7 +30,7 @@ fn rig() -> RigOptions {
         boards: 2,
         supply_sensors: [0, 1].into(),
         imus: [1].into(),
-        effects: vec!["supply_ripple=20,period_s=1".parse().unwrap()],
+        effects: vec!["supply_ripple:amplitude_kpa=20,period_s=1".parse().unwrap()],
         plant,
         strict: true,
         ..RigOptions::default()
@@ -205,7 +205,7 @@ fn a_board_that_starts_anew_finds_its_sensors() {
 
 #[test]
 fn parts_belong_to_native_boards() {
-    let refused = |rig: RigOptions| rig.build().unwrap_err().to_string();
+    let refused = |rig: RigOptions| rig.build().err().unwrap().to_string();
     let beyond = RigOptions { boards: 2, imus: [2].into(), ..RigOptions::default() };
     assert!(refused(beyond).starts_with("no native board at position 2, which is to have an IMU"));
     let original = RigOptions { original: [0].into(), supply_sensors: [0].into(), ..RigOptions::default() };

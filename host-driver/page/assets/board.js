@@ -112,13 +112,14 @@ class Board {
     this.armed = false;
     this.state = element("span", { className: "pill" });
     this.supply = element("span", { className: "supply" });
-    this.text = element("small");
+    this.losses = element("span");
+    this.text = element("small", {}, this.supply, this.losses);
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
     this.chambers = Array.from({ length: channels }, (_, channel) => new Chamber(number, channel, labels?.channels[channel], limit, used));
     this.root = element("section", { className: "board" },
-      element("h2", {}, element("span", { className: "called" }, labels?.name ?? "Board " + number), this.state, this.supply, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
+      element("h2", {}, element("span", { className: "called" }, labels?.name ?? "Board " + number), this.state, this.text, this.arming), ...this.chambers.map((chamber) => chamber.root));
     this.root.dataset.board = number;
     this.root.querySelector("h2").title = "board " + number;
   }
@@ -156,7 +157,7 @@ class Board {
     this.state.className = "pill " + kind;
     this.root.classList.toggle("old", picture.p.every((kpa, channel) => kpa === null && !picture.fault[channel]));
     this.age = picture.age;
-    this.supply.textContent = picture.supply === undefined ? "" : "supply " + unit.text(picture.supply);
+    this.supply.textContent = picture.supply === undefined ? "" : "supply " + unit.text(picture.supply) + " ";
     this.showArming();
     this.chambers.forEach((chamber) => chamber.show(picture));
   }
@@ -165,7 +166,7 @@ class Board {
     if (!statistics) return;
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
     const all = statistics.answered + statistics.lost;
-    this.text.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
+    this.losses.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
     this.text.title = statistics.lost + " lost of " + all;
   }
 }
