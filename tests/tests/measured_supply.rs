@@ -92,6 +92,6 @@ fn edges_that_a_wrong_supply_hides_are_named_where_it_is_measured() {
     );
     assert!(!named(&stated).contains("valve_asymmetry"), "{}", stated["sentence"]);
     assert_eq!(named(&measured), "valve_asymmetry", "{}", measured["sentence"]);
-    let size = measured["causes"][0]["parameters"]["vent_over_fill"]["value"].as_f64().unwrap();
+    let size = measured["causes"][0]["parameters"]["ratio"]["value"].as_f64().unwrap();
     assert!((size / 0.75 - 1.0).abs() < 0.05, "{size}");
 }
