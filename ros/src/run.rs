@@ -7,7 +7,7 @@ use crate::diagnostics::BusReport;
 use crate::live::Live;
 use crate::node::{Joint, RosNode, unix_now_ns};
 use crate::pressure::PressureMessage;
-use crate::sensors::{self, SensorTap, SensorTopics};
+use crate::sensors::{self, SensorTap};
 use crate::services::Target;
 use crate::{parameters, publish};
 use pneudrive_host::line::Clock;
@@ -89,7 +89,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
         let mut more: Vec<_> = taps.next().into_iter().collect();
         if settings.flags.sensors.is_some() {
-            let topics = names.iter().map(|joint| SensorTopics::new(&mut node, settings, joint.joint()));
+            let topics = names.iter().map(|joint| node.sensors(settings, joint.joint()));
             let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
             let (tap, readings) = SensorTap::new();
             more.push(Box::new(tap));

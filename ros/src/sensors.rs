@@ -1,23 +1,12 @@
 //! Readings of the sensors on the boards' I2C connectors: from the bus thread to topics of their own.
 
-use crate::args::Settings;
-use crate::node::RosNode;
 use crate::publish::Clocks;
-use crate::run::Failure;
 use pneudrive_host::messages::{FluidPressure, Imu};
 use pneudrive_host::poller::{Motion, Observer, Row, SupplyPressure};
 use pneudrive_host::record::RecorderOptions;
 use pneudrive_host::rig::Rig;
-use ros2_client::qos::{History, QosProfile, Reliability, WhenFull};
-use ros2_client::{MessageTypeName, Publisher};
+use ros2_client::Publisher;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-
-/// Reliable, which both kinds of subscribers can read; some seconds of readings.
-const SENSOR_QOS: QosProfile = QosProfile {
-    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
-    history: History::KeepLast { depth: 1_000 },
-    ..QosProfile::publisher_default()
-};
 
 /// What a board told in one cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,20 +54,10 @@ pub struct SensorTopics {
 }
 
 impl SensorTopics {
-    /// `~/joint_N/supply_pressure` and `~/joint_N/imu`.
-    pub fn new(node: &mut RosNode, settings: &Settings, joint: u16) -> Result<Self, Failure> {
-        let topic = |name: &str| format!("~/joint_{joint}/{name}");
-        let type_name = |ros_type: &str| {
-            let (package, name) = ros_type.split_once("/msg/").unwrap_or_default();
-            MessageTypeName::new(package, name)
-        };
-        let (pressure, imu) = (type_name(FluidPressure::ROS_TYPE), type_name(Imu::ROS_TYPE));
-        Ok(Self {
-            supply: node.publisher(settings, &topic("supply_pressure"), pressure, &SENSOR_QOS)?,
-            supply_message: FluidPressure::of_joint(joint),
-            imu: node.publisher(settings, &topic("imu"), imu, &SENSOR_QOS)?,
-            imu_message: Imu::of_joint(joint),
-        })
+    /// Of this joint, on these topics.
+    pub fn new(joint: u16, supply: Publisher<FluidPressure>, imu: Publisher<Imu>) -> Self {
+        let (supply_message, imu_message) = (FluidPressure::of_joint(joint), Imu::of_joint(joint));
+        Self { supply, supply_message, imu, imu_message }
     }
 }
 
