@@ -96,26 +96,33 @@ fn bus(board: &Board) -> Bus<VirtualLine> {
 
 /// Rows' sensors, and what people are told.
 #[derive(Clone, Default)]
-struct Told(Arc<Mutex<(Vec<BoardSensors>, Narrator, Vec<String>)>>);
+struct Told(Arc<Mutex<Heard>>);
+
+#[derive(Default)]
+struct Heard {
+    rows: Vec<BoardSensors>,
+    narrator: Narrator,
+    lines: Vec<String>,
+}
 
 impl Observer for Told {
     fn row(&mut self, row: &Row<'_>) {
-        self.0.lock().unwrap().0.push(row.boards[0].sensors);
+        self.0.lock().unwrap().rows.push(row.boards[0].sensors);
     }
 
     fn event(&mut self, event: &Event<'_>) {
-        let (_, narrator, lines) = &mut *self.0.lock().unwrap();
+        let Heard { narrator, lines, .. } = &mut *self.0.lock().unwrap();
         lines.extend(narrator.notice(event).map(|notice| format!("{}: {}", notice.kind.name(), notice.text)));
     }
 }
 
 impl Told {
     fn rows(&self) -> Vec<BoardSensors> {
-        self.0.lock().unwrap().0.clone()
+        self.0.lock().unwrap().rows.clone()
     }
 
     fn lines(&self) -> Vec<String> {
-        std::mem::take(&mut self.0.lock().unwrap().2)
+        std::mem::take(&mut self.0.lock().unwrap().lines)
     }
 }
 
