@@ -37,8 +37,11 @@ fn rig() -> RigOptions {
     }
 }
 
+/// Time of a row, s, and what the two boards' sensors had told by then.
+type Moment = (f64, [BoardSensors; 2]);
+
 #[derive(Clone, Default)]
-struct Seen(Arc<Mutex<Vec<(f64, [BoardSensors; 2])>>>);
+struct Seen(Arc<Mutex<Vec<Moment>>>);
 
 impl Observer for Seen {
     fn row(&mut self, row: &Row<'_>) {
@@ -48,7 +51,7 @@ impl Observer for Seen {
 }
 
 /// 5 s at 500 Hz, every second poll followed by a page.
-fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<(f64, [BoardSensors; 2])>) {
+fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
     let options = PollerOptions {
         pace: Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip },
         sensors: Some(PageShare::new(0.5).unwrap()),
