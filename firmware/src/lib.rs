@@ -44,6 +44,7 @@ mod vectors;
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_rp::Peripherals;
+use embassy_rp::clocks::RoscRng;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use pneudrive_control::{Board, Identity};
@@ -84,6 +85,8 @@ pub async fn run(spawner: Spawner) {
     port.identify(Identity {
         watchdog_resets: post_mortem::watchdog_resets(),
         post_mortem: post_mortem::last(),
+        // The ring oscillator's jitter: other numbers after each reset.
+        session_seed: RoscRng.next_u32(),
         ..Identity::of_chip(chip::KIND)
     });
     parameters.start().tell(&mut port);

@@ -24,6 +24,7 @@ mod publish;
 mod refusal;
 mod ros_args;
 mod run;
+mod sensors;
 mod services;
 mod tap;
 

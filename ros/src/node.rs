@@ -9,13 +9,14 @@ use crate::parameters;
 use crate::pressure::PressureMessage;
 use crate::publish::StateTopic;
 use crate::run::Failure;
+use crate::sensors::SensorTopics;
 use crate::services::{Services, Target};
 use futures::StreamExt;
 use futures::channel::oneshot;
 use futures::executor::block_on;
 use futures::future::{Either, select};
 use futures::stream::SelectAll;
-use pneudrive_host::messages::JointState;
+use pneudrive_host::messages::{FluidPressure, Imu, JointState};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{Context, ContextOptions, MessageTypeName, Node, Publisher, Subscription};
 use std::sync::Arc;
@@ -64,6 +65,13 @@ const DIAGNOSTICS_QOS: QosProfile = QosProfile {
     ..QosProfile::publisher_default()
 };
 
+/// Reliable, which both kinds of subscribers can read; some seconds of readings.
+const SENSOR_QOS: QosProfile = QosProfile {
+    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
+    history: History::KeepLast { depth: 1_000 },
+    ..QosProfile::publisher_default()
+};
+
 impl RosNode {
     /// Joins the DDS domain. `live` follows the parameters.
     pub fn new(settings: &Settings, live: &Arc<Live>) -> Result<Self, Failure> {
@@ -94,6 +102,15 @@ impl RosNode {
         let topic = format!("~/joint_{}/pressure_state", joint.joint());
         let publisher = self.publisher(settings, &topic, type_name(&settings.message), &STATE_QOS)?;
         Ok(StateTopic { publisher, message: M::empty_state(joint, bus) })
+    }
+
+    /// `~/joint_N/supply_pressure` and `~/joint_N/imu`.
+    pub fn sensors(&mut self, settings: &Settings, joint: u16) -> Result<SensorTopics, Failure> {
+        let topic = |name: &str| format!("~/joint_{joint}/{name}");
+        let (pressure, imu) = (named(FluidPressure::ROS_TYPE), named(Imu::ROS_TYPE));
+        let supply = self.publisher(settings, &topic("supply_pressure"), pressure, &SENSOR_QOS)?;
+        let imu = self.publisher(settings, &topic("imu"), imu, &SENSOR_QOS)?;
+        Ok(SensorTopics::new(joint, supply, imu))
     }
 
     fn publisher<M: serde::Serialize>(
@@ -198,11 +215,13 @@ pub fn unix_now_ns() -> u64 {
 
 fn type_name(message: &MessageType) -> MessageTypeName {
     match message {
-        MessageType::JointState => {
-            // As in JointState::ROS_TYPE.
-            let (package, name) = JointState::ROS_TYPE.split_once("/msg/").unwrap_or_default();
-            MessageTypeName::new(package, name)
-        }
+        MessageType::JointState => named(JointState::ROS_TYPE),
         MessageType::Pressures { package, name } => MessageTypeName::new(package, name),
     }
+}
+
+/// A type by its whole name, such as `sensor_msgs/msg/Imu`.
+fn named(ros_type: &str) -> MessageTypeName {
+    let (package, name) = ros_type.split_once("/msg/").unwrap_or_default();
+    MessageTypeName::new(package, name)
 }

@@ -28,6 +28,7 @@ pub mod quality;
 mod recording;
 mod rig_copy;
 mod source;
+mod sparse;
 mod thin;
 pub mod write;
 
@@ -41,6 +42,6 @@ pub use join::JoinError;
 pub use live::{LiveTable, Opening};
 pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
-pub use recording::{Channel, Drive, Joint, Recording};
+pub use recording::{BoardSupply, Channel, Drive, Joint, Recording};
 pub use rig_copy::rig_copy;
 pub use source::Source;

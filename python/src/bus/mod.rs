@@ -8,6 +8,7 @@
 //!          Poller ────────────────────┘
 //! ```
 
+mod baud;
 mod commands;
 mod controller;
 mod ending;
@@ -19,6 +20,7 @@ mod live;
 mod owner;
 mod poller;
 mod port;
+mod sensors;
 mod session;
 mod trajectory;
 

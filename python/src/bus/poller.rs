@@ -2,11 +2,12 @@ use super::commands;
 use super::ending::{LOOK_EVERY, Signals};
 use super::guard::Rules;
 use super::live;
+use super::sensors::{self, Reading};
 use super::session::Session;
 use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
 use crate::types::{Array, ArrayLike, Dict, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use pneudrive_host::poller::{BoardState, MissedTick, Outcome, Pace, Snapshot};
+use pneudrive_host::poller::{BoardState, LineRatePolicy, MissedTick, Outcome, Pace, PageShare, Snapshot};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::CHANNELS;
 use pyo3::prelude::*;
@@ -22,6 +23,10 @@ pub struct PollerSettings {
     pub pace: Pace,
     /// How much of the past is kept, s.
     pub history_s: f64,
+    /// Whether to ask the boards for a faster line rate.
+    pub line_rate: Option<LineRatePolicy>,
+    /// After which share of the polls boards are asked for their sensors.
+    pub sensors: Option<PageShare>,
 }
 
 impl PollerSettings {
@@ -46,7 +51,7 @@ impl PollerSettings {
             let max = Self::HISTORY_MAX_S;
             return Err(CommandError::new_err(format!("history_s is {history_s}; it must be 0 to {max} s")));
         }
-        Ok(Self { devices, pace, history_s })
+        Ok(Self { devices, pace, history_s, line_rate: None, sensors: None })
     }
 }
 
@@ -330,7 +335,9 @@ impl Poller {
     /// -------
     /// dict
     ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
-    ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+    ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
+    ///     ``supply_kpa``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where
+    ///     they were not read in that cycle.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let session = self.session()?;
         let samples = py.detach(|| session.history().samples());
@@ -354,7 +361,28 @@ impl Poller {
         history.set_item("t_s", PyArray1::from_vec(py, times))?;
         history.set_item("commands_kpa", commands)?;
         history.set_item("pressures_kpa", pressures)?;
+        if session.history().has_sensors() {
+            sensors::add_to(py, &history, &samples, usize::from(self.devices))?;
+        }
         Ok(Dict::new(history))
+    }
+
+    /// The last readings of the sensors on the boards' I2C connectors, where the controller was made with ``sensors``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
+    ///     (num_devices, 3), along and about the axes of the IMU, gravity included. NaN where a board has no such part, or it is not live.
+    fn get_sensors<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
+        let session = self.session()?;
+        let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();
+        let reading = |board: usize| {
+            let row = rows.get(board).filter(|row| row.state == BoardState::Present);
+            row.map_or(Reading::NONE, |row| Reading::last(&row.sensors))
+        };
+        let readings: Vec<_> = (0..usize::from(self.devices)).map(reading).collect();
+        sensors::as_dict(py, &readings)
     }
 
     /// What the run has been like.
@@ -362,7 +390,7 @@ impl Poller {
     /// Returns
     /// -------
     /// dict or None
-    ///     ``devices``, ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+    ///     ``devices``, ``seconds``, ``baud`` (line rate in effect), ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
     ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
     ///     asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {
@@ -494,6 +522,7 @@ fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'py, 
     let dict = PyDict::new(py);
     dict.set_item("devices", statistics.devices)?;
     dict.set_item("seconds", statistics.seconds)?;
+    dict.set_item("baud", statistics.baud)?;
     dict.set_item("cycles", statistics.cycles)?;
     dict.set_item("loop_hz", loop_hz)?;
     dict.set_item("cycle_us", cycle_us)?;
