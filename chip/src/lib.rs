@@ -12,8 +12,10 @@
 //!   rings, all four alias blocks and pacing; ADC with round robin and FIFO; PWM with double-buffered real counters;
 //!   TIMER; WATCHDOG; SIO with spinlocks and divider; IO_BANK0 with overrides and pin interrupts; PADS_BANK0 with pulls;
 //!   RESETS; the clock tree from the oscillators to every consumer.
-//! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC, both PLLs, VREG, PSM; I2C
-//!   and SPI without a bus behind them, SYSINFO, SYSCFG, TBMAN.
+//! - I2C0 and I2C1 as controllers with 7-bit addresses: FIFOs, interrupts, aborts, times of bytes; on their buses emulated [`parts`],
+//!   which can be put on, taken off and made to hold SDA low.
+//! - As storage with the ready bits software waits for: XOSC (with its start-up delay), ROSC (with its divider), both PLLs, VREG, PSM; SPI
+//!   without a bus behind it, SYSINFO, SYSCFG, TBMAN.
 //! - Flash behind the XIP cache (16 KiB, two ways, lines of two words that are filled one by one) with its registers and counters;
 //!   the SSI as far as boot loaders set it up. A miss takes as many serial clocks as the SSI's registers say, times its divider,
 //!   and 10 processor cycles: 50 cycles, or 400 ns at 125 MHz, after the boot loader for the W25Q080 family.
@@ -31,6 +33,7 @@
 //! - **Bus contention** between the core and the DMA, and the DMA's own latency beyond one transfer a cycle.
 //! - **Core 1**, USB, PIO, RTC, the interpolators, the DMA sniffer, the MPU, unprivileged mode, NMI, debug, sleep and
 //!   dormant modes (power, not behaviour), the striping of SRAM and the aliases of its banks.
+//! - I2C as a target, with other controllers, with 10-bit addresses or DMA; its levels within a transfer, and clock stretching by parts.
 //! - UART flow control, loopback and IrDA; PWM inputs; the reception of bytes at a wrong baud rate; sub-bit jitter of
 //!   the start bit; analogue effects of the ADC; tail-chaining (a handler that follows another directly starts some
 //!   ten cycles late).
@@ -55,6 +58,7 @@ mod chip;
 mod cortex_m0;
 mod debugger;
 mod image;
+pub mod parts;
 mod peripherals;
 mod report;
 mod rtt;

@@ -1,7 +1,10 @@
 //! What is outside the package: pins, serial lines, voltages.
 
+use std::any::Any;
+
 use crate::bus::{Edge, Level};
 use crate::chip::Chip;
+use crate::parts::I2cPart;
 use crate::peripherals::adc::Conversions;
 use crate::peripherals::uart::{LineErrors, Transmitted};
 use crate::ticks::Ticks;
@@ -111,6 +114,58 @@ impl Chip {
     pub fn pwm_period(&self, pin: usize) -> Option<Ticks> {
         let (slice, _) = self.bus.pwm.slice_of(pin);
         self.bus.is_pwm_pin(pin).then(|| slice.period_ticks())
+    }
+
+    /// Wires SDA and SCL of an I2C bus, with pull-ups, to two pins. It belongs to the I2C block that these pins can be switched to:
+    /// block 0 on GPIO 0 and 1, 4 and 5, .., block 1 on 2 and 3, 6 and 7, ... Parts come with [`Chip::attach_i2c`].
+    ///
+    /// # Panics
+    ///
+    /// If the two are not SDA and SCL of the same block.
+    pub fn wire_i2c(&mut self, sda: usize, scl: usize) {
+        self.bus.wire_i2c(sda, scl);
+    }
+
+    /// Puts a part on the bus of I2C block `block` (0 or 1), as it is after power-on. Gives the one that had the address.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such block, no bus is wired to it, or the address has more than 7 bits.
+    pub fn attach_i2c(&mut self, block: usize, address: u8, part: impl I2cPart) -> Option<Box<dyn I2cPart>> {
+        assert!(address < 0x80, "addresses have 7 bits");
+        assert!(self.bus.i2c[block].wires.pins().is_some(), "wire_i2c comes first");
+        self.bus.i2c[block].wires.attach(address, Box::new(part))
+    }
+
+    /// Takes a part off. In the middle of a transfer it does not acknowledge any more, and sends ones.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such block.
+    pub fn detach_i2c(&mut self, block: usize, address: u8) -> Option<Box<dyn I2cPart>> {
+        self.bus.i2c[block].wires.detach(address)
+    }
+
+    /// The part with this address, to be told what it measures; none if there is none, or one of another type.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such block.
+    pub fn i2c_part<P: I2cPart>(&mut self, block: usize, address: u8) -> Option<&mut P> {
+        let part: &mut dyn Any = self.bus.i2c[block].wires.part_mut(address)?;
+        part.downcast_mut()
+    }
+
+    /// A part on the bus pulls SDA low until SCL has gone high `clocks` times: what one does that was left in the middle of a byte. 0 makes
+    /// it let go. For a line that is low for ever there is [`Chip::set_pin_input`].
+    ///
+    /// A transfer that is going on loses arbitration at the end of its byte; the next one waits until the line is free.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such block.
+    pub fn hold_i2c_sda(&mut self, block: usize, clocks: u32) {
+        self.bus.hold_sda(block, clocks);
     }
 
     /// The voltage at an ADC input from now on, in counts: 0 to 4095 for 0 to ADC_AVDD, more is cut off as by the

@@ -4,15 +4,11 @@ use pneudrive_protocol::pages::{
 };
 
 impl BusPort {
-    /// The words of an entry at `now`, where `control` is what the last control step did. What changes something is obeyed in a session.
-    pub(crate) fn entry(
-        &mut self,
-        entry: PageEntry,
-        control: &ControlStatus,
-        now: Micros,
-        in_session: bool,
-    ) -> Entry {
-        match entry {
+    /// The words of an entry at `now`; `None` before the first control step. What changes something is obeyed in a session.
+    pub(crate) fn entry(&mut self, entry: PageEntry, now: Micros, in_session: bool) -> Option<Entry> {
+        // Not copied: a board has 20 us for its answer.
+        let control = self.control.as_ref()?;
+        Some(match entry {
             PageEntry::State => state_of(control).to_entry(),
             PageEntry::Drives => Drives::new(control.drives.map(|drive| drive.get())).to_entry(),
             PageEntry::Counter(counter) => number_entry(self.counter(counter, control, now)),
@@ -28,7 +24,10 @@ impl BusPort {
             PageEntry::Change(change) => self.desk().change(change, in_session).to_entry(),
             PageEntry::LineRate => self.line_rate().state().to_entry(),
             PageEntry::SetLineRate(rate) => self.line_rate().change(rate, in_session).to_entry(),
-        }
+            PageEntry::Sensor(entry) => self.sensors().entry(entry, now),
+            PageEntry::Program(entry) => self.update.entry(entry),
+            PageEntry::Update(update) => self.update.update(update, in_session).to_entry(),
+        })
     }
 
     fn counter(&self, counter: Counter, control: &ControlStatus, now: Micros) -> u32 {

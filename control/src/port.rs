@@ -3,7 +3,11 @@ use crate::damage::DamageMonitor;
 use crate::desk::ParameterDesk;
 use crate::line_rate::LineRateKeeper;
 use crate::responder::Responder;
-use crate::{BoardConfig, ChannelStatus, ConfigError, ControlStatus, Identity, Micros, ParameterSet, Stored};
+use crate::update::UpdateDesk;
+use crate::{
+    BoardConfig, ChannelStatus, ConfigError, ControlStatus, I2cSensors, Identity, Micros, ParameterSet,
+    Stored,
+};
 use pneudrive_protocol::pages::{ChipKind, CommitOutcome, SessionOffer};
 use pneudrive_protocol::{
     Address, Asked, Baud, CHANNELS, Counts, FrameStatistics, PACKET_LEN, PageRequest, Request,
@@ -25,13 +29,15 @@ pub struct BusPort {
     responder: Responder,
     orders: Orders,
     /// What the last control step did. `None` before the first: a board does not report what it has not measured.
-    control: Option<ControlStatus>,
+    pub(crate) control: Option<ControlStatus>,
     identity: Identity,
     longest_loop: Micros,
     agreement: Agreement,
     damage: DamageMonitor,
     desk: ParameterDesk,
     line_rate: LineRateKeeper,
+    sensors: I2cSensors,
+    pub(crate) update: UpdateDesk,
     sessions: u32,
     requests: u32,
     answers: u32,
@@ -75,6 +81,8 @@ impl BusPort {
             damage: DamageMonitor::new(config),
             desk: ParameterDesk::new(ParameterSet::of(config)),
             line_rate: LineRateKeeper::new(config),
+            sensors: I2cSensors::new(),
+            update: UpdateDesk::unsupported(),
             sessions: 0,
             control: None,
             identity: Identity::of_chip(ChipKind::Native),
@@ -111,6 +119,7 @@ impl BusPort {
         if request.is_leave() {
             self.damage.release();
             self.desk.forget();
+            self.update.forget();
             self.line_rate.leave();
         }
         let too_much_damage = self.damage.latched();
@@ -124,9 +133,9 @@ impl BusPort {
     /// Answers a page request, which commands nothing: the command timeout runs on.
     fn look_up(&mut self, now: Micros, request: &PageRequest) -> Option<Answer> {
         self.page_requests = self.page_requests.saturating_add(1);
-        let control = self.control?;
+        self.control.as_ref()?;
         let in_session = request.seal.is_some();
-        let words = request.entry().map(|entry| self.entry(entry, &control, now, in_session));
+        let words = request.entry().and_then(|entry| self.entry(entry, now, in_session));
         Some(request.answer(words).encode())
     }
 
@@ -187,6 +196,11 @@ impl BusPort {
         &mut self.line_rate
     }
 
+    /// What its pages say of the sensors on its I2C connector, for whoever reads them.
+    pub fn sensors(&mut self) -> &mut I2cSensors {
+        &mut self.sensors
+    }
+
     /// What the next control step is to do.
     pub fn orders(&self) -> Orders {
         self.orders
@@ -198,6 +212,7 @@ impl BusPort {
         if report.host_lost {
             self.responder.forget_host();
             self.desk.forget();
+            self.update.forget();
         }
     }
 

@@ -90,6 +90,10 @@ fn pass_on(bus: &mut Bus, shared: &mut Shared) {
             Ok(byte) => {
                 if let Some(answer) = shared.port.receive_byte(heard, byte) {
                     bus.transmitter.send_at(heard.after(bus.answer_delay), answer);
+                    #[cfg(feature = "rp2040")]
+                    if let Some(piece) = shared.port.take_piece() {
+                        crate::inbox::keep_piece(piece);
+                    }
                 }
             }
         }

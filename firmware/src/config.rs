@@ -12,6 +12,9 @@ const _: () =
 /// take 128 us.
 pub const OVERSAMPLING: usize = 16;
 
+/// Full scale of the supply pressure's transducer on the I2C connector, Pa above the atmosphere: 10 bar.
+pub const SUPPLY_FULL_SCALE_PA: i32 = 1_000_000;
+
 /// PWM frequency, Hz: that of the original (16 MHz / 510, an Arduino's phase-correct timer).
 pub const PWM_HZ: u32 = 31_372;
 

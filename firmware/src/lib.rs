@@ -7,9 +7,11 @@
 //! | P0 | [`bus`]: bytes to the board, its answers to the wire | every byte heard; every answer |
 //! | P1 | Embassy's timer and DMA interrupts | |
 //! | P2 | [`control_loop`]: samples to the board, its drives to the valves | every loop period |
+//! | P3 | Embassy's I2C interrupt: wakes [`i2c`] | up to twice a transfer |
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
+//! | thread | [`i2c`]: the sensors on the I2C connector | every 10 ms |
 //!
-//! All code runs from RAM (`ram.x`) but what starts it and what handles a HardFault, so that no cache
+//! All code runs from RAM (`program.x`, `ram.x`) but what starts it and what first handles a HardFault, so that no cache
 //! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
 //! critical sections leave its interrupts alone ([`masking`]), and what it shares with the control
 //! loop is little ([`shared`]). What the two chips do not have in common is in [`chip`].
@@ -23,6 +25,9 @@ pub mod bus;
 pub mod chip;
 pub mod config;
 pub mod control_loop;
+pub mod i2c;
+#[cfg(feature = "rp2040")]
+pub mod inbox;
 mod masking;
 pub mod parameters;
 pub mod pins;
@@ -31,12 +36,15 @@ pub mod safe_state;
 pub mod sensors;
 pub mod shared;
 pub mod supervision;
+pub mod updates;
 pub mod valves;
+#[cfg(feature = "rp2350")]
 mod vectors;
 
 use defmt_rtt as _;
 use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_rp::Peripherals;
+use embassy_rp::clocks::RoscRng;
 use embassy_rp::interrupt;
 use embassy_rp::interrupt::{InterruptExt, Priority};
 use pneudrive_control::{Board, Identity};
@@ -50,7 +58,10 @@ static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 /// Called once, before anything has enabled an interrupt.
 pub unsafe fn start() -> Peripherals {
     // SAFETY: the caller's promise.
-    unsafe { vectors::move_to_ram() };
+    #[cfg(feature = "rp2350")]
+    unsafe {
+        vectors::move_to_ram();
+    }
     chip::wait_for_crystal();
     // Resets the pins and lets them go for a moment, in which the board's pull-ups vent the valves.
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
@@ -65,16 +76,21 @@ pub async fn run(spawner: Spawner) {
     let watchdog = supervision::start_watchdog(hardware.watchdog);
 
     let parameters = parameters::Parameters::load(hardware.flash, hardware.switch.read().await);
-    let (config, address) = (*parameters.start().config(), parameters.start().address());
+    let updates = updates::Updates::at_start();
+    let (mut config, address) = (*parameters.start().config(), parameters.start().address());
+    config.power_up_vent = config.power_up_vent.max(updates.vent());
     // Checked when it compiled (config.rs), and with what flash keeps when that was loaded.
     let Ok(board) = Board::new(config, address) else { defmt::unreachable!() };
     let (mut port, control) = board.split();
     port.identify(Identity {
         watchdog_resets: post_mortem::watchdog_resets(),
         post_mortem: post_mortem::last(),
+        // The ring oscillator's jitter: other numbers after each reset.
+        session_seed: RoscRng.next_u32(),
         ..Identity::of_chip(chip::KIND)
     });
     parameters.start().tell(&mut port);
+    updates.tell(&mut port);
     shared::install(port, control.status());
     defmt::info!("board {=u8}", address.board());
 
@@ -87,14 +103,16 @@ pub async fn run(spawner: Spawner) {
     let control_spawner = CONTROL_EXECUTOR.start(interrupt::SWI_IRQ_0);
 
     // A task can be spawned once, and is.
-    let (Ok(control_loop), Ok(supervision)) = (
+    let (Ok(control_loop), Ok(supervision), Ok(i2c)) = (
         control_loop::run(control, config.loop_period, sensors, hardware.valves),
-        supervision::run(watchdog, hardware.led, parameters),
+        supervision::run(watchdog, hardware.led, parameters, updates),
+        i2c::run(hardware.i2c),
     ) else {
         defmt::unreachable!()
     };
     control_spawner.spawn(control_loop);
     spawner.spawn(supervision);
+    spawner.spawn(i2c);
     // What this task still owns (the pins of the address switch) stays as it is.
     core::future::pending().await
 }

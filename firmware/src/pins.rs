@@ -5,7 +5,7 @@
 //! | 0 | bus, UART0 transmit; starts the 555 | pull-up on the board: line idle |
 //! | 1 | bus, UART0 receive | |
 //! | 2 | bus, driver enable (for boards without the 555) | pull-down inside: driver off |
-//! | 4, 5 | I2C0 SDA, SCL: broken out for further sensors, not used | |
+//! | 4, 5 | I2C0 SDA, SCL: broken out for further sensors | pull-ups at the connector |
 //! | 6, 8, 10, 12 | PWM of valves 0 to 3 (channel A of slices 3 to 6) | pull-up on the board: vent |
 //! | 7, 9, 11, 13 | DIR of valves 0 to 3 | pull-up on the board: vent |
 //! | 14, 15 | address switch, first and second; closed is low | |
@@ -13,6 +13,7 @@
 //! | 26 to 29 | pressures 0 to 3 (ADC 0 to 3) | |
 
 use crate::bus::BusHardware;
+use crate::i2c::Lines;
 use crate::sensors::SensorHardware;
 use crate::valves::Valve;
 use embassy_rp::adc::Channel;
@@ -30,6 +31,8 @@ pub struct Hardware {
     pub valves: [Valve; 4],
     /// ADC, its four inputs, and a DMA channel.
     pub sensors: SensorHardware,
+    /// The lines of the I2C connector, and their block.
+    pub i2c: Lines,
     /// The address switch.
     pub switch: AddressSwitch,
     /// The status LED.
@@ -68,6 +71,7 @@ impl Hardware {
                 ],
                 readings: p.DMA_CH2,
             },
+            i2c: Lines { block: p.I2C0, sda: p.PIN_4, scl: p.PIN_5 },
             switch: AddressSwitch {
                 first: Input::new(p.PIN_14, Pull::Up),
                 second: Input::new(p.PIN_15, Pull::Up),

@@ -7,7 +7,8 @@ use pneudrive_protocol::pages::StopCause;
 
 /// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
 ///
-/// It stays in flash beside the HardFault handler, where a stray write cannot change it.
+/// On the RP2350 it stays in flash beside the HardFault handler, where a stray write cannot change it. On the RP2040 the boot
+/// stage's handler vents from there first.
 #[inline(never)]
 #[unsafe(link_section = ".HardFault.safe_state")]
 pub fn enter() {

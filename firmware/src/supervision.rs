@@ -1,6 +1,7 @@
 //! Watchdog, status LED, log.
 
 use crate::parameters::Parameters;
+use crate::updates::Updates;
 use crate::{bus, post_mortem, shared};
 use embassy_rp::Peri;
 use embassy_rp::gpio::Output;
@@ -23,9 +24,14 @@ pub fn start_watchdog(watchdog: Peri<'static, WATCHDOG>) -> Watchdog {
 }
 
 /// Feeds the watchdog if control loop and bus responder have both run since the last check; restarts with other parameters when a host has
-/// committed them.
+/// committed them, and with another program when one has brought it.
 #[embassy_executor::task]
-pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>, mut parameters: Parameters) -> ! {
+pub async fn run(
+    mut watchdog: Watchdog,
+    mut led: Output<'static>,
+    mut parameters: Parameters,
+    mut updates: Updates,
+) -> ! {
     let mut ticker = Ticker::every(CHECK_PERIOD);
     loop {
         for _ in 0..CHECKS_PER_REPORT {
@@ -42,6 +48,7 @@ pub async fn run(mut watchdog: Watchdog, mut led: Output<'static>, mut parameter
             let status = shared::with(|shared| shared.status());
             led.set_level(status.led_is_on(shared::now()).into());
             parameters.obey(&mut watchdog).await;
+            updates.obey(&mut watchdog).await;
         }
         report();
     }

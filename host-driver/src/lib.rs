@@ -9,6 +9,7 @@
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
+//! - [`program_file`]: a board's program, for updates over the bus.
 //! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
 //! - `replay` (features `record` and `trajectory`): a recording in the views of a run, without a bus.
 //! - [`Calibration`]: what the counts of every channel mean.
@@ -41,6 +42,7 @@ pub mod line;
 pub mod messages;
 pub mod notices;
 pub mod poller;
+pub mod program_file;
 pub mod real_time;
 #[cfg(feature = "record")]
 pub mod record;

@@ -6,6 +6,10 @@
 //!   what it is, in the words of the measured-data format (`b0_p0_kpa`, `b0_cmd0_kpa`).
 //! - [`Pressures`], the original project's `{Header header, float64[] pressure}`.
 
+mod sensors;
+
+pub use sensors::{FluidPressure, Imu, Quaternion, Vector3};
+
 use pneudrive_protocol::CHANNELS;
 use serde::{Deserialize, Serialize};
 
@@ -89,10 +93,12 @@ uint32 nanosec
         Self::of(measured.chain(commands(joint)).collect(), bus)
     }
 
-    /// As [`state`](Self::state), with the drives of the four valves behind: -1 (vent fully) to 1 (fill fully), no pressures.
-    pub fn state_with_drives(joint: u16, bus: usize) -> Self {
+    /// As [`state`](Self::state), with what is asked for in pages behind: the drives of the four valves, -1 (vent fully) to 1 (fill
+    /// fully), then the supply pressure, kPa gauge.
+    pub fn state_with(joint: u16, bus: usize, drives: bool, supply: bool) -> Self {
         let mut name = Self::state(joint, bus).name;
-        name.extend((0..CHANNELS).map(|k| format!("b{joint}_u{k}")));
+        name.extend((0..CHANNELS).filter(|_| drives).map(|k| format!("b{joint}_u{k}")));
+        name.extend(supply.then(|| format!("b{joint}_supply_kpa")));
         Self::of(name, bus)
     }
 
@@ -242,9 +248,12 @@ mod tests {
         assert_eq!(state.name[0], "b5_p0_kpa");
         assert_eq!(state.name[7], "b5_cmd3_kpa");
         assert_eq!((state.header.frame_id.as_str(), state.effort.len()), ("bus1", 8));
-        let with_drives = JointState::state_with_drives(5, 1);
+        let with_drives = JointState::state_with(5, 1, true, false);
         assert_eq!((with_drives.name[7].as_str(), with_drives.name[11].as_str()), ("b5_cmd3_kpa", "b5_u3"));
         assert_eq!(with_drives.effort.len(), 12);
+        assert_eq!(JointState::state_with(5, 1, true, true).name[12], "b5_supply_kpa");
+        assert_eq!(JointState::state_with(5, 1, false, true).name[8], "b5_supply_kpa");
+        assert_eq!(JointState::state_with(5, 1, false, false).name, state.name);
     }
 
     #[test]

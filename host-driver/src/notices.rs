@@ -4,7 +4,8 @@ use crate::bus::OpenBusError;
 use crate::line::{LineError, OpenError};
 use crate::poller::{BoardCommand, BoardState, Event};
 use pneudrive_protocol::CHANNELS;
-use std::collections::BTreeSet;
+use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,6 +42,10 @@ pub enum NoticeKind {
     CommandLowered,
     /// A board does not tell its valves' drives.
     NoDrives,
+    /// What is on a board's I2C connector, at first and when it has changed.
+    Sensors,
+    /// A board's sensors are not live any more, or it does not tell them.
+    NoSensors,
     /// The line rate was raised, or stays as it is.
     LineRate,
     /// The line rate was lowered because too much was lost.
@@ -83,6 +88,8 @@ impl NoticeKind {
             Self::CommandsBack => "commands_back",
             Self::CommandLowered => "command_lowered",
             Self::NoDrives => "no_drives",
+            Self::Sensors => "sensors",
+            Self::NoSensors => "no_sensors",
             Self::LineRate => "line_rate",
             Self::LineRateLowered => "line_rate_lowered",
             Self::Vented => "vented",
@@ -109,6 +116,7 @@ impl NoticeKind {
                 | Self::Stalled
                 | Self::CommandsStale
                 | Self::NoDrives
+                | Self::NoSensors
                 | Self::LineRateLowered
                 | Self::Changed
                 | Self::WatchFailed
@@ -130,6 +138,8 @@ impl Notice {
 pub struct Narrator {
     /// Boards that have been reported missing.
     missing: BTreeSet<u8>,
+    /// Boards that had a supply sensor, and an IMU, when they told last.
+    had: BTreeMap<u8, [bool; 2]>,
 }
 
 impl Narrator {
@@ -156,6 +166,13 @@ impl Narrator {
                     "board {board} does not tell its valves' drives ({error}); firmware of before pages does not"
                 );
                 Some(Notice { kind: NoticeKind::NoDrives, board: Some(*board), text })
+            }
+            Event::Sensors { board, status } => Some(self.sensors(*board, status)),
+            Event::NoSensors { board, error } => {
+                let text = format!(
+                    "board {board} does not tell its sensors ({error}); firmware of before sensors does not"
+                );
+                Some(Notice { kind: NoticeKind::NoSensors, board: Some(*board), text })
             }
             Event::LineRateRaised { baud } => {
                 new(NoticeKind::LineRate, format!("all boards have gone to {} baud", baud.get()))
@@ -209,6 +226,29 @@ impl Narrator {
             Event::Released => new(NoticeKind::Released, "the boards are released".to_owned()),
             _ => None,
         }
+    }
+}
+
+impl Narrator {
+    /// What is on a board's I2C connector.
+    fn sensors(&mut self, board: u8, status: &SensorStatus) -> Notice {
+        let one = |what: &str, part: SensorPart, state: SensorState| match part {
+            SensorPart::None => format!("no {what}"),
+            part => format!("{what} {part} {}", state.name().replace('_', " ")),
+        };
+        let has = [status.supply, status.imu].map(|part| part != SensorPart::None);
+        let had = self.had.insert(board, has).unwrap_or_default();
+        let lost_one = had.iter().zip(has).any(|(&had, has)| had && !has);
+        let text = format!(
+            "board {board}: {}, {}{}",
+            one("supply sensor", status.supply, status.supply_state),
+            one("IMU", status.imu, status.imu_state),
+            if lost_one { "; it had more before" } else { "" },
+        );
+        let states = [status.supply_state, status.imu_state];
+        let fails = has.iter().zip(states).any(|(&has, state)| has && state != SensorState::Live);
+        let kind = if fails || lost_one { NoticeKind::NoSensors } else { NoticeKind::Sensors };
+        Notice { kind, board: Some(board), text }
     }
 }
 

@@ -72,9 +72,11 @@ impl UdpStream {
             for (k, kpa) in self.calibration.kpa(n, reading.counts).into_iter().enumerate() {
                 let _ = write!(text, ",\"b{n}_p{k}_kpa\":{kpa:.3}");
             }
-            let Some(reading) = board.drives else { continue };
-            for (k, share) in reading.drives.share().into_iter().enumerate() {
+            for (k, share) in board.drives.iter().flat_map(|reading| reading.drives.share()).enumerate() {
                 let _ = write!(text, ",\"b{n}_u{k}\":{share:.4}");
+            }
+            if let Some(supply) = board.sensors.new_supply() {
+                let _ = write!(text, ",\"b{n}_supply_kpa\":{:.2}", supply.kpa);
             }
         }
         text.push('}');
@@ -101,7 +103,9 @@ impl Observer for UdpStream {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::poller::{BoardRow, BoardState, DriveReading, Outcome, Reading, VENTED};
+    use crate::poller::{
+        BoardRow, BoardSensors, BoardState, DriveReading, Outcome, Reading, SupplyPressure, VENTED,
+    };
     use pneudrive_protocol::Counts;
     use pneudrive_protocol::pages::Drives;
 
@@ -115,6 +119,11 @@ mod tests {
             reading: Some(Reading { counts, kpa: [0.0; 4], asked_ns: 0 }),
             drives: (outcome == Outcome::Fresh)
                 .then(|| DriveReading { drives: Drives::new([400, -400, 0, 1]), asked_ns: 0 }),
+            sensors: BoardSensors {
+                supply: Some(SupplyPressure { kpa: 549.5, measured_ns: 0 }),
+                supply_is_new: true,
+                ..BoardSensors::default()
+            },
             state: BoardState::Present,
         }
     }
@@ -140,7 +149,10 @@ mod tests {
             "\"b1_cmd0_kpa\":0.000,\"b1_cmd1_kpa\":0.000,\"b1_cmd2_kpa\":0.000,\"b1_cmd3_kpa\":0.000";
         let pressures = "\"b1_p0_kpa\":99.819,\"b1_p1_kpa\":99.819,\"b1_p2_kpa\":99.819,\"b1_p3_kpa\":99.819";
         let drives = "\"b1_u0\":1.0000,\"b1_u1\":-1.0000,\"b1_u2\":0.0000,\"b1_u3\":0.0025";
-        assert_eq!(next(), format!("{{\"t_s\":1.000000,{commands},{pressures},{drives}}}"));
+        assert_eq!(
+            next(),
+            format!("{{\"t_s\":1.000000,{commands},{pressures},{drives},\"b1_supply_kpa\":549.50}}")
+        );
         assert_eq!(next(), format!("{{\"t_s\":1.010000,{commands}}}"));
     }
 

@@ -8,9 +8,9 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode, Frames, PageError};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    DriveShare, Event, MissedTick, Observer, Pace, PollerOptions, Polling, Row, SetPoints,
+    Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
 };
-use pneudrive_host::record::{Recorder, RecorderOptions};
+use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
     StopCause, number_entry,
@@ -135,7 +135,7 @@ fn poll(pages: bool, share: f64, cycles: usize, more: Option<Box<dyn Observer>>)
     let told = Told::default();
     let options = PollerOptions {
         pace: Pace::Every { period_ns: MS, missed: MissedTick::Skip },
-        drives: Some(DriveShare::new(share).unwrap()),
+        drives: Some(PageShare::new(share).unwrap()),
         ..PollerOptions::for_devices(1)
     };
     let mut observers: Vec<Box<dyn Observer>> = vec![Box::new(told.clone())];
@@ -180,7 +180,8 @@ fn a_board_without_pages_is_polled_as_before() {
 fn a_recording_has_the_drives_of_the_cycles_that_were_asked() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
-    let how = RecorderOptions { drives: true, ..RecorderOptions::default() };
+    let how =
+        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
     let (recorder, tap) = Recorder::create_with(&file, &[0], Calibration::default(), &how).unwrap();
     poll(true, 0.5, 4, Some(tap));
     recorder.finish().unwrap();

@@ -5,10 +5,12 @@
 mod support;
 
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
+use pneudrive_host::line::{Line, SerialOptions, SerialPort};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
 use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
 use std::sync::{Arc, Mutex};
 use support::counts;
+use support::pty::PtyBoards;
 use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 
 /// A board that knows sessions.
@@ -135,6 +137,41 @@ fn a_second_host_is_refused_until_the_first_one_has_left() {
     first.leave(0).unwrap();
     second.exchange(0, counts(900)).unwrap();
     assert!(second.in_session(0));
+}
+
+/// A host that is started anew asks with another number, from which the board makes another session.
+#[test]
+fn the_number_that_a_host_asks_with_is_a_random_one_of_this_run() {
+    for (random, expected) in [(0, 0), (101, 101), (102, 0), (u32::MAX, (u32::MAX % 102) as u8)] {
+        let asked = Arc::new(Mutex::new(Vec::new()));
+        let (noted, board) = (Arc::clone(&asked), board());
+        let mut line = VirtualLine::new(move |_, request: &[u8]| {
+            let mut ear = RequestDecoder::new(Address::of_board(0));
+            let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
+            if let Some(Asked::Page(page)) = heard
+                && let Some(PageEntry::Session(number)) = page.entry()
+            {
+                noted.lock().unwrap().push(number);
+            }
+            vec![(AT_ONCE, board.lock().unwrap().answer(request))]
+        });
+        line.random = random;
+        let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+        let mut bus = Bus::new(line, options).unwrap();
+        bus.ping(0).unwrap();
+        assert_eq!(*asked.lock().unwrap(), [expected], "{random}");
+    }
+}
+
+/// Of the kernel, not of the clock: two programs that are started at the same time after a boot differ.
+#[test]
+fn a_serial_ports_numbers_are_not_those_of_a_clock() {
+    let boards = PtyBoards::start(0);
+    let mut port = SerialPort::open(boards.path(), SerialOptions::default()).unwrap();
+    let numbers: Vec<u32> = (0..8).map(|_| port.random()).collect();
+    // A clock would have gone on by less than a second from one to the next.
+    let steps = numbers.windows(2).filter(|pair| pair[1].wrapping_sub(pair[0]) < 1_000_000).count();
+    assert!(steps < 4, "{numbers:?}");
 }
 
 #[test]

@@ -15,6 +15,7 @@
 //! - [`CheckedPacket`]: the same words with a sequence number and a CRC in their spare bits.
 //! - [`Session`], [`RequestNumber`]: what keeps a checked request from being obeyed twice, or by another board.
 //! - [`pages`]: what a board can be asked besides its pressures, in the same ten bytes.
+//! - [`program`]: a board's program, as an update over the bus brings it.
 //! - [`SensorScale`]: counts to kPa and back; what cannot be commanded is an error that names the value.
 //! - [`RequestDecoder`] (board) and [`AnswerDecoder`] (host): find packets in a stream of bytes and keep alignment;
 //!   [`FrameFinder`] does it for anybody who just listens.
@@ -39,6 +40,7 @@ pub mod false_address;
 mod frame;
 mod packet;
 pub mod pages;
+pub mod program;
 pub mod pulse;
 mod request_decoder;
 mod scale;

@@ -208,6 +208,12 @@ impl Rig {
         tables.find_map(|table| self.line(&table).map(|line| (table.clone(), line)))
     }
 
+    /// Pressure of the air around the rig, kPa absolute, where the file says it.
+    #[must_use]
+    pub fn ambient_kpa(&self) -> Option<f64> {
+        self.number("ambient.pressure_kpa_abs")
+    }
+
     /// Resolution of the converters, bit, where the file says it.
     #[must_use]
     pub fn sensor_bits(&self) -> Option<u32> {

@@ -6,7 +6,7 @@ use crate::ros_args::{self, RosArgsError};
 use clap::parser::ValueSource;
 use clap::{CommandFactory, Parser};
 use pneudrive_host::Calibration;
-use pneudrive_host::poller::{ChannelLimit, Limits};
+use pneudrive_host::poller::{BaudChoice, ChannelLimit, Limits, PageShare};
 use pneudrive_host::rig::{self, CalibrationError, Rig, RigError};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -38,9 +38,10 @@ pub struct Flags {
     /// Number of the first board's joint; the boards of the second bus follow those of the first
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
     pub first_joint: u16,
-    /// Line rate, bit/s [default: that of the rig file, or 1000000]
-    #[arg(long, value_name = "BAUD")]
-    pub baud: Option<u32>,
+    /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and goes back on errors
+    /// [default: that of the rig file, or 1000000]
+    #[arg(long, value_name = "auto|BAUD")]
+    pub baud: Option<BaudChoice>,
     /// How long a board may take to answer beyond the wire time, us
     #[arg(long, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub allowance_us: u64,
@@ -80,6 +81,10 @@ pub struct Flags {
     /// Publish /diagnostics every so often, s
     #[arg(long, value_name = "S", default_value_t = 1.0)]
     pub diagnostics_period_s: f64,
+    /// Ask boards for a page of the sensors on their I2C connector after this share of the polls, above 0 to 1, and publish
+    /// ~/joint_N/supply_pressure and ~/joint_N/imu; each page takes the bus as long as a poll
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub sensors: Option<PageShare>,
     /// Record every row of every bus to FILE.mcap, a ROS 2 bag
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -212,7 +217,7 @@ impl Settings {
         if flags.devices.is_empty() {
             flags.devices.extend(bus.boards.filter(|boards| *boards <= 255));
         }
-        flags.baud = flags.baud.or(bus.baud);
+        flags.baud = flags.baud.or(rig::baud(rig));
         flags.rate_hz = flags.rate_hz.or(bus.rate_hz);
     }
 
@@ -303,9 +308,9 @@ impl Settings {
         Ok(Self { flags, names, domain_id, message, limits, calibration, rig })
     }
 
-    /// Line rate, bit/s.
-    pub fn baud(&self) -> u32 {
-        self.flags.baud.unwrap_or(1_000_000)
+    /// Line rate, or the fastest that all boards agree to.
+    pub fn baud(&self) -> BaudChoice {
+        self.flags.baud.unwrap_or_default()
     }
 
     /// Boards on the bus at `index`.
@@ -313,6 +318,11 @@ impl Settings {
         let devices = &self.flags.devices;
         devices.get(index).or(devices.first()).copied().unwrap_or(1)
     }
+}
+
+fn share(text: &str) -> Result<PageShare, String> {
+    let share = text.parse().map_err(|_| "expected a number".to_owned())?;
+    PageShare::new(share).map_err(|error| error.to_string())
 }
 
 /// A time in s, or `never`, which is 0.
@@ -462,8 +472,11 @@ mod tests {
         let settings = |line: &str| settings(&format!("--rig {} {line}", rig.display())).unwrap();
         let all = settings("");
         assert_eq!((&all.flags.port, all.devices(0)), (&vec![PathBuf::from("/dev/a")], 3));
-        assert_eq!((all.flags.rate_hz, all.baud()), (Some(250.0), 1_000_000));
+        assert_eq!((all.flags.rate_hz, all.baud()), (Some(250.0), BaudChoice::Rate(1_000_000)));
         assert_eq!(all.calibration.channel(1, 2).zero_counts(), 110.0);
+        std::fs::write(&rig, text.replace("rate_hz = 250", "baud = \"auto\"")).unwrap();
+        assert_eq!(settings("").baud(), BaudChoice::Auto);
+        assert_eq!(settings("--baud 500000").baud(), BaudChoice::Rate(500_000));
         let some = settings("--port b -n 2 --rate-hz 100");
         assert_eq!((&some.flags.port, some.devices(0)), (&vec![PathBuf::from("b")], 2));
         assert_eq!(some.flags.rate_hz, Some(100.0));

@@ -62,15 +62,16 @@ impl OpenBus {
     pub fn open(settings: &Settings, index: usize, first_joint: u16) -> Result<Self, Failure> {
         let flags = &settings.flags;
         let devices = settings.devices(index);
-        let baud = Baud::new(settings.baud()).map_err(Failure::input)?;
-        let limit_hz = baud.cycle_limit_hz(devices.into());
+        let baud = Baud::new(settings.baud().first()).map_err(Failure::input)?;
+        let fastest = Baud::new(settings.baud().fastest()).map_err(Failure::input)?;
+        let limit_hz = fastest.cycle_limit_hz(devices.into());
         /// What robots' control loops run at.
         const USUAL_HZ: f64 = 1_000.0;
         let pace = match flags.rate_hz {
             Some(rate_hz) if rate_hz > limit_hz => {
                 return Err(Failure::input(format!(
                     "--rate-hz {rate_hz}: the wire allows {limit_hz:.1} Hz for {devices} board(s) at {} baud",
-                    settings.baud()
+                    fastest.get()
                 )));
             }
             None if limit_hz < USUAL_HZ => Pace::AsFastAsPossible,
@@ -94,6 +95,8 @@ impl OpenBus {
             calibration: settings.calibration.clone(),
             limits: settings.limits.clone(),
             resume: flags.resume,
+            line_rate: settings.baud().policy(),
+            sensors: flags.sensors,
             ..PollerOptions::for_devices(devices)
         };
         let port = port.display().to_string();
@@ -128,7 +131,7 @@ impl OpenBus {
     pub fn start(
         self,
         live: &Arc<Live>,
-        recording: Option<Box<dyn Observer>>,
+        more: impl IntoIterator<Item = Box<dyn Observer>>,
         notes: Notes,
     ) -> Result<(RunningBus, Receiver<State>), Failure> {
         let set_points = SetPoints::new(self.options.boards.len());
@@ -161,7 +164,7 @@ impl OpenBus {
         let watch = watch.transpose().map_err(|error| Failure::input(format!("--watch: {error}")))?;
         let (watch, watching) = watch.map_or((None, None), |(watch, tap)| (Some(watch), Some(tap)));
         let own = std::iter::once(Box::new(tap) as Box<dyn Observer>);
-        let observers = own.chain(recording).chain(watching).collect();
+        let observers = own.chain(more).chain(watching).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
             .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
         let published = Arc::default();
@@ -195,7 +198,8 @@ impl VirtualBoards {
         if port != Path::new("sim") {
             return Ok(Self { boards: None });
         }
-        let rig = RigOptions { boards: usize::from(devices), baud, ..RigOptions::default() };
+        let rig =
+            RigOptions { boards: usize::from(devices), baud, ..RigOptions::default() }.with_all_sensors();
         let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
             .map_err(|error| Failure::running(format!("virtual boards: {error}")))?;
         Ok(Self { boards: Some(boards) })

@@ -94,6 +94,7 @@ impl BusReport {
         };
         let status = status
             .with("vented", is_vented)
+            .with("line rate (bit/s)", statistics.baud.unwrap_or_default())
             .with("rate (Hz)", format!("{rate_hz:.1}"))
             .with("rate since start (Hz)", format!("{:.1}", statistics.loop_hz.mean))
             .with("cycle time p99 (us)", format!("{:.0}", statistics.cycle_us.p99))

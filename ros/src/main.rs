@@ -30,6 +30,7 @@ mod refusal;
 mod ros_args;
 mod rosout;
 mod run;
+mod sensors;
 mod services;
 mod tap;
 mod unix_time;

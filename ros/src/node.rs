@@ -10,6 +10,7 @@ use crate::parameter_services::ParameterServices;
 use crate::parameters;
 use crate::pressure::{Part, PressureMessage};
 use crate::publish::StateTopic;
+use crate::sensors::SensorTopics;
 use crate::services::{Services, Target};
 use crate::unix_time::unix_now_ns;
 use futures::StreamExt;
@@ -17,7 +18,7 @@ use futures::channel::oneshot;
 use futures::executor::block_on;
 use futures::future::{Either, join, select};
 use futures::stream::SelectAll;
-use pneudrive_host::messages::{JointState, Log};
+use pneudrive_host::messages::{FluidPressure, Imu, JointState, Log};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, Publisher, Subscription};
 use std::sync::Arc;
@@ -74,6 +75,13 @@ const ROSOUT_QOS: QosProfile = QosProfile {
     ..QosProfile::publisher_default()
 };
 
+/// Reliable, which both kinds of subscribers can read; some seconds of readings.
+const SENSOR_QOS: QosProfile = QosProfile {
+    reliability: Reliability::Reliable { when_full: WhenFull::Fail },
+    history: History::KeepLast { depth: 1_000 },
+    ..QosProfile::publisher_default()
+};
+
 impl RosNode {
     /// Joins the DDS domain. `live` follows the parameters.
     pub fn new(settings: &Settings, live: &Arc<Live>) -> Result<Self, Failure> {
@@ -116,6 +124,15 @@ impl RosNode {
             Ok(StateTopic { part, publisher, message: M::empty_state(joint, part, bus) })
         };
         M::PARTS.iter().map(topic).collect()
+    }
+
+    /// `~/joint_N/supply_pressure` and `~/joint_N/imu`.
+    pub fn sensors(&mut self, settings: &Settings, joint: u16) -> Result<SensorTopics, Failure> {
+        let topic = |name: &str| format!("~/joint_{joint}/{name}");
+        let (pressure, imu) = (named(FluidPressure::ROS_TYPE), named(Imu::ROS_TYPE));
+        let supply = self.publisher(settings, &topic("supply_pressure"), pressure, &SENSOR_QOS)?;
+        let imu = self.publisher(settings, &topic("imu"), imu, &SENSOR_QOS)?;
+        Ok(SensorTopics::new(joint, supply, imu))
     }
 
     fn publisher<M: serde::Serialize>(
@@ -216,12 +233,14 @@ async fn follow<M: PressureMessage>(subscriptions: &[(Joint, Part, Subscription<
 
 fn type_name(message: &MessageType) -> MessageTypeName {
     match message {
-        MessageType::JointState => {
-            // As in JointState::ROS_TYPE.
-            let (package, name) = JointState::ROS_TYPE.split_once("/msg/").unwrap_or_default();
-            MessageTypeName::new(package, name)
-        }
-        MessageType::FluidPressure => MessageTypeName::new("sensor_msgs", "FluidPressure"),
+        MessageType::JointState => named(JointState::ROS_TYPE),
+        MessageType::FluidPressure => named(FluidPressure::ROS_TYPE),
         MessageType::Pressures { package, name } => MessageTypeName::new(package, name),
     }
+}
+
+/// A type by its whole name, such as `sensor_msgs/msg/Imu`.
+fn named(ros_type: &str) -> MessageTypeName {
+    let (package, name) = ros_type.split_once("/msg/").unwrap_or_default();
+    MessageTypeName::new(package, name)
 }

@@ -2,6 +2,7 @@
 
 use crate::args::{Settings, check_number};
 use crate::live::Live;
+use pneudrive_host::poller::{BaudChoice, PageShare};
 use ros2_client::{NodeOptions, ParameterValue};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ pub fn initial(settings: &Settings) -> Initial {
             ),
         ),
         ("first_joint", ParameterValue::Integer(flags.first_joint.into())),
-        ("baud", ParameterValue::Integer(settings.baud().into())),
+        ("baud", baud(settings.baud())),
         ("allowance_us", ParameterValue::Integer(flags.allowance_us.try_into().unwrap_or(i64::MAX))),
         // 0: as fast as possible, or 1000 where the wire allows it.
         ("rate_hz", ParameterValue::Double(flags.rate_hz.unwrap_or(0.0))),
@@ -45,8 +46,18 @@ pub fn initial(settings: &Settings) -> Initial {
             "watch_program",
             ParameterValue::String(flags.watch_program.as_deref().map(text).unwrap_or_default()),
         ),
+        // 0: not asked for.
+        ("sensors", ParameterValue::Double(flags.sensors.map_or(0.0, PageShare::get))),
         ("record", ParameterValue::String(flags.record.as_deref().map(text).unwrap_or_default())),
     ])
+}
+
+/// A number of bit/s, or the text `auto`.
+fn baud(choice: BaudChoice) -> ParameterValue {
+    match choice {
+        BaudChoice::Auto => ParameterValue::String("auto".to_owned()),
+        BaudChoice::Rate(rate) => ParameterValue::Integer(rate.into()),
+    }
 }
 
 /// Sets what may change, as the flags say.

@@ -49,7 +49,7 @@ pub fn run<M: PressureMessage>(
 }
 
 /// From the line's clock, which never jumps, to the time of day, which may be set.
-struct Clocks {
+pub struct Clocks {
     unix_offset_ns: u64,
     checked_ns: u64,
 }
@@ -59,11 +59,13 @@ impl Clocks {
     /// Reading two clocks one after the other differs by less than this from one time to the next.
     const JUMP_NS: u64 = 1_000_000;
 
-    fn new() -> Self {
+    /// As the clocks are now.
+    pub fn new() -> Self {
         Self { unix_offset_ns: Clock.unix_offset_ns(), checked_ns: 0 }
     }
 
-    fn stamp(&mut self, at_ns: u64) -> Time {
+    /// The time of day at `at_ns` on the line's clock.
+    pub fn stamp(&mut self, at_ns: u64) -> Time {
         if at_ns >= self.checked_ns + Self::CHECK_EVERY_NS {
             self.checked_ns = at_ns;
             let offset_ns = Clock.unix_offset_ns();

@@ -10,6 +10,7 @@ use crate::live::Live;
 use crate::node::{Joint, RosNode};
 use crate::pressure::PressureMessage;
 use crate::rosout::Rosout;
+use crate::sensors::{self, SensorTap};
 use crate::services::Target;
 use crate::unix_time::unix_now_ns;
 use crate::{parameters, publish};
@@ -17,7 +18,8 @@ use pneudrive_host::line::Clock;
 use pneudrive_host::messages::{Header, JointState, Pressures, Time};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::{Description, RecordedBus, Recorder, RecorderOptions};
+use pneudrive_host::record::{Description, PageColumns, RecordedBus, Recorder, RecorderOptions};
+use pneudrive_host::rig::Rig;
 use ros2_client::Publisher;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use std::sync::Arc;
@@ -56,7 +58,17 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         let names = bus.names().to_vec();
         let topics = names.iter().map(|joint| node.states::<M>(settings, joint, index));
         let topics: Vec<Vec<_>> = topics.collect::<Result<_, _>>()?;
-        let (bus, states) = bus.start(&live, taps.next(), notes.clone())?;
+        let mut more: Vec<_> = taps.next().into_iter().collect();
+        if settings.flags.sensors.is_some() {
+            let topics = names.iter().map(|joint| node.sensors(settings, joint.joint()));
+            let topics: Vec<_> = topics.collect::<Result<_, _>>()?;
+            let (tap, readings) = SensorTap::new();
+            more.push(Box::new(tap));
+            let ambient_kpa = sensors::ambient_kpa(settings.rig.as_ref());
+            publishers
+                .push(publisher("pneudrive-sens", move || sensors::run(topics, &readings, ambient_kpa))?);
+        }
+        let (bus, states) = bus.start(&live, more, notes.clone())?;
         joints.extend(
             names
                 .iter()
@@ -64,11 +76,7 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
                 .map(|(names, gate)| Joint { number: names.joint(), gate: Arc::clone(gate) }),
         );
         let counters = Arc::clone(&bus.published);
-        let thread = std::thread::Builder::new().name("pneudrive-pub".into());
-        let thread = thread
-            .spawn(move || publish::run(topics, &states, &counters))
-            .map_err(|error| Failure::running(format!("no thread to publish: {error}")))?;
-        publishers.push(thread);
+        publishers.push(publisher("pneudrive-pub", move || publish::run(topics, &states, &counters))?);
         buses.push(bus);
     }
     announce(settings, &buses);
@@ -96,6 +104,12 @@ fn run_with<M: PressureMessage>(settings: &Settings) -> Result<(), Failure> {
         log::info!("{}: {} rows, {} bytes", summary.file.display(), summary.rows, summary.bytes);
     }
     ended
+}
+
+/// A thread that publishes.
+fn publisher(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, Failure> {
+    let thread = std::thread::Builder::new().name(name.into());
+    thread.spawn(work).map_err(|error| Failure::running(format!("no thread to publish: {error}")))
 }
 
 /// Set by SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once, in case something hangs.
@@ -137,7 +151,8 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
     let prefix = settings.names.full();
     let options = RecorderOptions {
         overwrite: settings.flags.overwrite,
-        drives: false,
+        pages: PageColumns { drives: false, sensors: settings.flags.sensors.is_some() },
+        ambient_kpa: settings.rig.as_ref().and_then(Rig::ambient_kpa),
         description: description(settings),
     };
     let (recorder, taps) =

@@ -76,7 +76,7 @@ impl Observer for Tap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pneudrive_host::poller::{BoardRow, BoardState, Outcome, Reading, VENTED};
+    use pneudrive_host::poller::{BoardRow, BoardSensors, BoardState, Outcome, Reading, VENTED};
 
     fn published(rate_hz: f64, at_ns: impl Iterator<Item = u64>) -> usize {
         let live = Arc::new(Live::default());
@@ -107,6 +107,7 @@ mod tests {
             outcome,
             reading,
             drives: None,
+            sensors: BoardSensors::default(),
             state: BoardState::Present,
         };
         let boards = [row(Outcome::Lost), row(Outcome::Fresh), row(Outcome::NotAsked)];

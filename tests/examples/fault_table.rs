@@ -46,9 +46,13 @@ fn main() -> ExitCode {
 }
 
 fn strangers_rows() -> String {
-    let row =
-        |stranger| strangers_row(stranger, Boards::Native, &Speech::ALL.map(|speech| meet(stranger, speech)));
-    Stranger::ALL.map(row).concat()
+    let row = |(boards, stranger)| {
+        strangers_row(stranger, boards, &Speech::ALL.map(|speech| meet(boards, stranger, speech)))
+    };
+    let rows = [Boards::Native, Boards::Chips]
+        .into_iter()
+        .flat_map(|boards| Stranger::ALL.map(|stranger| (boards, stranger)));
+    rows.map(row).collect()
 }
 
 /// The rows' text, in order.

@@ -13,13 +13,22 @@ pub struct Cable<L> {
     pub from: Baud,
     /// One byte in so many.
     pub every: u64,
+    /// The adapter does no faster rate.
+    pub adapter_does: Baud,
     bytes: u64,
 }
 
 impl<L: Line> Cable<L> {
     /// It damages nothing before it is told to.
     pub fn sound(line: L) -> Self {
-        Self { line, baud: Baud::ORIGINAL, from: Baud::ORIGINAL, every: u64::MAX, bytes: 0 }
+        Self {
+            line,
+            baud: Baud::ORIGINAL,
+            from: Baud::ORIGINAL,
+            every: u64::MAX,
+            adapter_does: Baud::THREE_MBAUD,
+            bytes: 0,
+        }
     }
 }
 
@@ -48,6 +57,9 @@ impl<L: Line> Line for Cable<L> {
     }
 
     fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        if baud > self.adapter_does {
+            return self.line.change_baud(Baud::ORIGINAL).map(|_| false);
+        }
         self.baud = baud;
         self.line.change_baud(baud)
     }

@@ -10,8 +10,8 @@ use std::{env, fs};
 /// What `rustup target add` must have been told; `rust-toolchain.toml` names it, so rustup normally has.
 const TARGET: &str = "thumbv6m-none-eabi";
 const PACKAGE: &str = "pneudrive-firmware";
-/// Where the boot loader finds the program.
-const VECTOR_TABLE: u32 = 0x1000_0100;
+/// Where the program's vectors are when it runs.
+const VECTOR_TABLE: u32 = 0x2000_0000;
 
 /// The firmware for the RP2040, as it is flashed.
 ///

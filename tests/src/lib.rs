@@ -10,4 +10,5 @@ pub mod firmware;
 pub mod regulator;
 pub mod self_check;
 pub mod session_host;
+pub mod update_bench;
 pub mod virtual_bus;

@@ -236,6 +236,19 @@ fn a_board_of_the_original_kind_keeps_the_bus_at_1_mbaud() {
     assert_eq!(run.state(0).returns, 0, "it was never asked");
 }
 
+/// Boards notice nothing of it.
+#[test]
+fn an_adapter_that_does_2_mbaud_gets_its_boards_there_at_the_second_try() {
+    let mut run = Run::fast(&rig(2));
+    run.polling.bus_mut().line_mut().adapter_does = Baud::TWO_MBAUD;
+    run.poll(9_000);
+    let sentence = "line_rate: the line rate stays at 1000000 baud: the adapter does not do 3000000 baud; asked again after 10 s";
+    assert_eq!(run.told.take(), [sentence]);
+    run.poll(3_000);
+    assert_eq!(run.told.take(), ["line_rate: all boards have gone to 2000000 baud"]);
+    assert_eq!((run.baud(), run.polling.statistics().lost, run.state(0).returns), (2_000_000, 0, 0));
+}
+
 #[test]
 fn boards_say_how_fast_they_may_be_asked_to_be() {
     for (max_baud, rate) in [(LineRate::Compiled, 1_000_000), (LineRate::TwoMbaud, 2_000_000)] {

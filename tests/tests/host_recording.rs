@@ -7,8 +7,8 @@ mod support;
 
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{DriveShare, Pace, PollerOptions, Polling, Supply, VENTED};
-use pneudrive_host::record::{Recorder, RecorderOptions};
+use pneudrive_host::poller::{Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
+use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, Drive, LoadOptions, load};
 use pneudrive_protocol::SensorScale;
@@ -83,12 +83,13 @@ fn assert_drives_are_read(file: &Path) {
     let rig = RigOptions { boards: 2, strict: true, ..RigOptions::default() };
     let options = PollerOptions {
         pace: Pace::Every { period_ns: 2_000_000, missed: pneudrive_host::poller::MissedTick::Skip },
-        drives: Some(DriveShare::new(1.0).unwrap()),
+        drives: Some(PageShare::new(1.0).unwrap()),
         ..PollerOptions::for_devices(2)
     };
     let trajectory = Trajectory::parse("steps.csv", STEPS.as_bytes(), 2, SCALE).unwrap();
     let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED; 2]);
-    let how = RecorderOptions { drives: true, ..RecorderOptions::default() };
+    let how =
+        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
     let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
     let bus = virtual_bus::bus(&rig, BusOptions::default());
     let mut polling = Polling::new(bus, options, Box::new(source), vec![tap]);

@@ -189,6 +189,7 @@ pub fn recording(
         period_s: STEP_S,
         channels,
         joints: if jointed { vec![joint] } else { Vec::new() },
+        board_supplies: Vec::new(),
         supply_kpa: Some((0..rows).map(|k| (520.0 + 20.0 * (0.05 * k as f64).sin()) as f32).collect()),
     }
 }

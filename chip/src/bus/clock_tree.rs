@@ -89,7 +89,7 @@ impl CycleClock {
 
 impl Bus {
     fn clock_sources(&self) -> Sources {
-        Sources { pll_sys: self.pll_sys.output(), pll_usb: self.pll_usb.output() }
+        Sources { rosc: self.rosc.output(), pll_sys: self.pll_sys.output(), pll_usb: self.pll_usb.output() }
     }
 
     pub(super) fn clk_ref(&self) -> Hertz {
@@ -108,6 +108,9 @@ impl Bus {
         let clk_peri = self.clocks.clk_peri(sources);
         for uart in &mut self.uarts {
             uart.set_clock(clk_peri);
+        }
+        for i2c in &mut self.i2c {
+            i2c.set_clock(clk_sys);
         }
         self.update_tick();
         running

@@ -12,6 +12,8 @@ mod irq {
     pub const UART0_IRQ: u32 = 20;
     pub const UART1_IRQ: u32 = 21;
     pub const ADC_IRQ_FIFO: u32 = 22;
+    pub const I2C0_IRQ: u32 = 23;
+    pub const I2C1_IRQ: u32 = 24;
 }
 
 impl Bus {
@@ -26,6 +28,9 @@ impl Bus {
                 if uart.next_event() <= at {
                     uart.advance(at, self.pins.uart_receives(number));
                 }
+            }
+            for i2c in &mut self.i2c {
+                i2c.advance(at);
             }
             self.adc.advance(at);
             self.timer.advance(at);
@@ -67,7 +72,9 @@ impl Bus {
 
     fn reschedule(&mut self) {
         let uarts = self.uarts[0].next_event().min(self.uarts[1].next_event());
+        let i2c = self.i2c[0].next_event().min(self.i2c[1].next_event());
         self.next_event = uarts
+            .min(i2c)
             .min(self.adc.next_event())
             .min(self.timer.next_event())
             .min(self.watchdog.next_event())
@@ -86,7 +93,9 @@ impl Bus {
             | line(self.io.interrupt(), irq::IO_IRQ_BANK0)
             | line(self.uarts[0].interrupt(), irq::UART0_IRQ)
             | line(self.uarts[1].interrupt(), irq::UART1_IRQ)
-            | line(self.adc.interrupt(), irq::ADC_IRQ_FIFO);
+            | line(self.adc.interrupt(), irq::ADC_IRQ_FIFO)
+            | line(self.i2c[0].interrupt(), irq::I2C0_IRQ)
+            | line(self.i2c[1].interrupt(), irq::I2C1_IRQ);
         let rising = lines & !self.interrupt_lines;
         self.interrupt_lines = lines;
         self.interrupt_edges |= rising;

@@ -28,6 +28,7 @@ use crate::peripherals::adc::Adc;
 use crate::peripherals::clocks::Clocks;
 use crate::peripherals::dma::Dma;
 use crate::peripherals::gpio::IoBank;
+use crate::peripherals::i2c::I2c;
 use crate::peripherals::pads::Pads;
 use crate::peripherals::pll::Pll;
 use crate::peripherals::psm::Psm;
@@ -85,6 +86,7 @@ pub(crate) struct Bus {
     flash_port: FlashPort,
 
     pub(crate) uarts: [Uart; 2],
+    pub(crate) i2c: [I2c; 2],
     pub(crate) adc: Adc,
     pub(crate) pwm: Pwm,
     sio: Sio,
@@ -104,7 +106,6 @@ pub(crate) struct Bus {
     xip: Xip,
     ssi: Ssi,
     pads_qspi: Storage,
-    i2c: [Storage; 2],
     spi: [Storage; 2],
     sysinfo: Storage,
     syscfg: Storage,
@@ -135,6 +136,7 @@ impl Bus {
             dma_engine: DmaEngine::default(),
             flash_port: FlashPort::default(),
             uarts: Default::default(),
+            i2c: Default::default(),
             adc: Adc::default(),
             pwm: Pwm::default(),
             sio: Sio::default(),
@@ -154,7 +156,6 @@ impl Bus {
             xip: Xip::default(),
             ssi: Ssi::after_boot_loader(),
             pads_qspi: Storage::new(storage::PADS_QSPI),
-            i2c: [Storage::new(storage::I2C), Storage::new(storage::I2C)],
             spi: [Storage::new(storage::SPI), Storage::new(storage::SPI)],
             sysinfo: Storage::new(storage::SYSINFO),
             syscfg: Storage::new(storage::SYSCFG),

@@ -2,6 +2,7 @@
 
 use super::Bus;
 use crate::peripherals::gpio::{Function, PINS};
+use crate::peripherals::i2c::I2c;
 use crate::ticks::Ticks;
 
 /// Voltage of a pin as far as a digital world knows it.
@@ -43,6 +44,8 @@ pub(super) struct PinState {
     receive_pins: [bool; 2],
     /// PWM pins that are watched or have an interrupt enabled.
     pwm_watched: u32,
+    /// Pins that are switched to I2C or wired to a bus.
+    i2c_pins: u32,
 }
 
 impl Default for PinState {
@@ -54,6 +57,7 @@ impl Default for PinState {
             edges: Vec::new(),
             receive_pins: [false; 2],
             pwm_watched: 0,
+            i2c_pins: 0,
         }
     }
 }
@@ -68,6 +72,21 @@ impl PinState {
 fn uart_signal(pin: usize) -> (usize, usize) {
     const UARTS: [usize; 8] = [0, 1, 1, 0, 0, 1, 1, 0];
     (UARTS[pin / 4], pin % 4)
+}
+
+/// I2C block and signal of a pin with the I2C function (2.19.2): SDA and SCL of block 0, then of block 1.
+fn i2c_signal(pin: usize) -> (usize, usize) {
+    (pin / 2 % 2, pin % 2)
+}
+
+/// What an I2C bus puts on a pin, if it is wired to it.
+fn wire_level(i2c: &I2c, pin: usize) -> Option<Level> {
+    let [sda, scl] = i2c.wires.pins()?;
+    match pin {
+        _ if pin == sda => Some((!i2c.wires.holds_sda()).into()),
+        _ if pin == scl => Some(Level::High),
+        _ => None,
+    }
 }
 
 impl Bus {
@@ -85,7 +104,8 @@ impl Bus {
                 (_, 3) => (true, true),
                 _ => (false, false),
             },
-            Function::Other => (false, false),
+            // The levels within a transfer are not modelled.
+            Function::I2c | Function::Other => (false, false),
         };
         if !self.io.output_enable(pin, enable) || self.pads.output_disabled(pin) {
             return Level::Floating;
@@ -95,10 +115,20 @@ impl Bus {
 
     /// What stands on a pin. The chip's driver wins over the outside, the outside over the pulls.
     pub fn pin_level(&self, pin: usize, at: Ticks) -> Level {
-        match (self.pin_output(pin, at), self.pins.outside[pin]) {
+        match (self.pin_output(pin, at), self.outside_level(pin)) {
             (Level::Floating, Level::Floating) => self.pads.pull(pin).map_or(Level::Floating, Level::from),
             (Level::Floating, outside) => outside,
             (driven, _) => driven,
+        }
+    }
+
+    /// What the outside puts on a pin: what it was told to, else what an I2C bus there does with its pull-ups and parts.
+    fn outside_level(&self, pin: usize) -> Level {
+        match self.pins.outside[pin] {
+            Level::Floating => {
+                self.i2c.iter().find_map(|i2c| wire_level(i2c, pin)).unwrap_or(Level::Floating)
+            }
+            told => told,
         }
     }
 
@@ -143,6 +173,7 @@ impl Bus {
 
     /// Looks at these pins: hands changed inputs to the pin interrupts, changed levels of watched pins to the log.
     pub(super) fn update_some_pins(&mut self, pins: u32, at: Ticks) {
+        let pins = pins | self.clock_i2c_wires(pins, at);
         let mut inputs = self.io.levels();
         for pin in (0..PINS).filter(|pin| pins >> pin & 1 != 0) {
             inputs = inputs & !(1 << pin) | u32::from(self.input_level(pin, at)) << pin;
@@ -155,6 +186,60 @@ impl Bus {
             }
         }
         self.io.set_levels(inputs);
+        if pins & self.pins.i2c_pins != 0 {
+            self.update_i2c_lines(at);
+        }
+    }
+
+    /// Hands SCL of the I2C buses to their parts. Gives the pins that change with it, bit n for pin n.
+    fn clock_i2c_wires(&mut self, pins: u32, at: Ticks) -> u32 {
+        let mut changed = 0;
+        for n in 0..self.i2c.len() {
+            let Some([sda, scl]) = self.i2c[n].wires.pins().filter(|[_, scl]| pins >> scl & 1 != 0) else {
+                continue;
+            };
+            let high = self.pin_level(scl, at) == Level::High;
+            if self.i2c[n].wires.clock(high) {
+                changed |= 1 << sda;
+            }
+        }
+        changed
+    }
+
+    /// Tells the I2C blocks whether their lines are free: high at some pin each that is switched to them.
+    fn update_i2c_lines(&mut self, at: Ticks) {
+        for n in 0..self.i2c.len() {
+            let high = |signal: usize| {
+                let mut pins = (0..PINS)
+                    .filter(|pin| self.io.function(*pin) == Function::I2c && i2c_signal(*pin) == (n, signal));
+                pins.any(|pin| self.input_level(pin, at))
+            };
+            let free = high(0) && high(1);
+            let wired = self.i2c[n].wires.pins();
+            let connected =
+                wired.is_some_and(|pins| pins.iter().all(|pin| self.io.function(*pin) == Function::I2c));
+            self.i2c[n].wires.connect(connected);
+            self.i2c[n].set_lines_free(free, at);
+        }
+    }
+
+    /// Wires SDA and SCL of an I2C bus with pull-ups to these pins; the block is the one that they can be switched to.
+    pub fn wire_i2c(&mut self, sda: usize, scl: usize) {
+        let (block, signal) = i2c_signal(sda);
+        assert!(
+            signal == 0 && i2c_signal(scl) == (block, 1),
+            "GPIO{sda} and GPIO{scl} are no SDA and SCL of a block"
+        );
+        self.i2c[block].wires.wire(sda, scl);
+        self.pin_functions_changed();
+        self.outside_changed();
+    }
+
+    /// A part pulls SDA of this bus low until SCL has gone high so many times.
+    pub fn hold_sda(&mut self, block: usize, clocks: u32) {
+        self.i2c[block].wires.hold_sda(clocks);
+        self.update_pins();
+        self.outside_changed();
     }
 
     /// A pin's function, or its interrupt enables, changed.
@@ -163,6 +248,8 @@ impl Bus {
             (0..PINS).filter(|pin| self.io.function(*pin) == function).fold(0u32, |set, pin| set | 1 << pin)
         };
         let (uart_pins, pwm_pins) = (on(Function::Uart), on(Function::Pwm));
+        let wired = self.i2c.iter().filter_map(|i2c| i2c.wires.pins()).flatten();
+        self.pins.i2c_pins = on(Function::I2c) | wired.fold(0, |set, pin| set | 1 << pin);
         let signals: Vec<_> = (0..PINS).filter(|pin| uart_pins >> pin & 1 != 0).map(uart_signal).collect();
         for (number, uart) in self.uarts.iter_mut().enumerate() {
             uart.set_transmit_pin(signals.contains(&(number, 0)));

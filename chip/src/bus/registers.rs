@@ -81,8 +81,11 @@ impl Bus {
     /// A register read by the core.
     pub(super) fn read_register(&mut self, address: u32) -> u32 {
         let value = self.read_register_quietly(address);
-        // Only these reads take something away: a FIFO entry.
-        if matches!(split(address), (base::UART0 | base::UART1, uart::UARTDR) | (base::ADC, adc::FIFO)) {
+        // Only these reads take something away: a FIFO entry, or an interrupt.
+        if matches!(
+            split(address),
+            (base::UART0 | base::UART1, uart::UARTDR) | (base::ADC, adc::FIFO) | (base::I2C0 | base::I2C1, _)
+        ) {
             self.settle();
         }
         value
@@ -205,8 +208,8 @@ impl Bus {
             base::UART1 => self.uarts[1].write(offset, write, now),
             base::SPI0 => self.spi[0].write(offset, write),
             base::SPI1 => self.spi[1].write(offset, write),
-            base::I2C0 => self.i2c[0].write(offset, write),
-            base::I2C1 => self.i2c[1].write(offset, write),
+            base::I2C0 => self.i2c[0].write(offset, write, now),
+            base::I2C1 => self.i2c[1].write(offset, write, now),
             base::ADC => self.adc.write(offset, write, now),
             base::PWM => {
                 let written = self.pwm.write(offset, write, now);
@@ -219,7 +222,10 @@ impl Bus {
                 self.update_tick();
                 written
             }
-            base::ROSC => self.rosc.write(offset, write),
+            base::ROSC => {
+                let written = self.rosc.write(offset, write);
+                self.clocks_written(written)
+            }
             base::VREG_AND_CHIP_RESET => self.vreg.write(offset, write),
             base::TBMAN => self.tbman.write(offset, write),
             base::DMA => self.dma.write(offset, write, now),

@@ -40,18 +40,18 @@ impl Bus {
         if is_reset(bit::PLL_USB) {
             self.pll_usb = Pll::default();
         }
-        let storage =
-            [(bit::I2C0, &mut self.i2c[0]), (bit::SPI0, &mut self.spi[0]), (bit::SYSCFG, &mut self.syscfg)];
-        for (bit, block) in storage {
+        if is_reset(bit::SYSCFG) {
+            self.syscfg.reset();
+        }
+        for (bit, spi) in [bit::SPI0, bit::SPI1].into_iter().zip(&mut self.spi) {
             if is_reset(bit) {
-                block.reset();
+                spi.reset();
             }
         }
-        if is_reset(bit::I2C1) {
-            self.i2c[1].reset();
-        }
-        if is_reset(bit::SPI1) {
-            self.spi[1].reset();
+        for (bit, i2c) in [bit::I2C0, bit::I2C1].into_iter().zip(&mut self.i2c) {
+            if is_reset(bit) {
+                i2c.reset(self.now);
+            }
         }
         for (bit, uart) in [bit::UART0, bit::UART1].into_iter().zip(&mut self.uarts) {
             if is_reset(bit) {
@@ -105,6 +105,10 @@ impl Bus {
         for (uart, before) in fresh.uarts.iter_mut().zip(&mut self.uarts) {
             before.reset();
             std::mem::swap(uart, before);
+        }
+        for (i2c, before) in fresh.i2c.iter_mut().zip(&mut self.i2c) {
+            before.reset(self.now);
+            std::mem::swap(i2c, before);
         }
         self.adc.reset();
         std::mem::swap(&mut fresh.adc, &mut self.adc);

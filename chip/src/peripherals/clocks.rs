@@ -37,12 +37,10 @@ pub(crate) type Hertz = (u64, u64);
 
 /// Crystal on every board known, Hz.
 pub(crate) const XOSC_HZ: u64 = 12_000_000;
-/// Nominal ring oscillator after reset, Hz (2.17.1). The real one varies from 1.8 to 12 MHz.
-pub(crate) const ROSC_HZ: u64 = 6_500_000;
-
 /// Frequencies of the sources, from the other blocks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sources {
+    pub rosc: Hertz,
     pub pll_sys: Hertz,
     pub pll_usb: Hertz,
 }
@@ -111,7 +109,7 @@ impl Clocks {
     pub fn clk_ref(&self, sources: Sources) -> Hertz {
         let control = self.word(CLK_REF_CTRL);
         let source = match control & 3 {
-            0 => (ROSC_HZ, 1),
+            0 => sources.rosc,
             2 => (XOSC_HZ, 1),
             _ if control >> 5 & 3 == 0 => sources.pll_usb,
             _ => (0, 1),
@@ -126,7 +124,7 @@ impl Clocks {
             (0, _) => self.clk_ref(sources),
             (_, 0) => sources.pll_sys,
             (_, 1) => sources.pll_usb,
-            (_, 2) => (ROSC_HZ, 1),
+            (_, 2) => sources.rosc,
             (_, 3) => (XOSC_HZ, 1),
             _ => (0, 1),
         };
@@ -145,7 +143,7 @@ impl Clocks {
             (_, 0) => self.clk_sys(sources),
             (_, 1) => sources.pll_sys,
             (_, 2) => sources.pll_usb,
-            (_, 3) => (ROSC_HZ, 1),
+            (_, 3) => sources.rosc,
             (_, 4) => (XOSC_HZ, 1),
             _ => (0, 1),
         }
@@ -158,7 +156,7 @@ impl Clocks {
             (0, _) => (0, 1),
             (_, 0) => sources.pll_usb,
             (_, 1) => sources.pll_sys,
-            (_, 2) => (ROSC_HZ, 1),
+            (_, 2) => sources.rosc,
             (_, 3) => (XOSC_HZ, 1),
             _ => (0, 1),
         };
@@ -182,7 +180,8 @@ fn divide_integer(frequency: Hertz, register: u32) -> Hertz {
 mod tests {
     use super::*;
 
-    const SOURCES: Sources = Sources { pll_sys: (125_000_000, 1), pll_usb: (48_000_000, 1) };
+    const SOURCES: Sources =
+        Sources { rosc: (6_500_000, 1), pll_sys: (125_000_000, 1), pll_usb: (48_000_000, 1) };
 
     fn hertz((numerator, denominator): Hertz) -> f64 {
         numerator as f64 / denominator as f64

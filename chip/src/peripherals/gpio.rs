@@ -24,9 +24,10 @@ pub(crate) const PINS: usize = 30;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Function {
     Uart,
+    I2c,
     Pwm,
     Sio,
-    /// SPI, I2C, PIO, clocks, USB, none: drives nothing here.
+    /// SPI, PIO, clocks, USB, none: drives nothing here.
     Other,
 }
 
@@ -82,6 +83,7 @@ impl IoBank {
     pub fn function(&self, pin: usize) -> Function {
         match self.control[pin] & 0x1f {
             2 => Function::Uart,
+            3 => Function::I2c,
             4 => Function::Pwm,
             5 => Function::Sio,
             _ => Function::Other,

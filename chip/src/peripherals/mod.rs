@@ -9,6 +9,7 @@ pub(crate) mod adc;
 pub(crate) mod clocks;
 pub(crate) mod dma;
 pub(crate) mod gpio;
+pub(crate) mod i2c;
 pub(crate) mod pads;
 pub(crate) mod pll;
 pub(crate) mod psm;

@@ -1,5 +1,6 @@
-//! ROSC, the ring oscillator (2.17): storage, always stable, and a pseudo-random bit.
+//! ROSC, the ring oscillator (2.17): its divider, otherwise storage, always stable, and a pseudo-random bit.
 
+use super::clocks::Hertz;
 use super::{RegisterWrite, Written};
 
 /// Register offsets.
@@ -13,10 +14,16 @@ const STATUS: u32 = 0x18;
 const RANDOMBIT: u32 = 0x1c;
 const COUNT: u32 = 0x20;
 
+/// DIV: 0xaa0 + the divisor, where 0 stands for 32; what is none divides by 31.
+const DIVIDER_PASS: u32 = 0xaa0;
+const DIVIDERS: u32 = 32;
+/// The ring itself: nominally 6.5 MHz after reset, divided by 16 (2.17.1). The real one gives 1.8 to 12 MHz then.
+const RING_HZ: u64 = 16 * 6_500_000;
+
 const STATUS_STABLE: u32 = 1 << 31;
 const STATUS_ENABLED: u32 = 1 << 12;
 
-/// The ROSC block. Its frequency stays nominal whatever FREQA, FREQB and DIV say.
+/// The ROSC block. The ring's frequency stays nominal whatever FREQA and FREQB say.
 #[derive(Clone, Debug)]
 pub(crate) struct Rosc {
     control: u32,
@@ -34,6 +41,16 @@ impl Default for Rosc {
 }
 
 impl Rosc {
+    /// What it gives to the clocks. A new divisor acts at once, without a glitch (2.17.5).
+    pub fn output(&self) -> Hertz {
+        let divisor = match self.divider.checked_sub(DIVIDER_PASS) {
+            Some(0) => DIVIDERS,
+            Some(divisor) if divisor < DIVIDERS => divisor,
+            _ => DIVIDERS - 1,
+        };
+        (RING_HZ, divisor.into())
+    }
+
     pub fn read(&mut self, offset: u32) -> Option<u32> {
         Some(match offset {
             CTRL => self.control,
@@ -75,6 +92,16 @@ impl Rosc {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn its_divider_sets_its_frequency() {
+        let mut rosc = Rosc::default();
+        assert_eq!(rosc.output(), (RING_HZ, 16));
+        for (value, divisor) in [(0xaa8, 8), (0xaa1, 1), (0xaa0, 32), (0xabf, 31), (0xac0, 31), (8, 31)] {
+            assert_eq!(rosc.write(DIV, RegisterWrite::plain(value)), Written::Done);
+            assert_eq!(rosc.output(), (RING_HZ, divisor), "{value:x}");
+        }
+    }
 
     #[test]
     fn it_is_stable_and_its_random_bits_are_balanced() {

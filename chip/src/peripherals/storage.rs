@@ -1,6 +1,6 @@
 //! Blocks that only have to be there: they hold what is written and stay idle for ever.
 //!
-//! I2C0/1 (4.3) and SPI0/1 (4.4) without a bus behind them, SYSCFG (2.21), SYSINFO (2.20), TBMAN (2.22) and
+//! SPI0/1 (4.4) without a bus behind them, SYSCFG (2.21), SYSINFO (2.20), TBMAN (2.22) and
 //! PADS_QSPI (2.19.6).
 
 use super::{RegisterWrite, Written};
@@ -16,34 +16,6 @@ pub(crate) struct StoredRegister {
 const fn register(offset: u32, reset: u32, writable: u32) -> StoredRegister {
     StoredRegister { offset, reset, writable }
 }
-
-/// DW_apb_i2c (4.3.17), idle: FIFOs empty, no activity.
-pub(crate) const I2C: &[StoredRegister] = &[
-    register(0x00, 0x65, 0x3ff),       // IC_CON
-    register(0x04, 0x55, 0xfff),       // IC_TAR
-    register(0x08, 0x55, 0x3ff),       // IC_SAR
-    register(0x14, 0x28, 0xffff),      // IC_SS_SCL_HCNT
-    register(0x18, 0x2f, 0xffff),      // IC_SS_SCL_LCNT
-    register(0x1c, 0x06, 0xffff),      // IC_FS_SCL_HCNT
-    register(0x20, 0x0d, 0xffff),      // IC_FS_SCL_LCNT
-    register(0x2c, 0, 0),              // IC_INTR_STAT
-    register(0x30, 0x8ff, 0x1fff),     // IC_INTR_MASK
-    register(0x34, 0, 0),              // IC_RAW_INTR_STAT
-    register(0x38, 0, 0xff),           // IC_RX_TL
-    register(0x3c, 0, 0xff),           // IC_TX_TL
-    register(0x40, 0, 0),              // IC_CLR_INTR
-    register(0x54, 0, 0),              // IC_CLR_TX_ABRT
-    register(0x6c, 0, 7),              // IC_ENABLE
-    register(0x70, 0x06, 0),           // IC_STATUS: both FIFOs not full, TX empty
-    register(0x74, 0, 0),              // IC_TXFLR
-    register(0x78, 0, 0),              // IC_RXFLR
-    register(0x7c, 0x01, 0x00ff_ffff), // IC_SDA_HOLD
-    register(0x80, 0, 0),              // IC_TX_ABRT_SOURCE
-    register(0x88, 0, 3),              // IC_DMA_CR
-    register(0x8c, 0, 0xf),            // IC_DMA_TDLR
-    register(0x90, 0, 0xf),            // IC_DMA_RDLR
-    register(0xa0, 0x07, 0xff),        // IC_FS_SPKLEN
-];
 
 /// PL022 (4.4.4), idle: transmit FIFO empty and not full.
 pub(crate) const SPI: &[StoredRegister] = &[
@@ -121,17 +93,17 @@ mod tests {
 
     #[test]
     fn only_writable_bits_of_listed_registers_change() {
-        let mut i2c = Storage::new(I2C);
-        assert_eq!(i2c.write(0x6c, RegisterWrite::plain(0xffff_ffff)), Written::Done);
-        assert_eq!(i2c.read(0x6c), Some(7));
-        assert_eq!(i2c.write(0x70, RegisterWrite::plain(0)), Written::Done);
-        assert_eq!(i2c.read(0x70), Some(6), "IC_STATUS is read-only");
+        let mut spi = Storage::new(SPI);
+        assert_eq!(spi.write(0x04, RegisterWrite::plain(0xffff_ffff)), Written::Done);
+        assert_eq!(spi.read(0x04), Some(0xf));
+        assert_eq!(spi.write(0x0c, RegisterWrite::plain(0)), Written::Done);
+        assert_eq!(spi.read(0x0c), Some(3), "SSPSR is read-only");
         assert_eq!(
-            i2c.write(0x10, RegisterWrite::plain(1)),
+            spi.write(0x08, RegisterWrite::plain(1)),
             Written::NotModelled,
-            "IC_DATA_CMD would start a transfer"
+            "SSPDR would start a transfer"
         );
-        i2c.reset();
-        assert_eq!(i2c.read(0x6c), Some(0));
+        spi.reset();
+        assert_eq!(spi.read(0x04), Some(0));
     }
 }

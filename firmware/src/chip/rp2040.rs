@@ -1,5 +1,9 @@
 //! The RP2040.
 
+mod boot;
+mod fault;
+pub(crate) mod places;
+mod program;
 mod start;
 
 pub use start::wait_for_crystal;
@@ -19,9 +23,6 @@ pub const TIMER: pac::timer::Timer = pac::TIMER;
 pub const EMBASSY_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_0;
 /// Alarm 1, ours.
 pub const ANSWER_TIMER_IRQ: Interrupt = Interrupt::TIMER_IRQ_1;
-
-/// Lines of the interrupt controller.
-pub const INTERRUPT_LINES: usize = 32;
 
 const BUS_INTERRUPTS: u32 = 1 << Interrupt::DMA_IRQ_1 as u16 | 1 << ANSWER_TIMER_IRQ as u16;
 

@@ -111,7 +111,9 @@ class Board {
     this.scale = labels?.scale_kpa ?? null;
     this.armed = false;
     this.state = element("span", { className: "pill" });
-    this.text = element("small");
+    this.supply = element("span", { className: "supply" });
+    this.losses = element("span");
+    this.text = element("small", {}, this.supply, this.losses);
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
@@ -155,6 +157,7 @@ class Board {
     this.state.className = "pill " + kind;
     this.root.classList.toggle("old", picture.p.every((kpa, channel) => kpa === null && !picture.fault[channel]));
     this.age = picture.age;
+    this.supply.textContent = picture.supply === undefined ? "" : "supply " + unit.text(picture.supply) + " ";
     this.showArming();
     this.chambers.forEach((chamber) => chamber.show(picture));
   }
@@ -163,7 +166,7 @@ class Board {
     if (!statistics) return;
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
     const all = statistics.answered + statistics.lost;
-    this.text.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
+    this.losses.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
     this.text.title = statistics.lost + " lost of " + all;
   }
 }

@@ -81,6 +81,9 @@ function showFigures(figures) {
   if (run) {
     const us = run.cycle_us.p99;
     at("p99").textContent = us < 9999.5 ? Math.round(us) + " us" : (us / 1000).toFixed(1) + " ms";
+    // A recording does not know it.
+    at("baud-figure").hidden = !run.baud;
+    at("baud").textContent = run.baud ? run.baud / 1e6 + " Mbaud" : "-";
     at("lost").textContent = compact.format(run.lost) + " of " + compact.format(run.exchanges);
     at("lost").title = run.lost + " of " + run.exchanges;
     at("lost").className = run.lost === 0 ? "good" : "warn";

@@ -79,6 +79,9 @@ pub(crate) struct BoardPicture {
     pub(crate) p: [Option<f64>; CHANNELS],
     /// Channels whose sensor the board calls faulty.
     fault: [bool; CHANNELS],
+    /// Supply pressure, kPa, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    supply: Option<f64>,
 }
 
 impl Picture {
@@ -109,6 +112,7 @@ impl BoardPicture {
             s: board.target_kpa.map(round),
             p: std::array::from_fn(pressure),
             fault: faulty,
+            supply: board.supply_kpa.map(round),
         }
     }
 }
@@ -138,6 +142,7 @@ mod tests {
             state: BoardState::Present,
             command_kpa: [0.0, 99.816, 0.0, 774.8],
             target_kpa: [0.0, 150.0, 0.0, 774.8],
+            supply_kpa: None,
             reading: Some(ReadingMoment { age_ns, kpa: [-0.34, 99.82, 199.97, 689.8], faulty }),
         };
         serde_json::to_string(&BoardPicture::new(&board, old_after_ns(hz))).unwrap()
@@ -149,6 +154,19 @@ mod tests {
             picture(4_000_000, [false; 4], Some(1000.0)),
             r#"{"state":"present","age":0.0,"c":[0.0,99.8,0.0,774.8],"s":[0.0,150.0,0.0,774.8],"p":[-0.3,99.8,200.0,689.8],"fault":[false,false,false,false]}"#
         );
+    }
+
+    #[test]
+    fn a_supply_that_is_measured_is_with_its_board() {
+        let board = BoardMoment {
+            state: BoardState::Present,
+            command_kpa: [0.0; CHANNELS],
+            target_kpa: [0.0; CHANNELS],
+            supply_kpa: Some(549.66),
+            reading: None,
+        };
+        let text = serde_json::to_string(&BoardPicture::new(&board, 0)).unwrap();
+        assert!(text.ends_with(r#","supply":549.7}"#), "{text}");
     }
 
     #[test]

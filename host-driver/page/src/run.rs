@@ -9,7 +9,7 @@ pub trait Run: Send + Sync + 'static {
     fn moment(&self) -> Option<Moment>;
 
     /// Figures of the run so far, as they are sent; null before there are any. The page shows
-    /// `cycle_us.p99`, `lost`, `exchanges`, `rejected`, `cpu_share` and `boards` of them.
+    /// `baud`, `cycle_us.p99`, `lost`, `exchanges`, `rejected`, `cpu_share` and `boards` of them.
     fn statistics(&self) -> serde_json::Value;
 
     /// Lines about what has happened since the last call.
@@ -94,6 +94,8 @@ pub struct BoardMoment {
     /// Set points towards which the commands go, kPa gauge. The same as `command_kpa` where nothing
     /// limits the rate of change.
     pub target_kpa: [f64; CHANNELS],
+    /// Supply pressure that it has measured lately, kPa gauge; `None` where it has no such sensor, or is not asked.
+    pub supply_kpa: Option<f64>,
     /// Its last answer; `None` before the first.
     pub reading: Option<ReadingMoment>,
 }

@@ -113,6 +113,7 @@ impl<L: Line> Bus<L> {
     /// # Errors
     /// What keeps them from it. Host and boards are at the compiled rate then, or will be after 100 ms.
     pub fn raise_line_rate(&mut self, boards: &[u8], rate: LineRate) -> Result<(), LineRateError> {
+        self.ask_adapter(rate)?;
         let raised = self.ask_for_rate(boards, rate).and_then(|()| self.try_rate(boards, rate));
         if let Err(error) = &raised {
             log::debug!("line rate: {error}");
@@ -140,6 +141,13 @@ impl<L: Line> Bus<L> {
             }
         }
         self.go_to(LineRate::Compiled).map(drop)
+    }
+
+    /// Whether the adapter does `rate`, before boards have gone there in vain.
+    fn ask_adapter(&mut self, rate: LineRate) -> Result<(), LineRateError> {
+        let possible = self.go_to(rate)?;
+        self.go_to(LineRate::Compiled)?;
+        if possible { Ok(()) } else { Err(LineRateError::Adapter { baud: rate.baud(self.compiled) }) }
     }
 
     /// Each board in turn. One whose answer is lost may have gone to the new rate already: the

@@ -33,6 +33,7 @@ mod peer;
 mod safe_state;
 mod session;
 mod transaction;
+mod update;
 mod usual_delay;
 
 pub use dialect::{FrameMode, Frames};
@@ -45,6 +46,7 @@ pub use pages::{PageError, PageReply};
 pub use parameters::{ChangeFrom, ParameterChange, ParameterError};
 pub use peer::Counters;
 pub use safe_state::SafeStateOptions;
+pub use update::{UpdateError, UpdateProgress, Updated};
 
 use crate::line::{Line, SerialPort};
 use dialect::Dialect;
@@ -87,7 +89,7 @@ pub struct Bus<L: Line = SerialPort> {
     unsolicited_bytes: u64,
     /// When the line was last read empty, ns, if nothing has been sent since.
     emptied_ns: Option<u64>,
-    /// What it asks for sessions with, 0 to 101.
+    /// What it asks for sessions with, 0 to 101: a [`random`](Line::random) number of this run.
     host_number: u8,
     /// The last byte on the wire, if it is known.
     last_byte: Option<u8>,
@@ -116,7 +118,7 @@ impl<L: Line> Bus<L> {
         line.expect_bytes(transaction::expected_bytes(echo));
         let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames), options.sessions);
         let peers = vec![peer; usize::from(u8::MAX) + 1];
-        let host_number = (line.now_ns() / 1_000 % u64::from(SessionOffer::HOST_NUMBERS)) as u8;
+        let host_number = (line.random() % u32::from(SessionOffer::HOST_NUMBERS)) as u8;
         Ok(Self {
             line,
             compiled: options.baud,

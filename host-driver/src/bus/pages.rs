@@ -4,7 +4,8 @@ use super::transaction::Question;
 use super::{Bus, ExchangeError, Frames};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::{
-    About, Counter, Drives, Entry, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, number_in,
+    About, Acceleration, AngularRate, Counter, Drives, Entry, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem,
+    SensorEntry, SensorStatus, SupplyReading, number_in,
 };
 use pneudrive_protocol::{Address, Format, PageRequest};
 use thiserror::Error;
@@ -102,6 +103,49 @@ impl<L: Line> Bus<L> {
         let reply = self.page(board, PageEntry::Drives)?;
         let drives = read(board, PageEntry::Drives, Drives::from_entry(reply.words))?;
         Ok((drives, reply.sent_ns))
+    }
+
+    /// What is on `board`'s I2C connector.
+    ///
+    /// # Errors
+    /// As for [`page`](Self::page); [`PageError::NoSuchEntry`] from firmware of before sensors.
+    pub fn sensors(&mut self, board: u8) -> Result<SensorStatus, PageError> {
+        self.sensor(board, SensorEntry::Status, SensorStatus::from_entry).map(|(status, _)| status)
+    }
+
+    /// The supply pressure at `board`, and when it was asked, ns on the line's clock.
+    ///
+    /// # Errors
+    /// As for [`sensors`](Self::sensors).
+    pub fn supply(&mut self, board: u8) -> Result<(SupplyReading, u64), PageError> {
+        self.sensor(board, SensorEntry::Supply, SupplyReading::from_entry)
+    }
+
+    /// What the accelerometer at `board` measures, and when it was asked, ns on the line's clock.
+    ///
+    /// # Errors
+    /// As for [`sensors`](Self::sensors).
+    pub fn acceleration(&mut self, board: u8) -> Result<(Acceleration, u64), PageError> {
+        self.sensor(board, SensorEntry::Acceleration, Acceleration::from_entry)
+    }
+
+    /// What the gyroscope at `board` measures, and when it was asked, ns on the line's clock.
+    ///
+    /// # Errors
+    /// As for [`sensors`](Self::sensors).
+    pub fn angular_rate(&mut self, board: u8) -> Result<(AngularRate, u64), PageError> {
+        self.sensor(board, SensorEntry::AngularRate, AngularRate::from_entry)
+    }
+
+    fn sensor<T>(
+        &mut self,
+        board: u8,
+        entry: SensorEntry,
+        meaning: fn(Entry) -> Option<T>,
+    ) -> Result<(T, u64), PageError> {
+        let entry = PageEntry::Sensor(entry);
+        let reply = self.page(board, entry)?;
+        Ok((read(board, entry, meaning(reply.words))?, reply.sent_ns))
     }
 
     /// What `board` and its channels did in its last control step.

@@ -180,7 +180,7 @@ impl<L: Line> Bus<L> {
     }
 
     /// 0 kPa, until it is answered.
-    fn ping_again(&mut self, board: u8) -> Result<(), ExchangeError> {
+    pub(super) fn ping_again(&mut self, board: u8) -> Result<(), ExchangeError> {
         let mut result = self.ping(board);
         for _ in 1..TRIES {
             if matches!(result, Ok(_) | Err(ExchangeError::Line(_))) {
@@ -287,7 +287,7 @@ impl<L: Line> Bus<L> {
 }
 
 /// Asks again what is lost.
-fn again<T>(mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
+pub(super) fn again<T>(mut ask: impl FnMut() -> Result<T, PageError>) -> Result<T, PageError> {
     let mut result = ask();
     for _ in 1..TRIES {
         if !matches!(&result, Err(PageError::Exchange(error)) if !matches!(error, ExchangeError::Line(_))) {

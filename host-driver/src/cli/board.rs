@@ -1,13 +1,14 @@
 //! `board`: what a board says of itself, by page requests. `status` commands nothing.
 
 use crate::cli::args::{BoardArgs, BoardCommand, BoardStatusArgs, BusArgs};
-use crate::cli::board_parameters;
 use crate::cli::connect::{Connection, connect, devices as devices_of};
 use crate::cli::failure::Failure;
 use crate::cli::output::{outln, print_json};
 use crate::cli::setup::Setup;
+use crate::cli::{board_parameters, board_update};
 use pneudrive_host::bus::{Bus, ExchangeError, PageError};
-use pneudrive_protocol::pages::{About, Counter, Drives, NowState, PostMortem};
+use pneudrive_host::rig::Unit;
+use pneudrive_protocol::pages::{About, Counter, Drives, NowState, PostMortem, SensorPart, SensorState};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -28,8 +29,33 @@ struct StatusReport {
     drives: [f64; 4],
     /// By name, those that its firmware has; us where the name says so, s where it says so.
     counters: BTreeMap<&'static str, u32>,
+    /// What is on its I2C connector; null where its firmware does not tell.
+    sensors: Option<SensorReport>,
     /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing is known.
     post_mortem: Option<String>,
+}
+
+/// The sensors on its I2C connector.
+#[derive(Serialize)]
+struct SensorReport {
+    /// The part, such as `ADS1115`; null without one.
+    supply_part: Option<String>,
+    /// `absent`, `live`, `stale` or `out_of_range`.
+    supply_state: &'static str,
+    /// Gauge; null where it is not live.
+    supply_kpa: Option<f64>,
+    /// The part, such as `BMI323`; null without one.
+    imu_part: Option<String>,
+    /// `absent`, `live` or `stale`.
+    imu_state: &'static str,
+    /// Along x, y and z of the part, gravity included; null where it is not live.
+    acceleration_m_s2: Option<[f64; 3]>,
+    /// About x, y and z of the part; null where it is not live.
+    angular_rate_rad_s: Option<[f64; 3]>,
+    /// Transfers that failed, modulo 1024.
+    errors: u16,
+    /// Times that the I2C lines were freed, modulo 1024.
+    recoveries: u16,
 }
 
 /// A word of the post-mortem that is lost is asked for so often.
@@ -41,6 +67,7 @@ pub fn run(args: &BusArgs, board: &BoardArgs, setup: &Setup) -> Result<(), Failu
         BoardCommand::Show(status) => board_parameters::show(args, status.board, setup),
         BoardCommand::Set(set) => board_parameters::set(args, set, setup),
         BoardCommand::Reset(status) => board_parameters::reset(args, status.board, setup),
+        BoardCommand::Update(update) => board_update::update(args, update, setup),
     }
 }
 
@@ -65,7 +92,7 @@ fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setu
     if args.json {
         print_json(&report)?;
     } else {
-        print(&report, &setup.board(board));
+        print(&report, &setup.board(board), setup.unit);
     }
     connection.behind.end();
     Ok(())
@@ -100,6 +127,11 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         }
     }
     let post_mortem: Option<PostMortem> = bus.post_mortem(board, TRIES)?;
+    let sensors = match ask_for_sensors(bus, board, until) {
+        Ok(sensors) => Some(sensors),
+        Err(PageError::NoSuchEntry { .. }) => None,
+        Err(error) => return Err(error),
+    };
     Ok(StatusReport {
         port: bus.line().path().display().to_string(),
         board,
@@ -109,7 +141,28 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         channels: state.channels.map(|channel| channel.name()),
         drives: drives.share(),
         counters,
+        sensors,
         post_mortem: post_mortem.map(|record| record.to_string()),
+    })
+}
+
+fn ask_for_sensors(bus: &mut Bus, board: u8, until: Instant) -> Result<SensorReport, PageError> {
+    let status = persist(until, || bus.sensors(board))?;
+    let (supply, _) = persist(until, || bus.supply(board))?;
+    let (acceleration, _) = persist(until, || bus.acceleration(board))?;
+    let (rate, _) = persist(until, || bus.angular_rate(board))?;
+    let part = |part: SensorPart| (part != SensorPart::None).then(|| part.to_string());
+    let live = |state, values: Option<[f64; 3]>| values.filter(|_| state == SensorState::Live);
+    Ok(SensorReport {
+        supply_part: part(status.supply),
+        supply_state: status.supply_state.name(),
+        supply_kpa: supply.live_kpa(),
+        imu_part: part(status.imu),
+        imu_state: status.imu_state.name(),
+        acceleration_m_s2: live(acceleration.state(), acceleration.m_per_s2()),
+        angular_rate_rad_s: live(rate.state(), rate.rad_per_s()),
+        errors: status.errors,
+        recoveries: status.recoveries,
     })
 }
 
@@ -125,7 +178,7 @@ pub fn persist<T>(until: Instant, mut ask: impl FnMut() -> Result<T, PageError>)
     }
 }
 
-fn print(report: &StatusReport, name: &str) {
+fn print(report: &StatusReport, name: &str, unit: Unit) {
     let words = |name: &str| name.replace('_', " ");
     outln!("{name}: {}, firmware {}, {}", report.chip, report.firmware, words(report.state));
     for (channel, (status, drive)) in report.channels.iter().zip(report.drives).enumerate() {
@@ -137,8 +190,31 @@ fn print(report: &StatusReport, name: &str) {
             outln!("  {}: {value}", words(name));
         }
     }
+    match &report.sensors {
+        Some(sensors) => print_sensors(sensors, unit),
+        None => outln!("  sensors on the I2C connector: its firmware does not tell"),
+    }
     match &report.post_mortem {
         Some(record) => outln!("  last reset by the watchdog: {record}"),
         None => outln!("  last reset by the watchdog: none known since power-on"),
+    }
+}
+
+fn print_sensors(sensors: &SensorReport, unit: Unit) {
+    let state = |name: &str| name.replace('_', " ");
+    match (&sensors.supply_part, sensors.supply_kpa) {
+        (None, _) => outln!("  supply sensor: none"),
+        (Some(part), Some(kpa)) => outln!("  supply sensor: {part}, {} {}", unit.number(kpa), unit.name()),
+        (Some(part), None) => outln!("  supply sensor: {part}, {}", state(sensors.supply_state)),
+    }
+    match (&sensors.imu_part, sensors.acceleration_m_s2, sensors.angular_rate_rad_s) {
+        (None, ..) => outln!("  IMU: none"),
+        (Some(part), Some([ax, ay, az]), Some([gx, gy, gz])) => {
+            outln!("  IMU: {part}, {ax:.2} {ay:.2} {az:.2} m/s^2, {gx:.3} {gy:.3} {gz:.3} rad/s");
+        }
+        (Some(part), ..) => outln!("  IMU: {part}, {}", state(sensors.imu_state)),
+    }
+    if sensors.errors > 0 || sensors.recoveries > 0 {
+        outln!("  I2C errors: {}, lines freed: {} (both modulo 1024)", sensors.errors, sensors.recoveries);
     }
 }

@@ -10,8 +10,8 @@ use std::ffi::OsString;
 const WITH_EQUALS: [&str; 2] = ["--realtime", "--filter"];
 
 /// Bus options in the help of `ping`; the others act too, and are in the help of the program.
-const PING: [&str; 10] =
-    ["port", "devices", "rig", "unit", "baud", "allowance_us", "wait", "echo", "frames", "json"];
+const PING: [&str; 11] =
+    ["port", "devices", "rig", "unit", "baud", "allowance_us", "wait", "echo", "frames", "sessions", "json"];
 /// Bus options in the help of `list`, `init`, `calibrate` and `check`.
 const SCAN: [&str; 7] = ["port", "devices", "rig", "unit", "max_devices", "baud", "wait"];
 /// Bus options in the help of `board`.

@@ -1,6 +1,6 @@
 //! From arguments to an open bus.
 
-use crate::cli::args::{BusArgs, EchoArg};
+use crate::cli::args::{BusArgs, EchoArg, SessionsArg};
 use crate::cli::failure::Failure;
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
@@ -80,6 +80,7 @@ pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> R
         answer_allowance_ns: args.allowance_us * 1000,
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
+        sessions: args.sessions == SessionsArg::On,
         echo,
         spin: args.spin_us,
         ..BusOptions::default()

@@ -5,6 +5,7 @@ mod bench;
 mod bench_table;
 mod board;
 mod board_parameters;
+mod board_update;
 mod calibrate;
 mod check;
 mod command_arg;

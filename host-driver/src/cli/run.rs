@@ -13,7 +13,7 @@ use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, KeyRecorder, Session};
 use crate::cli::{find_boards, preview, start, watch};
-use pneudrive_host::poller::{DriveShare, Finished, Observer, Override, Pace, Poller, PollerOptions};
+use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::stream::UdpStream;
@@ -93,6 +93,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         vent: overriding.latch(),
         resume: run.resume,
         drives: run.drives,
+        sensors: run.sensors,
         line_rate: args.line_rate(),
         ..PollerOptions::for_devices(devices)
     };
@@ -107,7 +108,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
     let recorder = match &run.record {
         Some(path) => {
-            let how = RecorderOptions { overwrite: run.overwrite, drives: run.drives.is_some(), description };
+            let (pages, ambient_kpa) = (run.pages(), setup.ambient_kpa());
+            let how = RecorderOptions { overwrite: run.overwrite, pages, ambient_kpa, description };
             let (recorder, tap) = Recorder::create_with(path, &options.boards, calibration.clone(), &how)?;
             observers.push(tap);
             events.sender().record(recorder.notes());
@@ -117,8 +119,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     };
     let by_key = match &run.record {
         None if view::wants_live(args.json, run.plain) => {
-            let (by_key, tap) =
-                KeyRecorder::new(&options.boards, setup, &by_key_description, run.drives.is_some());
+            let (by_key, tap) = KeyRecorder::new(&options.boards, setup, &by_key_description, run.pages());
             observers.push(tap);
             events.sender().record(by_key.notes());
             Some(by_key)
@@ -253,12 +254,15 @@ fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {
         };
     };
     let polls = Baud::new(args.fastest_baud()).map_err(Failure::input)?.cycle_limit_hz(u32::from(devices));
-    let limit = polls / (1.0 + run.drives.map_or(0.0, DriveShare::get));
+    let limit = polls / (1.0 + run.pages_per_poll());
     if !(rate > 0.0 && rate <= limit) {
         return Err(Failure::input(format!(
             "--rate {rate}: must be above 0 and at most {limit:.1} Hz, the wire's limit for {devices} board(s) at {} baud{}",
             args.fastest_baud(),
-            run.drives.map_or_else(String::new, |share| format!(" with --drives {}", share.get()))
+            match run.pages_per_poll() {
+                0.0 => String::new(),
+                pages => format!(" with {pages} page requests for each poll (--drives, --sensors)"),
+            }
         )));
     }
     let missed = run.missed.map(Into::into).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! `--rig`: what the rig file says, beneath what the command line says.
 
-use crate::cli::args::{BaudArg, Cli, Command};
+use crate::cli::args::{Cli, Command};
 use crate::cli::failure::Failure;
 use pneudrive_host::Calibration;
 use pneudrive_host::rig::{self, Rig, Unit};
@@ -28,8 +28,7 @@ impl Setup {
         let bus = rig.bus();
         let args = &mut cli.bus;
         args.port = args.port.take().or(bus.port.map(Into::into));
-        let auto = bus.baud_auto.then_some(BaudArg::Auto);
-        args.baud = args.baud.or(auto).or(bus.baud.map(BaudArg::Rate));
+        args.baud = args.baud.or(rig::baud(&rig));
         if args.devices.is_none() && bus.boards.is_some() {
             args.devices = bus.boards;
             // Who writes down how many boards there are need not say that there may be so many.
@@ -43,6 +42,11 @@ impl Setup {
         }
         let unit = args.unit.unwrap_or_else(|| rig.unit());
         Ok(Self { rig: Some(rig), calibration, unit })
+    }
+
+    /// Pressure of the atmosphere, kPa absolute, where the rig file says it.
+    pub fn ambient_kpa(&self) -> Option<f64> {
+        self.rig.as_ref().and_then(Rig::ambient_kpa)
     }
 
     /// `board 2`, or `board 2 (elbow)`.

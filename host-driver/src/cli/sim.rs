@@ -28,7 +28,8 @@ pub fn start(
         original: args.sim_original.iter().copied().collect(),
         turnaround: Turnaround::Fixed { delay_ns: args.turnaround_us * 1000 },
         ..RigOptions::default()
-    };
+    }
+    .with_all_sensors();
     let mut options = PtyOptions::default();
     if let Punctuality::Best { dated } = punctuality {
         options.spin_us = BEST_SPIN_US;

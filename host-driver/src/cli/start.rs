@@ -1,6 +1,6 @@
 //! What is checked and said before a run starts.
 
-use crate::cli::args::{BusArgs, RunArgs};
+use crate::cli::args::{BusArgs, RunArgs, SessionsArg};
 use crate::cli::failure::Failure;
 use crate::cli::setup::Setup;
 use crate::cli::view::Events;
@@ -46,6 +46,7 @@ pub fn description(
         .with("port", args.port.as_deref().map(name))
         .with("baud", args.baud())
         .with("baud_auto", args.line_rate().is_some())
+        .with("sessions", args.sessions == SessionsArg::On)
         .with("rate_hz", run.rate);
     if *limits != Limits::default() {
         // One who is not limited has an infinite limit, which is null in JSON.

@@ -5,6 +5,7 @@ use crate::cli::failure::Failure;
 use crate::cli::view::Events;
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::Observer;
+use pneudrive_host::record::PageColumns;
 use pneudrive_host::watch::{Watch, WatchError, WatchOptions};
 
 /// Starts the watch, if there is to be one. What it finds is shown wherever `events` are, and recorded.
@@ -19,7 +20,7 @@ pub fn start(
         parameters: parameters.clone(),
         program: run.watch_program.clone(),
         learn_s: run.watch_learn,
-        drives: run.drives.is_some(),
+        pages: PageColumns { drives: run.drives.is_some(), sensors: run.sensors.is_some() },
     };
     let (mut show, recordings) = (events.teller(), events.sender());
     let tell = move |notice: pneudrive_host::notices::Notice| {

@@ -82,6 +82,13 @@ pub trait Line {
         Err(OpenError::NoName)
     }
 
+    /// A number for a host's sessions: another one whenever a program is started, so that boards do not
+    /// give a session number twice. By default it comes from the line's clock, so that runs in
+    /// virtual time are the same every time.
+    fn random(&mut self) -> u32 {
+        (self.now_ns() / 1_000) as u32
+    }
+
     /// CPU time that the calling thread has used so far, ns; 0 where time is virtual.
     fn cpu_time_ns(&self) -> u64 {
         0

@@ -8,6 +8,7 @@ use super::{Clock, Line, LineError, OpenError};
 use pneudrive_protocol::Baud;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::{Errno, ioctl_fionread, read, write};
+use rustix::rand::{GetRandomFlags, getrandom};
 use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcsetattr};
 use rustix::thread::{ClockId, clock_nanosleep_absolute, sched_yield, set_current_timer_slack};
 use std::num::NonZeroU64;
@@ -292,6 +293,16 @@ impl Line for SerialPort {
         (self.file, self.settings, self.wakes_at) = (Some(file), settings, 1);
         self.baud = self.options.baud;
         Ok(())
+    }
+
+    /// From the kernel's generator (getrandom); from the clock only where that has not been seeded yet,
+    /// early in a boot: nobody must wait for it.
+    fn random(&mut self) -> u32 {
+        let mut bytes = [0; 4];
+        match getrandom(&mut bytes, GetRandomFlags::NONBLOCK) {
+            Ok(4) => u32::from_ne_bytes(bytes),
+            _ => (self.now_ns() / 1_000) as u32,
+        }
     }
 
     fn cpu_time_ns(&self) -> u64 {

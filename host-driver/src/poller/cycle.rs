@@ -1,13 +1,14 @@
 //! The loop itself: which board is asked when, and who is told.
 
-use super::drives::DriveSchedule;
 use super::line_rate::LineRateSchedule;
 use super::outage::{Outage, Try};
+use super::page_share::PageSchedule;
 use super::presence::Presence;
 use super::schedule::Schedule;
+use super::sensors::SensorSchedule;
 use super::{
-    BoardRow, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row, Slew, Supply,
-    VENTED,
+    BoardRow, BoardSensors, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Reading, Row,
+    Slew, Supply, VENTED,
 };
 use crate::bus::{Answer, Bus, Counters, ExchangeError};
 use crate::line::{Line, LineError};
@@ -30,7 +31,9 @@ pub struct Polling<L: Line> {
     /// What becomes of it on its way to the bus.
     pub(super) slews: Vec<Slew>,
     /// When each board is asked for its valves' drives.
-    pub(super) drives: Vec<DriveSchedule>,
+    pub(super) drives: Vec<PageSchedule>,
+    /// When each board is asked for its sensors.
+    pub(super) sensors: Vec<SensorSchedule>,
     pub(super) line_rate: LineRateSchedule,
     pub(super) rows: Vec<BoardRow>,
     pub(super) cycles: CycleStatistics,
@@ -75,6 +78,7 @@ impl<L: Line> Polling<L> {
             outcome: Outcome::NotAsked,
             reading: None,
             drives: None,
+            sensors: BoardSensors::default(),
             state: BoardState::Unseen,
         };
         Self {
@@ -83,7 +87,8 @@ impl<L: Line> Polling<L> {
             wanted: vec![VENTED; options.boards.len()],
             scales: options.boards.iter().map(|&board| options.calibration.of(board)).collect(),
             slews: options.boards.iter().map(|&board| options.slew(board, timeout_ns)).collect(),
-            drives: vec![DriveSchedule::new(options.drives); options.boards.len()],
+            drives: vec![PageSchedule::new(options.drives); options.boards.len()],
+            sensors: vec![SensorSchedule::new(options.sensors); options.boards.len()],
             line_rate: LineRateSchedule::new(options.line_rate),
             rows: options.boards.iter().map(row).collect(),
             cycles: CycleStatistics::new(),
@@ -209,6 +214,7 @@ impl<L: Line> Polling<L> {
             row.state = presence.state();
             row.outcome = Outcome::NotAsked;
             row.drives = None;
+            row.sensors = BoardSensors::default();
         }
         match self.options.reopen {
             Some(policy) if self.bus.line().can_reopen() => {
@@ -255,6 +261,7 @@ impl<L: Line> Polling<L> {
 
     fn visit(&mut self, index: usize) -> Result<(), LineError> {
         self.rows[index].drives = None;
+        self.rows[index].sensors.grow_old();
         if self.askable_ns(index) > self.bus.line().now_ns() {
             self.rows[index].outcome = Outcome::NotAsked;
             return Ok(());
@@ -286,7 +293,11 @@ impl<L: Line> Polling<L> {
         };
         let answered = error.is_none();
         self.report(index, error.as_ref());
-        if answered { self.ask_for_drives(index) } else { Ok(()) }
+        if answered {
+            self.ask_for_drives(index)?;
+            self.ask_for_sensors(index)?;
+        }
+        Ok(())
     }
 
     /// The command as it stands on the wire: the bus sends some set points a count lower. Told once.

@@ -9,6 +9,7 @@
 //! Nobody holds a lock that the bus thread waits for: set points are atomics, the newest row is left in whichever of two places
 //! nobody reads, and observers must not block.
 
+mod baud_choice;
 mod commands;
 mod cycle;
 mod drives;
@@ -19,25 +20,30 @@ mod limits;
 mod line_rate;
 mod outage;
 mod overrides;
+mod page_share;
 mod presence;
 mod row;
 mod schedule;
+mod sensors;
 mod slew;
 mod thread;
 mod vent;
 
+pub use baud_choice::{BaudChoice, BaudChoiceError};
 pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
 pub use cycle::Polling;
-pub use drives::{DriveReading, DriveShare, DriveShareError};
+pub use drives::DriveReading;
 pub use filter::{FilterError, PressureFilter};
 pub use latest::{Latest, Snapshot};
 pub use limits::{AboveLimit, ChannelLimit, LimitError, Limits};
 pub use line_rate::LineRatePolicy;
 pub use outage::ReopenPolicy;
 pub use overrides::{Commanding, Override, OverrideError};
+pub use page_share::{PageShare, PageShareError};
 pub use presence::{BoardState, PresencePolicy};
 pub use row::{BoardRow, Event, Observer, Outcome, Reading, Row};
 pub use schedule::{MissedTick, Pace};
+pub use sensors::{BoardSensors, Motion, SupplyPressure};
 pub use slew::{Slew, SlewOptions};
 pub use thread::{Finished, Monitor, Poller};
 pub use vent::VentLatch;
@@ -72,7 +78,10 @@ pub struct PollerOptions {
     pub return_rate_kpa_s: f64,
     /// After which share of its polls a board is asked for its valves' drives as well; `None`, the default, for none. Each such
     /// request takes the bus as long as a poll.
-    pub drives: Option<DriveShare>,
+    pub drives: Option<PageShare>,
+    /// After which share of its polls a board is asked for a page of the sensors on its I2C connector as well; `None`, the default,
+    /// for none. What it has is asked for in turn: the supply pressure takes a page, an IMU two.
+    pub sensors: Option<PageShare>,
     /// Whether to ask the boards for a faster line rate; `None`, the default, is not.
     pub line_rate: Option<LineRatePolicy>,
     /// What the bus thread asks of the scheduler; nothing by default.
@@ -114,6 +123,7 @@ impl PollerOptions {
             limits: Limits::default(),
             return_rate_kpa_s: Self::RETURN_RATE_KPA_S,
             drives: None,
+            sensors: None,
             line_rate: None,
             real_time: RealTime::default(),
         }

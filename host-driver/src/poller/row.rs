@@ -1,8 +1,9 @@
 //! What a cycle brought.
 
-use super::{BoardCommand, BoardState, DriveReading};
+use super::{BoardCommand, BoardSensors, BoardState, DriveReading};
 use crate::bus::{ExchangeError, LineRateError, OpenBusError, PageError};
 use crate::line::LineError;
+use pneudrive_protocol::pages::SensorStatus;
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
 
 /// What the last answer of a board said. It does not get newer by being looked at: see [`Reading::age_ns`].
@@ -49,6 +50,8 @@ pub struct BoardRow {
     pub reading: Option<Reading>,
     /// Its valves' drives, if it was asked for them in this cycle and answered ([`PollerOptions::drives`](super::PollerOptions::drives)).
     pub drives: Option<DriveReading>,
+    /// The last readings of the sensors on its I2C connector ([`PollerOptions::sensors`](super::PollerOptions::sensors)).
+    pub sensors: BoardSensors,
     /// How it has answered lately.
     pub state: BoardState,
 }
@@ -118,6 +121,20 @@ pub enum Event<'a> {
     CommandsBack,
     /// A board answers polls but does not tell its valves' drives. It is asked once a second from now on. Told once a run.
     NoDrives {
+        /// The board's number.
+        board: u8,
+        /// What came of the last request.
+        error: &'a PageError,
+    },
+    /// A board has told what is on its I2C connector, and that is not what it told before.
+    Sensors {
+        /// The board's number.
+        board: u8,
+        /// What it has.
+        status: &'a SensorStatus,
+    },
+    /// A board answers polls but does not tell its sensors. It is asked once a second from now on. Told once a run.
+    NoSensors {
         /// The board's number.
         board: u8,
         /// What came of the last request.

@@ -16,13 +16,30 @@ pub struct Description {
     entries: Vec<(String, String)>,
 }
 
+/// What boards are asked for in pages, and recordings have columns for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PageColumns {
+    /// The valves' drives: of a run with [`PollerOptions::drives`](crate::poller::PollerOptions::drives).
+    pub drives: bool,
+    /// Supply pressure and IMU: of a run with [`PollerOptions::sensors`](crate::poller::PollerOptions::sensors).
+    pub sensors: bool,
+}
+
+impl RecorderOptions {
+    /// The standard atmosphere, kPa.
+    pub const STANDARD_ATMOSPHERE_KPA: f64 = 101.325;
+}
+
 /// What is given to a [`Recorder`](super::Recorder) beside its file.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecorderOptions {
     /// Whether a file that exists is replaced.
     pub overwrite: bool,
-    /// Whether it has the valves' drives: of a run with [`PollerOptions::drives`](crate::poller::PollerOptions::drives).
-    pub drives: bool,
+    /// What it has beside commands and pressures.
+    pub pages: PageColumns,
+    /// Pressure of the atmosphere, kPa absolute: added to supply pressures where ROS wants them absolute. `None` is the standard
+    /// atmosphere.
+    pub ambient_kpa: Option<f64>,
     /// What the recording shall say of itself.
     pub description: Description,
 }

@@ -136,7 +136,7 @@ impl Recorder {
                 let description = options.description.complete(&[boards.to_vec()], calibration);
                 Box::new(Text::new(
                     format,
-                    Formatter::new(boards, calibration, options.drives),
+                    Formatter::new(boards, calibration, options.pages),
                     &description,
                     unix_offset_ns,
                 ))
@@ -203,7 +203,7 @@ impl Recorder {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let boards: Vec<_> = buses.iter().map(|bus| bus.boards.clone()).collect();
         let description = options.description.complete(&boards, calibration);
-        let bag = super::bag::Bag::new(&name, prefix, buses, calibration, &description, options.drives)
+        let bag = super::bag::Bag::new(&name, prefix, buses, calibration, &description, options)
             .map_err(|error| RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() })?;
         Ok(Box::new(bag))
     }

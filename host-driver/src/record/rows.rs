@@ -1,9 +1,10 @@
 //! Rows on their way from the bus thread to the disk, and their text.
 
+use super::PageColumns;
 use super::codes::Codes;
 use crate::Calibration;
 use crate::notices::Notice;
-use crate::poller::{BoardCommand, Row};
+use crate::poller::{BoardCommand, Motion, Row, SupplyPressure};
 use pneudrive_protocol::pages::Drives;
 use pneudrive_protocol::{CHANNELS, Counts};
 use serde::Serialize;
@@ -17,6 +18,9 @@ pub(super) struct Sample {
     pub(super) answer: Option<Answer>,
     /// `None` where the board was not asked for them in this cycle, or did not answer.
     pub(super) drives: Option<Drives>,
+    /// Readings of this cycle.
+    pub(super) supply: Option<SupplyPressure>,
+    pub(super) motion: Option<Motion>,
 }
 
 /// What a board answered.
@@ -64,6 +68,8 @@ impl Batch {
             answer:
                 board.fresh().map(|reading| Answer { pressures: reading.counts, asked_ns: reading.asked_ns }),
             drives: board.drives.map(|reading| reading.drives),
+            supply: board.sensors.new_supply(),
+            motion: board.sensors.new_motion(),
         }));
     }
 
@@ -115,18 +121,17 @@ pub(crate) struct Formatter {
     boards: Vec<u8>,
     commands: Codes<String>,
     pressures: Codes<String>,
-    /// Whether there are columns for the valves' drives.
-    drives: bool,
+    pages: PageColumns,
 }
 
 impl Formatter {
-    pub(crate) fn new(boards: &[u8], calibration: &Calibration, drives: bool) -> Self {
+    pub(crate) fn new(boards: &[u8], calibration: &Calibration, pages: PageColumns) -> Self {
         Self {
             boards: boards.to_vec(),
             // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
             commands: Codes::new(boards, calibration, |kpa| format!("{:.3}", kpa.max(0.0))),
             pressures: Codes::new(boards, calibration, |kpa| format!("{kpa:.3}")),
-            drives,
+            pages,
         }
     }
 
@@ -135,8 +140,9 @@ impl Formatter {
         let names = self.boards.iter().flat_map(|n| {
             let commands = (0..CHANNELS).map(move |k| format!("b{n}_cmd{k}_kpa"));
             let pressures = (0..CHANNELS).map(move |k| format!("b{n}_p{k}_kpa"));
-            let drives = (0..CHANNELS).filter(|_| self.drives).map(move |k| format!("b{n}_u{k}"));
-            commands.chain(pressures).chain(drives)
+            let drives = (0..CHANNELS).filter(|_| self.pages.drives).map(move |k| format!("b{n}_u{k}"));
+            let sensors = SENSOR_COLUMNS.iter().filter(|_| self.pages.sensors);
+            commands.chain(pressures).chain(drives).chain(sensors.map(move |name| format!("b{n}_{name}")))
         });
         let mut header = "t_s".to_owned();
         for name in names {
@@ -165,14 +171,36 @@ impl Formatter {
                     let counts = sample.answer.map(|answer| answer.pressures[channel]);
                     cell(text, counts.map_or("", |counts| self.pressures.get(index, channel, counts)));
                 }
-                if self.drives {
+                if self.pages.drives {
                     drive_cells(text, sample.drives);
+                }
+                if self.pages.sensors {
+                    sensor_cells(text, sample);
                 }
             }
             text.push(b'\n');
         }
         events.for_each(|(_, event)| event_line(event, text));
     }
+}
+
+/// Columns of the sensors on a board's I2C connector, behind `b{n}_`.
+const SENSOR_COLUMNS: [&str; 7] =
+    ["supply_kpa", "ax_m_s2", "ay_m_s2", "az_m_s2", "gx_rad_s", "gy_rad_s", "gz_rad_s"];
+
+/// Appends a supply pressure, an acceleration and an angular rate, with as many digits as pages have.
+fn sensor_cells(text: &mut Vec<u8>, sample: &Sample) {
+    // Writing to a Vec does not fail.
+    let _ = match sample.supply {
+        Some(supply) => write!(text, ",{:.2}", supply.kpa),
+        None => write!(text, ","),
+    };
+    let _ = match sample.motion {
+        Some(Motion { acceleration_m_s2: [ax, ay, az], angular_rate_rad_s: [gx, gy, gz], .. }) => {
+            write!(text, ",{ax:.2},{ay:.2},{az:.2},{gx:.4},{gy:.4},{gz:.4}")
+        }
+        None => write!(text, ",,,,,,"),
+    };
 }
 
 /// Appends four drives, -1 to 1: a drive count is 1/400, so four digits are all there are.
@@ -224,13 +252,24 @@ fn cell(text: &mut Vec<u8>, content: &str) {
 mod tests {
     use super::*;
     use crate::notices::NoticeKind;
-    use crate::poller::{BoardRow, BoardState, DriveReading, Outcome, Reading, VENTED};
+    use crate::poller::{BoardRow, BoardSensors, BoardState, DriveReading, Outcome, Reading, VENTED};
 
     #[test]
     fn rows_in_the_measured_data_format() {
         let command = [102, 221, 340, 922].map(|value| Counts::new(value).unwrap());
         let counts = [102, 103, 340, 0].map(|value| Counts::new(value).unwrap());
         let reading = Some(Reading { counts, kpa: [0.0; 4], asked_ns: 0 });
+        let motion = Motion {
+            acceleration_m_s2: [0.01, -9.81, 0.0],
+            angular_rate_rad_s: [1.0, -0.0025, 0.0],
+            asked_ns: 9,
+        };
+        let sensors = BoardSensors {
+            supply: Some(SupplyPressure { kpa: 549.87, measured_ns: 8 }),
+            motion: Some(motion),
+            motion_is_new: true,
+            ..BoardSensors::default()
+        };
         let board = |outcome| BoardRow {
             board: 0,
             command,
@@ -239,6 +278,7 @@ mod tests {
             reading,
             drives: (outcome == Outcome::Fresh)
                 .then(|| DriveReading { drives: Drives::new([400, -400, 0, 1]), asked_ns: 9 }),
+            sensors: BoardSensors { supply_is_new: outcome == Outcome::Fresh, ..sensors },
             state: BoardState::Present,
         };
         let mut batch = Batch::default();
@@ -253,7 +293,7 @@ mod tests {
             let since_start_ns = cycle * 1_000_200_000;
             batch.push(&Row { cycle, at_ns: 5, since_start_ns, boards: &boards });
         }
-        let formatter = Formatter::new(&[0, 1], &Calibration::default(), false);
+        let formatter = Formatter::new(&[0, 1], &Calibration::default(), PageColumns::default());
         let mut text = formatter.header();
         formatter.append(&batch, &mut text);
         let expected = "\
@@ -265,7 +305,8 @@ b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1
 2.000400000,0.000,99.819,199.975,689.812,,,,,0.000,0.000,0.000,0.000,,,,
 ";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
-        let with_drives = Formatter::new(&[0, 1], &Calibration::default(), true);
+        let drives = PageColumns { drives: true, sensors: false };
+        let with_drives = Formatter::new(&[0, 1], &Calibration::default(), drives);
         let header = String::from_utf8(with_drives.header()).unwrap();
         assert!(header.contains(",b0_p3_kpa,b0_u0,b0_u1,b0_u2,b0_u3,b1_cmd0_kpa,"), "{header}");
         assert!(header.ends_with(",b1_p3_kpa,b1_u0,b1_u1,b1_u2,b1_u3\n"), "{header}");
@@ -276,5 +317,23 @@ b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1
         let fresh = "1.0000,-1.0000,0.0000,0.0025,0.000,0.000,0.000,0.000,,,,,,,,";
         assert_eq!(ends, [Some(fresh), None, None, None]);
         assert!(text.ends_with(",689.812,,,,,,,,,0.000,0.000,0.000,0.000,,,,,,,,\n"), "{text}");
+        let pages = PageColumns { drives: false, sensors: true };
+        let with_sensors = Formatter::new(&[0], &Calibration::default(), pages);
+        let header = String::from_utf8(with_sensors.header()).unwrap();
+        let names =
+            ",b0_p3_kpa,b0_supply_kpa,b0_ax_m_s2,b0_ay_m_s2,b0_az_m_s2,b0_gx_rad_s,b0_gy_rad_s,b0_gz_rad_s\n";
+        assert!(header.ends_with(names), "{header}");
+        let mut batch = Batch::default();
+        for (cycle, outcome) in [(0, Outcome::Fresh), (1, Outcome::Lost)] {
+            batch.push(&Row { cycle, at_ns: 5, since_start_ns: 0, boards: &[board(outcome)] });
+        }
+        let mut text = Vec::new();
+        with_sensors.append(&batch, &mut text);
+        let text = String::from_utf8(text).unwrap();
+        let motion = "0.01,-9.81,0.00,1.0000,-0.0025,0.0000";
+        let ends: Vec<_> = text.lines().map(|line| line.split_once(",689.812,").unwrap().1).collect();
+        assert_eq!(ends[0], format!("-0.337,0.505,199.975,-86.184,549.87,{motion}"));
+        // The old supply pressure is none of this cycle.
+        assert_eq!(ends[1], format!(",,,,,{motion}"));
     }
 }

@@ -1,6 +1,6 @@
 //! Recordings that start and stop while boards are polled.
 
-use super::{Description, Notes, RecordError, Recorder, RecorderOptions, RecordingSummary};
+use super::{Description, Notes, PageColumns, RecordError, Recorder, RecorderOptions, RecordingSummary};
 use crate::Calibration;
 use crate::poller::{Event, Observer, Row};
 use std::path::{Path, PathBuf};
@@ -92,10 +92,11 @@ impl RecordSwitch {
         self
     }
 
-    /// The same switch, whose recordings have columns for the valves' drives ([`RecorderOptions::drives`]).
+    /// The same switch, whose recordings have these columns, too, and this pressure of the atmosphere, kPa absolute
+    /// ([`RecorderOptions::ambient_kpa`]).
     #[must_use]
-    pub fn with_drives(mut self, drives: bool) -> Self {
-        self.options.drives = drives;
+    pub fn with_pages(mut self, pages: PageColumns, ambient_kpa: Option<f64>) -> Self {
+        (self.options.pages, self.options.ambient_kpa) = (pages, ambient_kpa);
         self
     }
 
@@ -208,7 +209,7 @@ impl Observer for Switched {
 mod tests {
     use super::*;
     use crate::notices::{Notice, NoticeKind};
-    use crate::poller::{BoardRow, BoardState, Outcome, VENTED};
+    use crate::poller::{BoardRow, BoardSensors, BoardState, Outcome, VENTED};
     use std::time::{Duration, Instant};
 
     fn cycle(observer: &mut dyn Observer, cycle: u64) {
@@ -219,6 +220,7 @@ mod tests {
             outcome: Outcome::Lost,
             reading: None,
             drives: None,
+            sensors: BoardSensors::default(),
             state: BoardState::Present,
         };
         let at_ns = cycle * 1_000_000;

@@ -2,7 +2,7 @@
 
 use super::RecordedRow;
 use crate::Calibration;
-use crate::poller::{BoardRow, BoardState, Outcome, Reading, Row, VENTED};
+use crate::poller::{BoardRow, BoardSensors, BoardState, Outcome, Reading, Row, VENTED};
 
 /// The boards at a moment of the recording.
 pub(super) struct Moments {
@@ -22,6 +22,7 @@ impl Moments {
     pub(super) fn new(boards: &[u8], calibration: Calibration) -> Self {
         let row = |&board| BoardRow {
             drives: None,
+            sensors: BoardSensors::default(),
             board,
             command: VENTED,
             wanted: VENTED,

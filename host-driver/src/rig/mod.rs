@@ -7,7 +7,7 @@ pub use pneudrive_rig::{Bus, Rig, RigError, Sensor, Unit};
 pub use pneudrive_rig::{NewRig, with_sensor};
 
 use crate::Calibration;
-use crate::poller::{ChannelLimit, LimitError, Limits};
+use crate::poller::{BaudChoice, ChannelLimit, LimitError, Limits};
 use pneudrive_protocol::{CHANNELS, ScaleError, SensorScale};
 use thiserror::Error;
 
@@ -42,6 +42,12 @@ pub enum CalibrationError {
         /// What is wrong.
         error: ScaleError,
     },
+}
+
+/// The line rate that `rig` says, if it says one: `baud` under `[bus]`.
+pub fn baud(rig: &Rig) -> Option<BaudChoice> {
+    let bus = rig.bus();
+    bus.baud_auto.then_some(BaudChoice::Auto).or(bus.baud.map(BaudChoice::Rate))
 }
 
 /// The limits that `rig` sets; no limits without one.
@@ -132,6 +138,13 @@ mod tests {
             (300.0, 100.0, 300.0)
         );
         assert_eq!(super::limits(&rig("")).unwrap(), Limits::default());
+    }
+
+    #[test]
+    fn a_line_rate_is_a_number_or_auto() {
+        assert_eq!(baud(&rig("[bus]\nbaud = \"auto\"\n")), Some(BaudChoice::Auto));
+        assert_eq!(baud(&rig("[bus]\nbaud = 2000000\n")), Some(BaudChoice::Rate(2_000_000)));
+        assert_eq!(baud(&rig("")), None);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::poller::{BoardRow, BoardState};
 use serde::Serialize;
 
 /// Everything about a run so far. Field names are those of the JSON that `--json` prints.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Statistics {
     /// Boards that are polled.
     pub devices: usize,

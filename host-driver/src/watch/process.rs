@@ -7,7 +7,7 @@ use super::{WatchError, program};
 use crate::Calibration;
 use crate::notices::{Notice, NoticeKind};
 use crate::poller::Observer;
-use crate::record::Formatter;
+use crate::record::{Formatter, PageColumns};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
@@ -26,8 +26,8 @@ pub struct WatchOptions {
     pub program: Option<PathBuf>,
     /// How long what is usual is learnt, s; `None` is the program's usual time.
     pub learn_s: Option<f64>,
-    /// Whether rows have the valves' drives.
-    pub drives: bool,
+    /// What rows have beside commands and pressures.
+    pub pages: PageColumns,
 }
 
 /// A watch beside a run.
@@ -61,7 +61,7 @@ impl Watch {
             return Err(not_started("it has no standard input and output".to_owned()));
         };
         let complaints = program.stderr.take().map(listen);
-        let formatter = Formatter::new(boards, calibration, options.drives);
+        let formatter = Formatter::new(boards, calibration, options.pages);
         // What it says where the pipe is closed is better than that.
         let _ = input.write_all(&formatter.header()).and_then(|()| input.flush());
         let mut output = BufReader::new(output);

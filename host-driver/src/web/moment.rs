@@ -56,6 +56,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
         state: state(row.state),
         command_kpa: calibration.command_kpa(row.board, row.command),
         target_kpa: calibration.command_kpa(row.board, row.wanted),
+        supply_kpa: row.sensors.supply.and_then(|supply| supply.shown_kpa(now_ns)),
         reading: row.reading.map(|reading| ReadingMoment {
             age_ns: reading.age_ns(now_ns),
             kpa: reading.kpa,
@@ -68,7 +69,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::poller::{Outcome, Reading, VENTED};
+    use crate::poller::{BoardSensors, Outcome, Reading, SupplyPressure, VENTED};
 
     /// The poller's states and the page's have the same names, in figures and pictures, and none is left over.
     #[test]
@@ -98,6 +99,10 @@ mod tests {
             outcome: Outcome::Fresh,
             reading: Some(Reading { counts, kpa: calibration.kpa(0, counts), asked_ns: 1_000 }),
             drives: None,
+            sensors: BoardSensors {
+                supply: Some(SupplyPressure { kpa: 549.66, measured_ns: 1_000 }),
+                ..BoardSensors::default()
+            },
             state: BoardState::Doubtful,
         };
         let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };
@@ -113,6 +118,9 @@ mod tests {
         let reading = board.reading.unwrap();
         assert_eq!((reading.age_ns, reading.faulty), (500, [false, false, true, true]));
         assert_eq!(tenths(reading.kpa)[1], 998);
+        assert_eq!(board.supply_kpa, Some(549.66));
+        let later = of(&snapshot, 11_000_000_000, &calibration, None).unwrap();
+        assert_eq!(later.boards[0].supply_kpa, None, "it is old");
         overriding.vent();
         assert_eq!(commanding(Some(&overriding)), pneudrive_page::Commanding::Vented);
         assert!(of(&Snapshot::default(), 0, &calibration, None).is_none(), "before the first cycle");

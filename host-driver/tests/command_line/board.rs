@@ -57,3 +57,32 @@ fn a_board_without_pages_is_said_to_be_one_and_is_not_commanded() {
     assert!(code == Some(1) && stderr.contains("it has no pages"), "{stderr}");
     refused(&["board", "--port", "sim"], 2, "status");
 }
+
+/// A file that is none is refused before a port is opened; virtual boards have no flash to be updated.
+#[test]
+fn an_update_that_cannot_be_is_refused_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let nowhere = ["--port", "/dev/ttyNone"];
+    let hello = write("hello.bin", b"hello");
+    refused(&[&["board", "update", &hello][..], &nowhere].concat(), 2, "no program of a PneuDrive board");
+    let elf = write("cut.elf", b"\x7fELF\x01\x01");
+    refused(&[&["board", "update", &elf][..], &nowhere].concat(), 2, "a damaged ELF file");
+    let missing = folder.path().join("missing.uf2");
+    refused(&[&["board", "update", missing.to_str().unwrap()][..], &nowhere].concat(), 2, "cannot read");
+    // What could be a program.
+    let mut program = vec![0; 1_000];
+    let words = [(0, 0x2004_0000_u32), (4, 0x2000_00d1), (192, 0x3146_4450), (196, 1_000), (200, 1)];
+    for (at, word) in words {
+        program[at..at + 4].copy_from_slice(&word.to_le_bytes());
+    }
+    let program = write("program.bin", &program);
+    let patient = ["board", "update", &program, "--port", "sim", "--allowance-us", "100000"];
+    let (code, _, stderr) = run(&patient);
+    assert_eq!(code, Some(1), "{stderr}");
+    assert!(stderr.contains("no chip (simulated) is not updated over the bus; flash it"), "{stderr}");
+}

@@ -13,6 +13,7 @@ mod recordings;
 mod refusals;
 mod replay;
 mod schema;
+mod sensors;
 mod subcommands;
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,6 +1,7 @@
 //! A line in virtual time: what follows each request is up to the test.
 
 use pneudrive_host::line::{Line, LineError, OpenError};
+use pneudrive_protocol::Baud;
 use std::collections::VecDeque;
 
 /// Time of a character at 1 Mbaud, ns.
@@ -34,6 +35,10 @@ pub struct VirtualLine {
     pub named: bool,
     /// How long the next look at the line takes longer than planned, ns: the process is stopped.
     pub stops_for_ns: u64,
+    /// The adapter does every line rate, not only its own.
+    pub adapter_does_all: bool,
+    /// What it gives for a random number.
+    pub random: u32,
 }
 
 impl std::fmt::Debug for VirtualLine {
@@ -57,6 +62,8 @@ impl VirtualLine {
             back: false,
             named: true,
             stops_for_ns: 0,
+            adapter_does_all: false,
+            random: 0,
         }
     }
 
@@ -114,6 +121,14 @@ impl Line for VirtualLine {
 
     fn sleep_until(&mut self, at_ns: u64) {
         self.now_ns = self.now_ns.max(at_ns);
+    }
+
+    fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
+        Ok(self.adapter_does_all || baud == Baud::ORIGINAL)
+    }
+
+    fn random(&mut self) -> u32 {
+        self.random
     }
 
     fn can_reopen(&self) -> bool {

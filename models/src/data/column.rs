@@ -23,6 +23,8 @@ pub(crate) enum ColumnKind {
     JointV(u8),
     /// `supply_kpa`
     Supply,
+    /// `b{n}_supply_kpa`
+    BoardSupply(u8),
 }
 
 /// The range a column's values must keep, and what a value outside most likely is.
@@ -53,6 +55,7 @@ impl ColumnKind {
         match quantity {
             "qu_rad" => return Some(Self::JointU(board)),
             "qv_rad" => return Some(Self::JointV(board)),
+            "supply_kpa" => return Some(Self::BoardSupply(board)),
             _ => {}
         }
         let id = |text: &str| Some(ChannelId { board, channel: number(text)? });
@@ -83,6 +86,7 @@ impl ColumnKind {
             Self::JointU(board) => format!("b{board}_qu_rad"),
             Self::JointV(board) => format!("b{board}_qv_rad"),
             Self::Supply => "supply_kpa".to_owned(),
+            Self::BoardSupply(board) => format!("b{board}_supply_kpa"),
         }
     }
 
@@ -92,7 +96,7 @@ impl ColumnKind {
             Self::Command(id) | Self::Pressure(id) | Self::Spool(id) | Self::Fill(id) | Self::Vent(id) => {
                 Some(id)
             }
-            Self::Time | Self::JointU(_) | Self::JointV(_) | Self::Supply => None,
+            Self::Time | Self::JointU(_) | Self::JointV(_) | Self::Supply | Self::BoardSupply(_) => None,
         }
     }
 
@@ -106,7 +110,7 @@ impl ColumnKind {
                 high: 1e19,
                 advice: "t_s is in seconds",
             },
-            Self::Command(_) | Self::Pressure(_) | Self::Supply => ValidRange {
+            Self::Command(_) | Self::Pressure(_) | Self::Supply | Self::BoardSupply(_) => ValidRange {
                 low: -1e8,
                 high: 1e8,
                 advice: "that is no pressure in kPa; leave the cell empty where there is none",
@@ -165,6 +169,7 @@ mod tests {
             ("b3_qu_rad", ColumnKind::JointU(3)),
             ("b3_qv_rad", ColumnKind::JointV(3)),
             ("supply_kpa", ColumnKind::Supply),
+            ("b3_supply_kpa", ColumnKind::BoardSupply(3)),
         ] {
             assert_eq!(ColumnKind::parse(name), Some(kind), "{name}");
             assert_eq!(kind.name(), name);

@@ -119,6 +119,7 @@ impl Take {
             channels: old.channels.iter().map(|channel| self.channel(channel)).collect(),
             joints: old.joints.iter().map(|joint| self.joint(joint)).collect(),
             supply_kpa: old.supply_kpa.as_deref().map(|values| self.lines(values)),
+            board_supplies: old.board_supplies.iter().map(|own| own.with(self.lines(&own.kpa))).collect(),
             time_s,
         };
         let (from_s, to_s) = (recording.time_s[0], recording.time_s[recording.rows() - 1]);

@@ -74,6 +74,9 @@ impl Recording {
             append(&mut joint.qv_rad, more.qv_rad);
         }
         append(&mut self.supply_kpa, next.supply_kpa);
+        for (own, more) in self.board_supplies.iter_mut().zip(next.board_supplies) {
+            own.kpa.extend(more.kpa);
+        }
         self.source = Source {
             file: format!("{}, {}", self.source.file, next.source.file),
             sha256: format!("{}, {}", self.source.sha256, next.source.sha256),
@@ -105,6 +108,11 @@ impl Recording {
             })
         };
         both("supply_kpa".to_owned(), self.supply_kpa.is_some(), next.supply_kpa.is_some())?;
+        let measuring = |r: &Self| r.board_supplies.iter().map(|own| own.board).collect::<Vec<_>>();
+        if measuring(self) != measuring(next) {
+            let more = measuring(self).len() >= measuring(next).len();
+            both("supply pressure (b{n}_supply_kpa) of some board".to_owned(), more, !more)?;
+        }
         let boards = |r: &Self| {
             let of = |j: &Joint| (j.board, j.qu_rad.is_some(), j.qv_rad.is_some());
             r.joints.iter().map(of).collect::<Vec<_>>()

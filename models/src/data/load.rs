@@ -7,7 +7,10 @@ use serde::{Deserialize, Serialize};
 use super::column::ColumnKind;
 use super::csv::{RawColumn, RawTable, ReadPlan};
 use super::quality::{self, FindingKind, QualityReport, SensorLimits};
-use super::{Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recording, bag, csv, source};
+use super::{
+    BoardSupply, Channel, ChannelId, DataError, Drive, Finding, Flags, Joint, Recording, bag, csv, source,
+    sparse,
+};
 
 /// From a sample in 30,000 years (or one in ten seconds, in nanoseconds that were taken for seconds) to the resolution of a time stamp
 /// in picoseconds.
@@ -102,6 +105,7 @@ fn assemble(
         Columns { columns: table.columns, time_s: &time_s, line: &line, findings: &mut findings };
     // An input all channels share: where it is missing, it is missing for all.
     let supply = columns.take_input(ColumnKind::Supply);
+    let supplies = columns.take_board_supplies();
     let mut boards: Vec<u8> = columns
         .columns
         .iter()
@@ -126,15 +130,21 @@ fn assemble(
     let mut channels = Vec::with_capacity(ids.len());
     for id in ids {
         let mut flags = vec![Flags::NONE; rows];
-        merge(&mut flags, supply.marks.as_deref());
+        // A board that measures its supply does not need the rig's.
+        match supplies.iter().find(|(own, _)| own.board == id.board) {
+            Some((_, marks)) => merge(&mut flags, marks.as_deref()),
+            None => merge(&mut flags, supply.marks.as_deref()),
+        }
         if let Some((_, u, v)) = joint_marks.iter().find(|(board, _, _)| *board == id.board) {
             merge(&mut flags, if id.channel < 2 { u.as_deref() } else { v.as_deref() });
         }
         channels.push(columns.channel(id, &source.file, limits.and_then(|of| of(id)).as_ref(), flags)?);
     }
     let period_s = sampling.rate_hz.recip();
+    let board_supplies = supplies.into_iter().map(|(own, _)| own).collect();
+    let supply_kpa = supply.values;
     let recording =
-        Recording { source, time_s, line, breaks, period_s, channels, joints, supply_kpa: supply.values };
+        Recording { source, time_s, line, breaks, period_s, channels, joints, supply_kpa, board_supplies };
     let quality = QualityReport { rows_read, rows_kept: rows, sampling, findings };
     Ok(Loaded { recording, quality })
 }
@@ -215,6 +225,32 @@ impl Columns<'_> {
             marks
         });
         Input { values: Some(column.values), marks }
+    }
+
+    /// What boards measure themselves, now and then; without those that have no such sensor.
+    fn take_board_supplies(&mut self) -> Vec<(BoardSupply, Option<Vec<Flags>>)> {
+        let board = |column: &RawColumn| match column.kind {
+            ColumnKind::BoardSupply(board) => Some(board),
+            _ => None,
+        };
+        let mut boards: Vec<u8> = self.columns.iter().filter_map(board).collect();
+        boards.sort_unstable();
+        let mut supplies = Vec::new();
+        for board in boards {
+            let Some(mut column) = self.take(ColumnKind::BoardSupply(board)) else { continue };
+            if column.values.iter().all(|value| value.is_nan()) {
+                continue;
+            }
+            let marks = sparse::fill(self.time_s, &mut column.values);
+            self.findings.extend(quality::missing_for_long(
+                &column.name,
+                self.time_s,
+                self.line,
+                &column.values,
+            ));
+            supplies.push((BoardSupply { board, kpa: column.values }, marks));
+        }
+        supplies
     }
 
     fn channel(

@@ -28,6 +28,7 @@ mod load;
 pub mod quality;
 mod recording;
 mod source;
+mod sparse;
 mod thin;
 pub mod write;
 
@@ -42,5 +43,5 @@ pub use join::JoinError;
 pub use live::{LiveTable, Opening};
 pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};
-pub use recording::{Channel, Drive, Joint, Recording};
+pub use recording::{BoardSupply, Channel, Drive, Joint, Recording};
 pub use source::Source;

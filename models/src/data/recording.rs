@@ -58,6 +58,22 @@ pub struct Joint {
     pub qv_rad: Option<Vec<f32>>,
 }
 
+/// The supply pressure that one board measures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BoardSupply {
+    /// Board number.
+    pub board: u8,
+    /// Gauge pressure in each row, kPa: between two readings on the straight line; `NaN` where there was none for long.
+    pub kpa: Vec<f32>,
+}
+
+impl BoardSupply {
+    /// The same board's, in other rows.
+    pub(super) fn with(&self, kpa: Vec<f32>) -> Self {
+        Self { board: self.board, kpa }
+    }
+}
+
 /// Measured data after checking: time strictly increases, every column has as many values as there are rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
@@ -75,8 +91,11 @@ pub struct Recording {
     pub channels: Vec<Channel>,
     /// Joint angles, by board.
     pub joints: Vec<Joint>,
-    /// Measured supply pressure, kPa gauge.
+    /// Measured supply pressure of the rig, kPa gauge.
     pub supply_kpa: Option<Vec<f32>>,
+    /// Supply pressures that boards measure themselves, by board.
+    #[serde(default)]
+    pub board_supplies: Vec<BoardSupply>,
 }
 
 impl Recording {
@@ -99,6 +118,13 @@ impl Recording {
     #[must_use]
     pub fn rate_hz(&self) -> f64 {
         self.period_s.recip()
+    }
+
+    /// The supply pressure that was measured for `board`, kPa gauge: its own, or that of the rig.
+    #[must_use]
+    pub fn supply_of(&self, board: u8) -> Option<&[f32]> {
+        let own = self.board_supplies.iter().find(|supply| supply.board == board);
+        own.map(|supply| supply.kpa.as_slice()).or(self.supply_kpa.as_deref())
     }
 
     /// The channel named `id`.

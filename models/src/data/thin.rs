@@ -27,6 +27,7 @@ impl Recording {
             channels: self.channels.iter().map(|channel| thin.channel(channel)).collect(),
             joints: self.joints.iter().map(|joint| thin.joint(joint)).collect(),
             supply_kpa: self.supply_kpa.as_deref().map(|values| thin.at(values)),
+            board_supplies: self.board_supplies.iter().map(|own| own.with(thin.at(&own.kpa))).collect(),
         }
     }
 }

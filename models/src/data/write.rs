@@ -94,6 +94,7 @@ fn rows(writer: &mut dyn Write, recording: &Recording) -> io::Result<()> {
         columns.extend(joint.qv_rad.as_deref().map(|q| (format!("b{}_qv_rad", joint.board), q)));
     }
     columns.extend(recording.supply_kpa.as_deref().map(|p| ("supply_kpa".to_owned(), p)));
+    columns.extend(recording.board_supplies.iter().map(|p| (format!("b{}_supply_kpa", p.board), &p.kpa[..])));
 
     write!(writer, "t_s")?;
     for (name, _) in &columns {

@@ -58,6 +58,7 @@ impl ExtendedFile {
             joints: Vec::new(),
             // The caller says what it is.
             supply_kpa: Some(column()),
+            board_supplies: Vec::new(),
         };
         let purpose = Purpose::Simulate { start_kpa: 0.0, controller: set_point && !regulator };
         let (mut channels, _) = prepare_for(&recording, &self.rig, purpose)?;

@@ -64,7 +64,7 @@ pub fn series(
     if needs.pressure {
         recording.pressure(channel, "the comparison with the simulation")?;
     }
-    let supply = Supply::of(recording, rig, ambient_pa, needs)?;
+    let supply = Supply::of(recording, id, rig, ambient_pa, needs)?;
     let volume = Volume::of(recording, &rig.at(id), id, needs)?;
     let count = recording.rows();
     let mut table = Vec::with_capacity(rows.len() * column::COUNT);
@@ -148,16 +148,22 @@ enum Supply<'a> {
 }
 
 impl<'a> Supply<'a> {
-    fn of(recording: &'a Recording, rig: &Rig, ambient_pa: f64, needs: Needs) -> Result<Self, InputError> {
+    fn of(
+        recording: &'a Recording,
+        id: ChannelId,
+        rig: &Rig,
+        ambient_pa: f64,
+        needs: Needs,
+    ) -> Result<Self, InputError> {
         let nominal = rig.supply.as_ref().map(|s| ambient_pa + PA_PER_KPA * s.pressure_kpa);
-        match (&recording.supply_kpa, nominal) {
+        match (recording.supply_of(id.board), nominal) {
             (Some(gauge_kpa), _) => {
                 Ok(Self::Measured { gauge_kpa, ambient_pa, nominal_pa: nominal.unwrap_or(ambient_pa) })
             }
             (None, Some(pressure)) => Ok(Self::Nominal(pressure)),
             (None, None) if needs.pneumatics => Err(RigError::MissingTable {
                 table: "supply",
-                purpose: "a model of the valve (or measure supply_kpa)",
+                purpose: "a model of the valve (or measure supply_kpa or b{n}_supply_kpa)",
             }
             .into()),
             (None, None) => Ok(Self::Nominal(ambient_pa)),

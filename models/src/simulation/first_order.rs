@@ -110,6 +110,7 @@ fn set_points(ids: &[ChannelId], highest_kpa: f64) -> Recording {
         channels: ids.iter().map(channel).collect(),
         joints: Vec::new(),
         supply_kpa: None,
+        board_supplies: Vec::new(),
     }
 }
 

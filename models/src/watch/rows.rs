@@ -17,6 +17,7 @@ pub struct Rows {
 enum Place {
     Time,
     Supply,
+    Unused,
     Pressure(usize),
     Command(usize),
     Drive(usize),
@@ -48,10 +49,20 @@ impl Rows {
                 },
             })
             .collect();
+        let measuring = |kind: &ColumnKind| match kind {
+            ColumnKind::BoardSupply(board) => Some(*board),
+            _ => None,
+        };
+        let first_measuring = kinds.iter().filter_map(measuring).min();
         let at = |id: &ChannelId| ids.partition_point(|known| known < id);
         let place = |kind: &ColumnKind| match kind {
             ColumnKind::Time => Place::Time,
             ColumnKind::Supply => Place::Supply,
+            // One supply for all: that of the first board that measures it, where the rig's is not recorded.
+            ColumnKind::BoardSupply(board) if !has(ColumnKind::Supply) && first_measuring == Some(*board) => {
+                Place::Supply
+            }
+            ColumnKind::BoardSupply(_) => Place::Unused,
             ColumnKind::Pressure(id) => Place::Pressure(at(id)),
             ColumnKind::Command(id) => Place::Command(at(id)),
             ColumnKind::Spool(id) | ColumnKind::Fill(id) => Place::Drive(at(id)),
@@ -83,6 +94,7 @@ impl Rows {
             match *place {
                 Place::Time => row.t_s = *value,
                 Place::Supply => row.supply_kpa = *value,
+                Place::Unused => {}
                 Place::Pressure(k) => row.channels[k].pressure_kpa = *value,
                 Place::Command(k) => row.channels[k].command_kpa = *value,
                 Place::Drive(k) => row.channels[k].drive = *value,
@@ -116,6 +128,8 @@ pub fn columns_of(recording: &Recording) -> Vec<Columns> {
 /// The rows of a finished recording.
 pub fn samples_of(recording: &Recording) -> impl Iterator<Item = Sample> + '_ {
     let at = |column: Option<&[f32]>, row: usize| column.map_or(f64::NAN, |values| f64::from(values[row]));
+    let own = recording.board_supplies.first().map(|own| own.kpa.as_slice());
+    let supply = recording.supply_kpa.as_deref().or(own);
     (0..recording.rows()).map(move |row| {
         let reading = |channel: &crate::data::Channel| {
             let (drive, vent) = match &channel.drive {
@@ -133,7 +147,7 @@ pub fn samples_of(recording: &Recording) -> impl Iterator<Item = Sample> + '_ {
         };
         Sample {
             t_s: recording.time_s[row],
-            supply_kpa: at(recording.supply_kpa.as_deref(), row),
+            supply_kpa: at(supply, row),
             channels: recording.channels.iter().map(reading).collect(),
         }
     })

@@ -97,5 +97,6 @@ fn template(columns: Columns) -> Recording {
         channels: vec![channel],
         joints: if columns.angle { vec![joint] } else { Vec::new() },
         supply_kpa: None,
+        board_supplies: Vec::new(),
     }
 }

@@ -35,15 +35,32 @@ impl fmt::Display for ChipKind {
     }
 }
 
+impl ChipKind {
+    /// Its number in pages and programs.
+    pub const fn number(self) -> u8 {
+        match self {
+            Self::Native => 0,
+            Self::Rp2040 => 1,
+            Self::Rp2350 => 2,
+            Self::Other(number) => number,
+        }
+    }
+
+    /// The chip with this number.
+    pub const fn of_number(number: u8) -> Self {
+        match number {
+            0 => Self::Native,
+            1 => Self::Rp2040,
+            2 => Self::Rp2350,
+            number => Self::Other(number),
+        }
+    }
+}
+
 impl About {
     /// As it stands in a page answer. Larger version numbers than 1023 become that.
     pub fn to_entry(&self) -> Entry {
-        let chip = match self.chip {
-            ChipKind::Native => 0,
-            ChipKind::Rp2040 => 1,
-            ChipKind::Rp2350 => 2,
-            ChipKind::Other(number) => number,
-        };
+        let chip = self.chip.number();
         let [major, minor, patch] = self.version;
         [chip.into(), major, minor, patch].map(Counts::saturating)
     }
@@ -51,12 +68,7 @@ impl About {
     /// From a page answer; `None` if its first word is no chip.
     pub fn from_entry(entry: Entry) -> Option<Self> {
         let [chip, major, minor, patch] = entry.map(Counts::get);
-        let chip = match u8::try_from(chip).ok()? {
-            0 => ChipKind::Native,
-            1 => ChipKind::Rp2040,
-            2 => ChipKind::Rp2350,
-            number => ChipKind::Other(number),
-        };
+        let chip = ChipKind::of_number(u8::try_from(chip).ok()?);
         Some(Self { chip, version: [major, minor, patch] })
     }
 }

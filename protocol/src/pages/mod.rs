@@ -31,9 +31,14 @@
 //! | 9, line rate | 0 | a [`LineRateState`] |
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
+//! | 30, sensors | 0 to 4 | what is on the I2C connector: see [`SensorEntry`] |
+//! | 38, program | 0 | an [`UpdateState`] |
+//! | | 1, 2 | three-byte pieces received; CRC-32 of the running program ([`UpdateEntry`]) |
+//! | 39, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
+//! | 40 to 55, bytes | 0 to 101 | three bytes of a program ([`Update::Bytes`]): an [`UpdateAnswer`] |
 //!
-//! Pages 8 and above change something, see [`Change`] and [`LineRate`]; a board obeys them in a
-//! session only.
+//! Pages 8 to 19 and from 39 on change something, see [`Change`], [`LineRate`] and [`Update`]; a board
+//! obeys them in a session only.
 //!
 //! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
 //! different moments; each by itself is of one.
@@ -46,7 +51,9 @@ mod now;
 mod packets;
 mod parameter;
 mod post_mortem;
+mod sensors;
 mod session;
+mod update;
 
 pub use about::{About, ChipKind};
 pub use change::{Change, ChangeAnswer, CommitOutcome, ParameterSource, StoreState};
@@ -56,7 +63,14 @@ pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
 pub use parameter::{Parameter, ParameterInfo};
 pub use post_mortem::{FaultRegisters, FileName, PostMortem, StopCause};
+pub use sensors::{
+    Acceleration, AngularRate, GaugePressure, SensorEntry, SensorPart, SensorState, SensorStatus,
+    SensorTimes, SupplyReading,
+};
 pub use session::SessionOffer;
+pub use update::{
+    LastTrial, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply, UpdateState,
+};
 
 use crate::{CHANNELS, Counts};
 
@@ -93,6 +107,12 @@ pub enum PageEntry {
     LineRate,
     /// Go to this rate: a [`LineRateAnswer`].
     SetLineRate(LineRate),
+    /// Of the sensors on the I2C connector.
+    Sensor(SensorEntry),
+    /// Of the program: see [`UpdateEntry`].
+    Program(UpdateEntry),
+    /// An [`UpdateAnswer`].
+    Update(Update),
 }
 
 impl PageEntry {
@@ -119,6 +139,9 @@ impl PageEntry {
             Self::Change(change) => return change.words(),
             Self::LineRate => (Self::LINE_RATE_PAGE, 0),
             Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
+            Self::Sensor(entry) => (SensorEntry::PAGE, entry as u8),
+            Self::Program(entry) => (UpdateEntry::PAGE, entry as u8),
+            Self::Update(update) => return update.words(),
         };
         [page, entry, 0, 0]
     }
@@ -131,16 +154,27 @@ impl PageEntry {
     /// Whether a request for an entry of this page has digits of a value in its last two words.
     pub(crate) const fn carries_value(page: u8) -> bool {
         page >= Change::FIRST_SET_PAGE && page < Change::FIRST_SET_PAGE + Change::SET_PAGES
+            || Update::carries_value(page)
     }
 
     #[inline]
     pub(crate) fn of_words(words: [u8; 4]) -> Option<Self> {
         let [page, entry, ..] = words;
+        // First what takes longest: a board has 20 us for its answer.
+        if page >= Update::PAGE {
+            return Update::of_words(words).map(Self::Update);
+        }
         if page == Self::LINE_RATE_PAGE {
             return match entry {
                 0 => Some(Self::LineRate),
                 number => LineRate::of_number(number).map(Self::SetLineRate),
             };
+        }
+        if page == SensorEntry::PAGE {
+            return SensorEntry::of_number(entry).map(Self::Sensor);
+        }
+        if page == UpdateEntry::PAGE {
+            return UpdateEntry::of_number(entry).map(Self::Program);
         }
         if page >= Change::PAGE {
             return Change::of_words(words).map(Self::Change);
@@ -196,10 +230,11 @@ mod tests {
             .collect();
         let parameters = 2 * Parameter::COUNT + 1 + 3 + 10 * Parameter::COUNT;
         let line_rate = 1 + LineRate::ALL.len();
-        assert_eq!(
-            known.len(),
-            2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate
-        );
+        let sensors = SensorEntry::ALL.len();
+        // Of the numbers with both digits 0 as many are three bytes.
+        let update = 3 + 3 + (1 << 24) / (102 * 102) + 1;
+        let entries = 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate;
+        assert_eq!(known.len(), entries + sensors + update);
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);
             assert!(numbers.0 < 102 && numbers.1 < 102, "a request stays below 0 kPa");

@@ -426,6 +426,16 @@ class Poller:
         StaleDataError
             The board did not answer in the last cycle in which it was asked, or has never answered.
         """
+    def get_sensors(self, /) -> dict[str, Any]:
+        """
+        The last readings of the sensors on the boards' I2C connectors, where the controller was made with ``sensors``.
+
+        Returns
+        -------
+        dict
+            ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
+            (num_devices, 3), along and about the axes of the IMU, gravity included. NaN where a board has no such part, or it is not live.
+        """
     def history(self, /) -> dict[str, NDArray[float64]]:
         """
         What happened in the time that is kept.
@@ -434,7 +444,9 @@ class Poller:
         -------
         dict
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
-            (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+            (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
+            ``supply_kpa``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where
+            they were not read in that cycle.
         """
     def join(self, /, timeout: SupportsFloat | SupportsIndex | None = None) -> bool:
         """
@@ -506,7 +518,7 @@ class Poller:
         Returns
         -------
         dict or None
-            ``devices``, ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+            ``devices``, ``seconds``, ``baud`` (line rate in effect), ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
             ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
             asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
         """
@@ -574,8 +586,9 @@ class PressureController:
         Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
     num_devices : int, optional
         Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
-    baud : int, optional
-        Line rate; that of ``rig``, or 1_000_000 by default.
+    baud : int or "auto", optional
+        Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest that all boards agree to, up to
+        3_000_000, and goes back on errors; by hand it is 1_000_000.
     timeout : float, optional
         How long a board may think before it answers, s; the wire's time, by the line rate, is added. By default 0.002, and 0.02 for
         ``"sim"``, whose boards share the machine's cores.
@@ -593,6 +606,9 @@ class PressureController:
     resume : bool, default False
         Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
         vented until ``Poller.release`` is called.
+    sensors : float, optional
+        After which share of its polls, above 0 to 1, a poller asks boards for a page of the sensors on their I2C connector (supply pressure,
+        IMU) as well; none by default. Each page takes the bus as long as a poll.
     timing : {"wire", "instant"}, default "wire"
         Only for ``"sim"``: whether bytes take as long as on a wire.
 
@@ -616,7 +632,7 @@ class PressureController:
     """
     def __enter__(self, /) -> PressureController: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
-    def __new__(cls, /, uart_port: str | PathLike[str] | None = None, num_devices: SupportsIndex | None = None, *, baud: SupportsIndex | None = None, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, timing: str = "wire") -> PressureController: ...
+    def __new__(cls, /, uart_port: str | PathLike[str] | None = None, num_devices: SupportsIndex | None = None, *, baud: SupportsIndex | str | None = None, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, sensors: SupportsFloat | SupportsIndex | None = None, timing: str = "wire") -> PressureController: ...
     def __repr__(self, /) -> str: ...
     def close(self, /) -> None:
         """
@@ -909,7 +925,8 @@ class Recording:
         Parameters
         ----------
         history : dict
-            ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4).
+            ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4), and if it is there ``supply_kpa``
+            of shape (cycles, boards).
         rig, channels
             As for ``from_columns``.
         """

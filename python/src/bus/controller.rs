@@ -1,3 +1,4 @@
+use super::baud::Baud;
 use super::commands;
 use super::ending::Signals;
 use super::guard;
@@ -6,12 +7,14 @@ use super::live;
 use super::poller::Poller;
 use super::poller_settings::PollerSettings;
 use super::port::{Port, Timing, bus_options};
+use super::sensors;
 use super::session::Session;
 use super::trajectory;
 use crate::errors::{BusFailure, CommandError, NoAnswerError, StaleDataError};
 use crate::types::{Array, ArrayLike, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
-use pneudrive_host::rig::Rig;
+use pneudrive_host::poller::{LineRatePolicy, PageShare};
+use pneudrive_host::rig::{self, Rig};
 use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -26,8 +29,9 @@ use std::time::{Duration, Instant};
 ///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
 /// num_devices : int, optional
 ///     Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
-/// baud : int, optional
-///     Line rate; that of ``rig``, or 1_000_000 by default.
+/// baud : int or "auto", optional
+///     Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest that all boards agree to, up to
+///     3_000_000, and goes back on errors; by hand it is 1_000_000.
 /// timeout : float, optional
 ///     How long a board may think before it answers, s; the wire's time, by the line rate, is added. By default 0.002, and 0.02 for
 ///     ``"sim"``, whose boards share the machine's cores.
@@ -45,6 +49,9 @@ use std::time::{Duration, Instant};
 /// resume : bool, default False
 ///     Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
 ///     vented until ``Poller.release`` is called.
+/// sensors : float, optional
+///     After which share of its polls, above 0 to 1, a poller asks boards for a page of the sensors on their I2C connector (supply pressure,
+///     IMU) as well; none by default. Each page takes the bus as long as a poll.
 /// timing : {"wire", "instant"}, default "wire"
 ///     Only for ``"sim"``: whether bytes take as long as on a wire.
 ///
@@ -71,6 +78,8 @@ pub struct PressureController {
     retries: u32,
     resume: bool,
     timeout_s: f64,
+    line_rate: Option<LineRatePolicy>,
+    sensors: Option<PageShare>,
 }
 
 impl PressureController {
@@ -78,6 +87,12 @@ impl PressureController {
     fn link(&self) -> PyResult<&Link> {
         self.link.owner().check("controller")?;
         Ok(&self.link)
+    }
+
+    /// Settings of a poller.
+    fn polled(&self, rate_hz: Option<f64>, history_s: f64) -> PyResult<PollerSettings> {
+        let settings = PollerSettings::new(self.link.devices(), rate_hz, history_s)?;
+        Ok(PollerSettings { line_rate: self.line_rate, sensors: self.sensors, ..settings })
     }
 
     fn exchange(
@@ -106,19 +121,20 @@ impl Drop for PressureController {
 #[pymethods]
 impl PressureController {
     #[new]
-    #[pyo3(signature = (uart_port=None, num_devices=None, *, baud=None, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, timing="wire"))]
+    #[pyo3(signature = (uart_port=None, num_devices=None, *, baud=None, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, sensors=None, timing="wire"))]
     #[allow(clippy::too_many_arguments)] // keywords of the Python class
     fn new(
         py: Python<'_>,
         uart_port: Option<PathBuf>,
         num_devices: Option<i64>,
-        baud: Option<u32>,
+        baud: Option<Baud>,
         timeout: Option<f64>,
         retries: i64,
         max_kpa: Option<f64>,
         max_rate_kpa_s: Option<f64>,
         rig: Option<PathBuf>,
         resume: bool,
+        sensors: Option<f64>,
         timing: &str,
     ) -> PyResult<Self> {
         let rig = rig.as_deref().map(guard::load).transpose()?;
@@ -128,7 +144,7 @@ impl PressureController {
         };
         let uart_port = uart_port.or(bus.port.map(PathBuf::from)).ok_or_else(|| missing("uart_port"))?;
         let num_devices = num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
-        let baud = baud.or(bus.baud).unwrap_or(1_000_000);
+        let baud = baud.map(|baud| baud.0).or(rig.as_ref().and_then(rig::baud)).unwrap_or_default();
         let devices = u16::try_from(num_devices)
             .ok()
             .filter(|devices| (1..=255).contains(devices))
@@ -150,8 +166,10 @@ impl PressureController {
             .ok()
             .filter(|retries| *retries <= 100)
             .ok_or_else(|| CommandError::new_err(format!("retries is {retries}; it must be 0 to 100")))?;
+        let sensors = sensors::share(sensors)?;
         let rules = guard::rules(max_kpa, max_rate_kpa_s, rig.as_ref(), devices)?;
-        let options = bus_options(&uart_port, baud, timeout)?.calibrated(&rules.calibration, &rules.boards);
+        let options =
+            bus_options(&uart_port, baud.first(), timeout)?.calibrated(&rules.calibration, &rules.boards);
         let timeout_s = options.answer_allowance_ns as f64 * 1e-9;
         if live::has(py, &uart_port) {
             return Err(held_by_us(&uart_port));
@@ -160,7 +178,7 @@ impl PressureController {
             py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, rules))?;
         let link = Arc::new(link);
         live::add(py, &link);
-        Ok(Self { link, retries, resume, timeout_s })
+        Ok(Self { link, retries, resume, timeout_s, line_rate: baud.policy(), sensors })
     }
 
     /// Asks every board whether it is there, by commanding 0 kPa, until all have answered.
@@ -386,7 +404,7 @@ impl PressureController {
         let played = trajectory::read(trajectory, link.devices(), link.rules())?;
         let played = trajectory::at_speed(played, speed)?;
         let history_s = history_s.unwrap_or(trajectory::kept_s(&played));
-        let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
+        let settings = self.polled(rate_hz, history_s)?;
         let source = trajectory::source(played, interpolation, at_end, link.devices(), link.rules())?;
         let start = |bus| Session::start(bus, &settings, link.rules(), self.resume, Some(source));
         let session = py.detach(|| link.poll(start))?;
@@ -415,7 +433,7 @@ impl PressureController {
     #[pyo3(signature = (rate_hz=None, *, history_s=60.0))]
     fn poll(&self, py: Python<'_>, rate_hz: Option<f64>, history_s: f64) -> PyResult<Poller> {
         let link = self.link()?;
-        let settings = PollerSettings::new(link.devices(), rate_hz, history_s)?;
+        let settings = self.polled(rate_hz, history_s)?;
         let start = |bus| Session::start(bus, &settings, link.rules(), self.resume, None);
         let session = py.detach(|| link.poll(start))?;
         Ok(Poller::new(session, link.devices()))

@@ -47,6 +47,7 @@ pub fn as_dict<'py>(py: Python<'py>, statistics: &Statistics) -> PyResult<Dict<'
     let dict = PyDict::new(py);
     dict.set_item("devices", statistics.devices)?;
     dict.set_item("seconds", statistics.seconds)?;
+    dict.set_item("baud", statistics.baud)?;
     dict.set_item("cycles", statistics.cycles)?;
     dict.set_item("loop_hz", loop_hz)?;
     dict.set_item("cycle_us", cycle_us)?;

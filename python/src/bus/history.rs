@@ -1,5 +1,6 @@
 //! The recent past of a poller, written by the bus thread and read by Python, where neither waits for the other.
 
+use super::sensors::Reading;
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{Observer, Outcome, Row};
 use pneudrive_protocol::CHANNELS;
@@ -15,6 +16,8 @@ pub struct Sample {
     pub commands: Vec<[f64; CHANNELS]>,
     /// Pressures answered in this cycle, kPa; NaN where a board did not answer or was not asked.
     pub pressures: Vec<[f64; CHANNELS]>,
+    /// What the boards' sensors told in this cycle; empty where boards are not asked.
+    pub sensors: Vec<Reading>,
 }
 
 /// The newest samples, as many as fit into the time that is kept.
@@ -28,12 +31,18 @@ pub struct Ring {
 pub struct History {
     ring: Arc<Mutex<Ring>>,
     keep_s: f64,
+    has_sensors: bool,
 }
 
 impl History {
     /// Keeps the last `keep_s` seconds.
-    pub fn new(keep_s: f64) -> Self {
-        Self { ring: Arc::default(), keep_s }
+    pub fn new(keep_s: f64, has_sensors: bool) -> Self {
+        Self { ring: Arc::default(), keep_s, has_sensors }
+    }
+
+    /// Whether boards are asked for their sensors.
+    pub fn has_sensors(&self) -> bool {
+        self.has_sensors
     }
 
     /// The observer that fills it.
@@ -73,6 +82,10 @@ impl Observer for Writer {
                 .map(|board| self.calibration.command_kpa(board.board, board.command))
                 .collect(),
             pressures: pressures.collect(),
+            sensors: match self.history.has_sensors {
+                true => row.boards.iter().map(|board| Reading::new(&board.sensors)).collect(),
+                false => Vec::new(),
+            },
         });
         let Ok(mut ring) = self.history.ring.try_lock() else { return };
         ring.samples.extend(self.waiting.drain(..));

@@ -116,6 +116,10 @@ impl Line for Interruptible {
         self.port.reopen()
     }
 
+    fn random(&mut self) -> u32 {
+        self.port.random()
+    }
+
     fn cpu_time_ns(&self) -> u64 {
         self.port.cpu_time_ns()
     }

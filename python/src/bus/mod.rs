@@ -8,6 +8,7 @@
 //!          Poller ────────────────────┘
 //! ```
 
+mod baud;
 mod commands;
 mod controller;
 mod ending;
@@ -21,6 +22,7 @@ mod owner;
 mod poller;
 mod poller_settings;
 mod port;
+mod sensors;
 mod session;
 mod trajectory;
 mod waiting;

@@ -2,6 +2,7 @@ use super::commands;
 use super::ending::{LOOK_EVERY, Signals};
 use super::figures::{as_dict, row_as_dict};
 use super::live;
+use super::sensors::{self, Reading};
 use super::session::Session;
 use super::waiting::{FIGURES_WITHIN, LOOK_FOR_ROWS_EVERY, MOST_PATIENCE_S, look, patience};
 use crate::errors::{CommandError, PneuDriveError, PortError, StaleDataError};
@@ -256,7 +257,9 @@ impl Poller {
     /// -------
     /// dict
     ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
-    ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+    ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
+    ///     ``supply_kpa``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where
+    ///     they were not read in that cycle.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let session = self.session()?;
         let samples = py.detach(|| session.history().samples());
@@ -280,7 +283,28 @@ impl Poller {
         history.set_item("t_s", PyArray1::from_vec(py, times))?;
         history.set_item("commands_kpa", commands)?;
         history.set_item("pressures_kpa", pressures)?;
+        if session.history().has_sensors() {
+            sensors::add_to(py, &history, &samples, usize::from(self.devices))?;
+        }
         Ok(Dict::new(history))
+    }
+
+    /// The last readings of the sensors on the boards' I2C connectors, where the controller was made with ``sensors``.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
+    ///     (num_devices, 3), along and about the axes of the IMU, gravity included. NaN where a board has no such part, or it is not live.
+    fn get_sensors<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
+        let session = self.session()?;
+        let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();
+        let reading = |board: usize| {
+            let row = rows.get(board).filter(|row| row.state == BoardState::Present);
+            row.map_or(Reading::NONE, |row| Reading::last(&row.sensors))
+        };
+        let readings: Vec<_> = (0..usize::from(self.devices)).map(reading).collect();
+        sensors::as_dict(py, &readings)
     }
 
     /// What the run has been like.
@@ -288,7 +312,7 @@ impl Poller {
     /// Returns
     /// -------
     /// dict or None
-    ///     ``devices``, ``seconds``, ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+    ///     ``devices``, ``seconds``, ``baud`` (line rate in effect), ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
     ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
     ///     asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {

@@ -1,7 +1,7 @@
 //! The arguments of `PressureController.poll`.
 
 use crate::errors::CommandError;
-use pneudrive_host::poller::{MissedTick, Pace};
+use pneudrive_host::poller::{LineRatePolicy, MissedTick, Pace, PageShare};
 use pyo3::prelude::*;
 
 /// What a poller is asked to do.
@@ -12,6 +12,10 @@ pub struct PollerSettings {
     pub pace: Pace,
     /// How much of the past is kept, s.
     pub history_s: f64,
+    /// Whether to ask the boards for a faster line rate.
+    pub line_rate: Option<LineRatePolicy>,
+    /// After which share of the polls boards are asked for their sensors.
+    pub sensors: Option<PageShare>,
 }
 
 impl PollerSettings {
@@ -36,6 +40,6 @@ impl PollerSettings {
             let max = Self::HISTORY_MAX_S;
             return Err(CommandError::new_err(format!("history_s is {history_s}; it must be 0 to {max} s")));
         }
-        Ok(Self { devices, pace, history_s })
+        Ok(Self { devices, pace, history_s, line_rate: None, sensors: None })
     }
 }

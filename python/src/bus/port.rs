@@ -70,6 +70,7 @@ impl VirtualBoards {
             Timing::Instant => rig::Timing::Instant,
         };
         let rig = RigOptions { boards: usize::from(devices), baud, timing, ..RigOptions::default() };
+        let rig = rig.with_all_sensors();
         let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
             .map_err(|error| errors::PneuDriveError::new_err(format!("virtual boards: {error}")))?;
         Ok(Self { boards })

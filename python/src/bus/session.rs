@@ -90,12 +90,14 @@ impl Session {
                 (Commands::Trajectory(hand), source, latch)
             }
         };
-        let history = History::new(settings.history_s);
+        let history = History::new(settings.history_s, settings.sensors.is_some());
         let options = PollerOptions {
             pace: settings.pace,
             limits: rules.limits.clone(),
             calibration: rules.calibration.clone(),
             resume,
+            line_rate: settings.line_rate,
+            sensors: settings.sensors,
             vent: vent.clone(),
             ..PollerOptions::for_devices(settings.devices)
         };

@@ -3,7 +3,7 @@
 use crate::arrays::{floats, shape_text};
 use crate::errors;
 use numpy::PyUntypedArrayMethods;
-use pneudrive_model::data::{Drive, Recording};
+use pneudrive_model::data::{BoardSupply, Drive, Recording};
 use pyo3::prelude::*;
 use std::fmt::Write as _;
 
@@ -105,5 +105,8 @@ pub fn of(recording: &Recording) -> Vec<(String, &[f32])> {
         columns.extend(joint.qv_rad.as_deref().map(|q| (format!("b{}_qv_rad", joint.board), q)));
     }
     columns.extend(recording.supply_kpa.as_deref().map(|values| ("supply_kpa".to_owned(), values)));
+    for BoardSupply { board, kpa } in &recording.board_supplies {
+        columns.push((format!("b{board}_supply_kpa"), kpa));
+    }
     columns
 }

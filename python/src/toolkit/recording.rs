@@ -113,7 +113,8 @@ impl Recording {
     /// Parameters
     /// ----------
     /// history : dict
-    ///     ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4).
+    ///     ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4), and if it is there ``supply_kpa``
+    ///     of shape (cycles, boards).
     /// rig, channels
     ///     As for ``from_columns``.
     #[staticmethod]
@@ -139,6 +140,12 @@ impl Recording {
             for channel in 0..shape.2 {
                 columns.set_item(format!("b{board}_cmd{channel}_kpa"), series(&commands, board, channel)?)?;
                 columns.set_item(format!("b{board}_p{channel}_kpa"), series(&pressures, board, channel)?)?;
+            }
+        }
+        if let Some(supply) = history.get_item("supply_kpa")? {
+            for board in 0..shape.1 {
+                let of_board = supply.get_item((PySlice::full(py), board))?;
+                columns.set_item(format!("b{board}_supply_kpa"), of_board)?;
             }
         }
         Self::from_columns(py, columns.as_any(), rig, channels, "history")

@@ -18,7 +18,7 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import FluidPressure, Imu, JointState
 
 JOINT_0 = "/pneudrive: bus0: joint_0"
 BUS_0 = "/pneudrive: bus0"
@@ -51,6 +51,33 @@ def test_it_is_found_with_its_topics_and_types():
         assert node.end() == 0, node.said
         assert "not confirmed" not in node.said
         until("its end to be known", lambda: "pneudrive" not in peer.node.get_node_names())
+
+
+def test_sensors_have_topics_of_their_own():
+    """Virtual boards stand upright and still, and their supply has 550 kPa."""
+    with Node("--sensors", 0.5, "--rate-hz", 200) as node, Peer() as peer:
+        heard = {"supply_pressure": [], "imu": []}
+        for name, kind in (("supply_pressure", FluidPressure), ("imu", Imu)):
+            topic = f"/pneudrive/joint_0/{name}"
+            peer.node.create_subscription(kind, topic, heard[name].append, RELIABLE)
+        until("both", lambda: all(heard.values()))
+        pressure, imu = heard["supply_pressure"][-1], heard["imu"][-1]
+        assert pressure.fluid_pressure == pytest.approx(651_325, abs=2_000), "absolute, Pa"
+        assert pressure.header.frame_id == "joint_0_supply" and imu.header.frame_id == "joint_0_imu"
+        assert abs(pressure.header.stamp.sec - time.time()) < 100
+        gravity = imu.linear_acceleration
+        assert (gravity.x, gravity.y, gravity.z) == pytest.approx((0, 0, 9.807), abs=0.1)
+        assert imu.orientation_covariance[0] == -1
+        assert node.end() == 0, node.said
+
+
+def test_a_rig_file_may_leave_the_line_rate_to_the_boards(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[bus]\nport = "sim"\nbaud = "auto"\nrate_hz = 200\n')
+    with Node("--rig", rig) as node, Peer() as peer:
+        # A busy machine may send it back for a while.
+        until("3 Mbaud", lambda: "3000000" in str(peer.diagnostics.get(BUS_0, (None, None, {}))[2]))
+        assert node.end() == 0, node.said
 
 
 def test_chambers_follow_commands_and_are_vented_at_the_end():

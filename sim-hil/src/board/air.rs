@@ -1,4 +1,4 @@
-use crate::bus::Air;
+use crate::bus::{Air, JointNow};
 use crate::plant::{ChannelId, Plant};
 
 /// The truth plant as the boards' air.
@@ -29,6 +29,19 @@ impl Air for PlantAir {
         for (channel, drive) in (0..).zip(drives) {
             // A board with fewer channels than four has nothing on the other outputs.
             let _ = self.plant.set_drive(ChannelId { board, channel }, drive);
+        }
+    }
+
+    fn supply_pa(&mut self, now_ns: u64) -> Option<f64> {
+        self.plant.advance_to(now_ns);
+        Some(self.plant.supply_pressure_pa() - self.plant.ambient_pressure_pa())
+    }
+
+    fn joint(&mut self, board: u8, now_ns: u64) -> JointNow {
+        self.plant.advance_to(now_ns);
+        JointNow {
+            angles_rad: self.plant.joint_angles(board).unwrap_or_default(),
+            rates_rad_s: self.plant.joint_rates(board).unwrap_or_default(),
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod air;
 mod chip;
+mod i2c_parts;
 mod memory_flash;
 mod native;
 mod original;
@@ -14,6 +15,7 @@ mod turnaround;
 
 pub use air::PlantAir;
 pub use chip::ChipBoard;
+pub use i2c_parts::I2cConfig;
 pub use native::{NativeBoard, NativeBoardConfig};
 pub use original::OriginalBoard;
 pub use turnaround::Turnaround;

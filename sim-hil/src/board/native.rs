@@ -1,4 +1,5 @@
 use super::Turnaround;
+use super::i2c_parts::{I2cConfig, I2cParts};
 use super::memory_flash::MemoryFlash;
 use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_control::{
@@ -19,6 +20,7 @@ pub struct NativeBoard {
     /// Where its address switch stands.
     switch: Address,
     flash: MemoryFlash,
+    parts: I2cParts,
     start: BoardStart,
     position: u8,
     line: Line,
@@ -48,6 +50,8 @@ pub struct NativeBoardConfig {
     /// From power-up to the first control step, ns. Default 128 ms, the RP2040's crystal and boot delay. It does not apply
     /// at time 0: the rig has been on for a while.
     pub boot_ns: u64,
+    /// What is on its I2C connector.
+    pub i2c: I2cConfig,
 }
 
 impl Default for NativeBoardConfig {
@@ -57,6 +61,7 @@ impl Default for NativeBoardConfig {
             turnaround: Turnaround::FIRMWARE,
             phase_ns: 0,
             boot_ns: 128_000_000,
+            i2c: I2cConfig::default(),
         }
     }
 }
@@ -73,8 +78,12 @@ impl NativeBoard {
         line: Line,
     ) -> Result<Self, ConfigError> {
         let flash = MemoryFlash::new();
+        let parts = I2cParts::new(config.i2c, position);
+        let mut board = Board::new(config.control, address)?;
+        parts.found_by(board.port().sensors());
         Ok(Self {
-            board: Board::new(config.control, address)?,
+            board,
+            parts,
             config,
             switch: address,
             start: BoardStart::load(&flash, config.control, address),
@@ -120,6 +129,7 @@ impl NativeBoard {
         let drives = self.board.control_step(clock, samples);
         let coil = drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
         air.drive(self.position, step_ns, coil);
+        self.parts.read(self.position, step_ns, clock, air, self.board.port().sensors());
         self.next_step_ns += self.start.config().loop_period.get() * 1_000;
         if self.answer_ends_ns.is_none() {
             let _ = self.board.port().line_rate_due(clock);
@@ -215,6 +225,7 @@ impl BusNode for NativeBoard {
         // Its configuration was accepted once, or when it was loaded.
         if let Ok(mut board) = Board::new(*self.start.config(), self.start.address()) {
             self.start.tell(board.port());
+            self.parts.found_by(board.port().sensors());
             // Its clock starts anew, and its sessions' numbers do not.
             let session_seed = (now_ns / 1_000) as u32;
             board.identify(Identity { session_seed, ..Identity::of_chip(ChipKind::Native) });

@@ -30,4 +30,4 @@ pub use counters::BusCounters;
 pub use event_loop::Bus;
 pub use host::HostByte;
 pub use line::Line;
-pub use node::{Air, BusNode};
+pub use node::{Air, BusNode, JointNow};

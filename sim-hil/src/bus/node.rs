@@ -38,7 +38,16 @@ pub trait BusNode {
     fn set_powered(&mut self, powered: bool, now_ns: u64, air: &mut dyn Air);
 }
 
-/// What a board has on its pneumatic side: four sensors and four valves.
+/// How a board's joint is bent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointNow {
+    /// Bending angles `q_u`, `q_v`, rad.
+    pub angles_rad: [f64; 2],
+    /// Their rates, rad/s.
+    pub rates_rad_s: [f64; 2],
+}
+
+/// What a board has on its pneumatic side: four sensors and four valves, and what parts on its I2C connector measure.
 pub trait Air {
     /// The sensors of the board at position `board` as 12-bit ratiometric codes (0 to 4095 over 0 to 5 V), at `now_ns`.
     ///
@@ -47,6 +56,16 @@ pub trait Air {
 
     /// Sets a board's valve drives from `now_ns` on: -1 (vent fully) to 1 (fill fully).
     fn drive(&mut self, board: u8, now_ns: u64, drives: [f64; 4]);
+
+    /// The pressure that the valves draw from, above the atmosphere, Pa, at `now_ns`; `None` where there is no supply.
+    fn supply_pa(&mut self, _now_ns: u64) -> Option<f64> {
+        None
+    }
+
+    /// How the joint of the board at position `board` is bent at `now_ns`. At rest where there is none.
+    fn joint(&mut self, _board: u8, _now_ns: u64) -> JointNow {
+        JointNow::default()
+    }
 
     /// Does a part of the work that lies before `until_ns` in advance, about one integration step; says whether any
     /// is left. Drives do not change before `until_ns`, so that this changes no result, only when it is computed.

@@ -18,6 +18,7 @@ Examples:
   pneudrive-sim --timing instant                      what the host can do when the wire takes no time
   pneudrive-sim --firmware firmware.elf               the real firmware on emulated chips
   pneudrive-sim --original 0,2                        two of four boards as the original's firmware behaves
+  pneudrive-sim --supply-sensor all --imu 0,1         boards with sensors on their I2C connector
   pneudrive-sim effects                               everything that --effect takes
   pneudrive-sim faults                                everything that --fault takes
   pneudrive-sim record --out run.csv                  a recording without bus and host

@@ -36,7 +36,13 @@ pub(super) struct RunArgs {
     original_loop: bool,
     /// These boards behave as the original's firmware does, faults included: numbers separated by commas, or all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
-    original: Option<OriginalArg>,
+    original: Option<BoardsArg>,
+    /// These native boards measure the supply pressure: numbers separated by commas, or all
+    #[arg(long, value_name = "BOARDS", value_parser = parse_boards, conflicts_with = "firmware")]
+    supply_sensor: Option<BoardsArg>,
+    /// These native boards have an IMU, on the end plate of their joint: numbers separated by commas, or all
+    #[arg(long, value_name = "BOARDS", value_parser = parse_boards, conflicts_with = "firmware")]
+    imu: Option<BoardsArg>,
     /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at 1 Mbaud
     #[arg(long, value_name = "ELF", conflicts_with_all = ["turnaround_us", "original_loop"])]
     firmware: Option<PathBuf>,
@@ -75,11 +81,22 @@ pub(super) struct RunArgs {
     fifo: u16,
 }
 
-/// Which boards are of the original kind.
+/// Some of the boards.
 #[derive(Debug, Clone)]
-enum OriginalArg {
+enum BoardsArg {
     All,
     These(BTreeSet<u8>),
+}
+
+impl BoardsArg {
+    /// Their numbers; none where nothing was said.
+    fn of(boards: Option<&Self>, devices: usize) -> BTreeSet<u8> {
+        match boards {
+            None => BTreeSet::new(),
+            Some(Self::All) => (0..=u8::MAX).take(devices).collect(),
+            Some(Self::These(boards)) => boards.clone(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -111,11 +128,9 @@ impl RunArgs {
             },
             turnaround,
             firmware: self.firmware()?,
-            original: match &self.original {
-                None => BTreeSet::new(),
-                Some(OriginalArg::All) => (0..=u8::MAX).take(self.devices).collect(),
-                Some(OriginalArg::These(boards)) => boards.clone(),
-            },
+            original: BoardsArg::of(self.original.as_ref(), self.devices),
+            supply_sensors: BoardsArg::of(self.supply_sensor.as_ref(), self.devices),
+            imus: BoardsArg::of(self.imu.as_ref(), self.devices),
             plant,
             effects: self.effects.clone(),
             faults: self.faults.clone(),
@@ -187,14 +202,14 @@ fn parse_baud(text: &str) -> Result<u32, String> {
     Baud::new(value).map(Baud::get).map_err(|error| error.to_string())
 }
 
-fn parse_boards(text: &str) -> Result<OriginalArg, String> {
+fn parse_boards(text: &str) -> Result<BoardsArg, String> {
     if text == "all" {
-        return Ok(OriginalArg::All);
+        return Ok(BoardsArg::All);
     }
     let number = |word: &str| word.trim().parse::<u8>();
     let boards: Result<BTreeSet<u8>, _> = text.split(',').map(number).collect();
     boards
-        .map(OriginalArg::These)
+        .map(BoardsArg::These)
         .map_err(|_| format!("'{text}' is neither 'all' nor board numbers from 0 to 255 as in 0,2"))
 }
 

@@ -94,6 +94,12 @@ impl Integrator {
         [self.y[at], self.y[at + AXIS_STATES]]
     }
 
+    /// Their rates, rad/s.
+    pub fn angular_rates(&self, board: usize) -> [f64; AXES] {
+        let at = self.dynamics.joint_at(board);
+        [self.y[at + 1], self.y[at + AXIS_STATES + 1]]
+    }
+
     /// One step with the given openings (one a channel) and source.
     pub fn step(&mut self, openings: &[Openings], source: &Source) {
         let Self { dynamics, idle, step_s: h, y, trial, rate, sum } = self;

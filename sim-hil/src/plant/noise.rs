@@ -18,6 +18,7 @@ pub enum Purpose {
     Excitation = 8,
     Background = 9,
     FastWander = 10,
+    Imu = 11,
 }
 
 /// The stream of one purpose in one place (a channel's index, or 0 for the rig).

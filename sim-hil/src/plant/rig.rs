@@ -256,6 +256,18 @@ impl Plant {
         Ok(self.integrator.angles(index))
     }
 
+    /// Rates of a board's bending angles, rad/s; 0 when its joint is locked.
+    ///
+    /// # Errors
+    /// No such board.
+    pub fn joint_rates(&self, board: u8) -> Result<[f64; 2], PlantError> {
+        let index = usize::from(board);
+        if index >= self.boards() {
+            return Err(PlantError::NoSuchBoard { board, boards: self.boards() });
+        }
+        Ok(self.integrator.angular_rates(index))
+    }
+
     /// Absolute pressure the valves draw from, Pa: behind the supply line, if there is one.
     #[must_use]
     pub fn supply_pressure_pa(&self) -> f64 {

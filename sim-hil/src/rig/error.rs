@@ -23,6 +23,18 @@ pub enum RigError {
         /// Boards of the rig.
         boards: usize,
     },
+    /// A part on the I2C connector of something that is no native board.
+    #[error(
+        "no native board at position {position}, which is to have {what}: there are {boards} boards, and emulated chips and boards of the original kind have none"
+    )]
+    Part {
+        /// The part.
+        what: &'static str,
+        /// The position that was asked for.
+        position: u8,
+        /// Boards of the rig.
+        boards: usize,
+    },
     /// The firmware's line rate is its own.
     #[error("firmware runs its bus at 1,000,000 baud in wire time: no other baud rate and no instant timing")]
     FirmwareTiming,

@@ -1,5 +1,7 @@
 use super::RigError;
-use crate::board::{ChipBoard, NativeBoard, NativeBoardConfig, OriginalBoard, PlantAir, Turnaround};
+use crate::board::{
+    ChipBoard, I2cConfig, NativeBoard, NativeBoardConfig, OriginalBoard, PlantAir, Turnaround,
+};
 use crate::bus::{Bus, BusNode, Line};
 use crate::fault::{FaultInjector, FaultSpec};
 use crate::plant::{Effect, Plant, PlantParameters};
@@ -57,6 +59,10 @@ pub struct RigOptions {
     /// Positions of boards that behave as the original's firmware does, with its faults
     /// ([`OriginalBoard`]): whatever `control`, `turnaround` and `firmware` say. None by default.
     pub original: BTreeSet<u8>,
+    /// Positions of native boards with a sensor of the supply pressure on their I2C connector. None by default.
+    pub supply_sensors: BTreeSet<u8>,
+    /// Positions of native boards with an IMU on their I2C connector. None by default.
+    pub imus: BTreeSet<u8>,
     /// The plant; `channels` is set to four a board.
     pub plant: PlantParameters,
     /// Effects switched on in the plant.
@@ -79,6 +85,8 @@ impl Default for RigOptions {
             control: BoardConfig::default(),
             firmware: None,
             original: BTreeSet::new(),
+            supply_sensors: BTreeSet::new(),
+            imus: BTreeSet::new(),
             plant: PlantParameters::default(),
             effects: Vec::new(),
             faults: Vec::new(),
@@ -89,6 +97,14 @@ impl Default for RigOptions {
 }
 
 impl RigOptions {
+    /// The same rig, with supply sensor and IMU on every board that can have them.
+    #[must_use]
+    pub fn with_all_sensors(self) -> Self {
+        let native = |n: &u8| self.firmware.is_none() && !self.original.contains(n);
+        let boards: BTreeSet<u8> = (0..=u8::MAX).take(self.boards).filter(native).collect();
+        Self { supply_sensors: boards.clone(), imus: boards, ..self }
+    }
+
     /// As many as there are addresses.
     pub const BOARDS_MAX: usize = 256;
 
@@ -113,6 +129,14 @@ impl RigOptions {
         let line = self.line()?;
         if let Some(&position) = self.original.last().filter(|&&position| position > last) {
             return Err(RigError::Original { position, boards: self.boards });
+        }
+        for (what, positions) in [("a supply sensor", &self.supply_sensors), ("an IMU", &self.imus)] {
+            let foreign = |&position: &u8| {
+                position > last || self.original.contains(&position) || self.firmware.is_some()
+            };
+            if let Some(position) = positions.iter().copied().find(|position| foreign(position)) {
+                return Err(RigError::Part { what, position, boards: self.boards });
+            }
         }
         let node = |n| match &self.firmware {
             _ if self.original.contains(&n) => Ok(original_board(n, line)),
@@ -172,7 +196,12 @@ impl RigOptions {
         // Crystals start when they start: the boards' loops are spread over the period.
         let period_ns = control.loop_period.get() * 1_000;
         let phase_ns = u64::from(n) * period_ns * 3 / 11 % period_ns;
-        let config = NativeBoardConfig { control, turnaround, phase_ns, ..NativeBoardConfig::default() };
+        let i2c = I2cConfig {
+            supply: self.supply_sensors.contains(&n),
+            imu: self.imus.contains(&n),
+            seed: self.seed,
+        };
+        let config = NativeBoardConfig { control, turnaround, phase_ns, i2c, ..NativeBoardConfig::default() };
         Ok(Box::new(NativeBoard::new(config, Address::of_board(n), n, line)?))
     }
 }

@@ -34,6 +34,14 @@ impl Boards {
         }
     }
 
+    /// How long a stranger is met, s of virtual time.
+    fn seconds_with_stranger(self) -> u64 {
+        match self {
+            Self::Native => 10,
+            Self::Chips => 3,
+        }
+    }
+
     /// How long a run lasts, s of virtual time.
     pub fn seconds(self, case: &Case) -> u64 {
         match self {
@@ -88,7 +96,7 @@ const SEED: u64 = 8;
 pub fn run(setting: Setting) -> Outcome {
     let kind = setting.case.fault.split(['=', '@']).next().unwrap_or_default();
     let truth = SharedTruth::new(usize::from(DEVICES));
-    let mut rig = rig(setting, &truth);
+    let mut rig = rig(setting.boards, &[setting.case.fault], &truth);
     rig.run_until(START_NS);
     let line = TappedLine::new(VirtualBus::new(rig), truth.clone());
     let options = BusOptions {
@@ -125,13 +133,13 @@ pub fn run(setting: Setting) -> Outcome {
     }
 }
 
-/// Two native boards, polled at 1 kHz for 10 s, while a stranger speaks.
+/// Two boards, polled at 1 kHz for 10 s (chips: 3 s), while a stranger speaks.
 ///
 /// # Panics
-/// The line failed, which a virtual one does not.
-pub fn meet(stranger: Stranger, speech: Speech) -> Met {
+/// The firmware does not build.
+pub fn meet(boards: Boards, stranger: Stranger, speech: Speech) -> Met {
     let truth = SharedTruth::new(usize::from(DEVICES));
-    let mut rig = faulty_rig(DEVICES, &[], &truth);
+    let mut rig = rig(boards, &[], &truth);
     rig.run_until(START_NS);
     let line = LineWithStranger::new(VirtualBus::new(rig), stranger, speech.frames);
     let line = TappedLine::new(line, truth.clone());
@@ -145,7 +153,7 @@ pub fn meet(stranger: Stranger, speech: Speech) -> Met {
     let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
     let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
     let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), Vec::new());
-    while polling.bus_mut().line().now_ns() < START_NS + 10_000_000_000 {
+    while polling.bus_mut().line().now_ns() < START_NS + boards.seconds_with_stranger() * 1_000_000_000 {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
         polling.cycle().unwrap();
@@ -156,10 +164,10 @@ pub fn meet(stranger: Stranger, speech: Speech) -> Met {
     Met { struck, tried: statistics.exchanges, lost: statistics.lost, wrong_commands }
 }
 
-fn rig(setting: Setting, truth: &SharedTruth) -> bus::Bus {
-    match setting.boards {
-        Boards::Native => faulty_rig(DEVICES, &[setting.case.fault], truth),
-        Boards::Chips => on_a_line(DEVICES, &[setting.case.fault], truth, |n, line| {
+fn rig(boards: Boards, faults: &[&str], truth: &SharedTruth) -> bus::Bus {
+    match boards {
+        Boards::Native => faulty_rig(DEVICES, faults, truth),
+        Boards::Chips => on_a_line(DEVICES, faults, truth, |n, line| {
             Box::new(ChipBoard::from_elf(firmware::elf(), n, line).unwrap())
         }),
     }

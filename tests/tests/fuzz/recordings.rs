@@ -2,7 +2,7 @@ use super::mutation::contents;
 use super::scripts;
 use bolero::check;
 use mcap::write::NoSeek;
-use pneudrive_host::poller::{BoardRow, BoardState, Outcome, Reading, Row};
+use pneudrive_host::poller::{BoardRow, BoardSensors, BoardState, Outcome, Reading, Row};
 use pneudrive_host::record::{RecordedBus, Recorder};
 use pneudrive_model::data::{DataError, Drive, LoadOptions, Loaded, SensorLimits, load, read};
 use pneudrive_model::rig::Rig;
@@ -120,6 +120,7 @@ fn bag() -> Vec<u8> {
                     asked_ns: at_ns + 300_000 * u64::from(board),
                 }),
                 drives: None,
+                sensors: BoardSensors::default(),
                 state: BoardState::Present,
             };
             let boards = [board(0), board(1)];

@@ -3,6 +3,7 @@
 mod clocks;
 mod dma;
 mod flash;
+mod i2c;
 mod memory;
 mod pins;
 mod registers;

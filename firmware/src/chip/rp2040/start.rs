@@ -1,11 +1,11 @@
 //! The first instructions after a reset: valve pins high, crystal on.
 //!
-//! cortex-m-rt calls `__pre_init` before it copies anything to RAM. embassy-rp has one, which only matters for programs that use its
-//! spinlock and core 1; `build.rs` has the linker call this one instead. It is in flash and in assembly, because no Rust function
-//! and no variable is in its place yet.
+//! cortex-m-rt calls `__pre_init` first. embassy-rp has one, which only matters for programs that use its spinlock and core 1;
+//! `build.rs` has the linker call this one instead. It goes on with the [boot stage](super::boot) and never returns: what would
+//! follow is for programs that are linked to one place in flash.
 //!
-//! At 6.5 MHz and with an empty cache every word of it takes 8 us to come from flash. The crystal needs 128 ms from then on,
-//! which is more than the copying.
+//! At 6.5 MHz and with an empty cache every word of it takes 8 us to come from flash. Therefore the pins come first, and then twice the
+//! frequency. The crystal needs 128 ms from then on, which is more than copying and checking a program.
 
 use crate::config::VALVE_PINS;
 use embassy_rp::pac;
@@ -18,6 +18,10 @@ const FUNCTION_SIO: u32 = 5;
 const XOSC_STARTUP: u32 = 12_000 * 128 / 256;
 /// Crystals of 1 to 15 MHz; enabled.
 const XOSC_CONTROL: u32 = 0xfab << 12 | 0xaa0;
+
+/// The ring oscillator divided by 8, not 16 as after a reset: 13 MHz nominally, at most 24. The divisor may be changed while it is
+/// used (datasheet 2.17.5). Embassy sets it back when the crystal runs.
+const ROSC_DIV: u32 = 0xaa0 + 8;
 
 const _: () = assert!(VALVE_PINS == 0xff << 6, "the code below is for GPIO 6 to 13");
 const _: () = assert!(IO_BANK0_AND_PADS_BANK0 == 9 << 5);
@@ -59,7 +63,16 @@ core::arch::global_asm!(
     "str r1, [r0, #12]",
     "ldr r1, ={xosc_control}",
     "str r1, [r0]",
-    "bx lr",
+    // ROSC: DIV.
+    "ldr r0, =0x40060010",
+    "ldr r1, ={rosc_div}",
+    "str r1, [r0]",
+    // VTOR: a fault from here on vents.
+    "ldr r0, =0xe000ed08",
+    "ldr r1, =BOOT_VECTORS",
+    "str r1, [r0]",
+    "ldr r0, =choose_program",
+    "bx r0",
     ".pool",
     ".size __wrap___pre_init, . - __wrap___pre_init",
     valve_pins = const VALVE_PINS,
@@ -67,9 +80,10 @@ core::arch::global_asm!(
     function_sio = const FUNCTION_SIO,
     xosc_startup = const XOSC_STARTUP,
     xosc_control = const XOSC_CONTROL,
+    rosc_div = const ROSC_DIV,
 );
 
-/// Waits for the crystal. Embassy would, too, but with the pins in reset.
+/// Waits for the crystal.
 pub fn wait_for_crystal() {
     while !pac::XOSC.status().read().stable() {}
 }

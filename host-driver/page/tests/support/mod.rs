@@ -54,6 +54,7 @@ impl Run for FakeRun {
                 state: BoardState::Present,
                 command_kpa,
                 target_kpa: command_kpa,
+                supply_kpa: None,
                 reading: None,
             }],
         })

@@ -1,13 +1,12 @@
 //! What is on the bus: options of nearly every subcommand.
 
-use super::values::{BaudArg, baud, seconds, spin, unit};
+use super::values::{baud, seconds, spin, unit};
 use clap::{Args, ValueEnum};
 use pneudrive_host::bus::FrameMode;
 use pneudrive_host::line::Spin;
-use pneudrive_host::poller::LineRatePolicy;
+use pneudrive_host::poller::{BaudChoice, LineRatePolicy};
 use pneudrive_host::real_time::RealTime;
 use pneudrive_host::rig::Unit;
-use pneudrive_protocol::Baud;
 use std::path::PathBuf;
 
 /// Heading of what is rarely needed.
@@ -46,7 +45,7 @@ pub struct BusArgs {
     /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and
     /// goes back on errors [default: 1000000]
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|BAUD", value_parser = baud)]
-    pub baud: Option<BaudArg>,
+    pub baud: Option<BaudChoice>,
     /// How long a board may take to answer beyond the wire time, us
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub allowance_us: u64,
@@ -63,6 +62,10 @@ pub struct BusArgs {
     /// Packet format: checked packets carry a CRC and a sequence number, boards of the original kind do not understand them
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = FramesArg::Negotiate)]
     pub frames: FramesArg,
+    /// Ask boards for sessions, in which each request is obeyed once and no other host is obeyed. Without them --baud auto stays at
+    /// 1 Mbaud, and parameters cannot be changed
+    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = SessionsArg::On)]
+    pub sessions: SessionsArg,
     /// Look for answers without sleeping: `auto` tries at the start which way of waiting brings answers soonest (sleeping, looking from
     /// shortly before they are due, looking all the time), a number of us looks so long before each sleep; saves wake-ups, costs CPU
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|US", default_value = "0", value_parser = spin)]
@@ -93,20 +96,17 @@ pub struct BusArgs {
 impl BusArgs {
     /// Line rate with which it begins, bit/s.
     pub fn baud(&self) -> u32 {
-        match self.baud {
-            Some(BaudArg::Rate(rate)) => rate,
-            Some(BaudArg::Auto) | None => Baud::ORIGINAL.get(),
-        }
+        self.baud.unwrap_or_default().first()
     }
 
     /// The fastest line rate that it may poll at, bit/s.
     pub fn fastest_baud(&self) -> u32 {
-        if self.line_rate().is_some() { Baud::THREE_MBAUD.get() } else { self.baud() }
+        self.baud.unwrap_or_default().fastest()
     }
 
     /// Whether, and how, to ask the boards for a faster one.
     pub fn line_rate(&self) -> Option<LineRatePolicy> {
-        (self.baud == Some(BaudArg::Auto)).then(LineRatePolicy::default)
+        self.baud.unwrap_or_default().policy()
     }
 
     /// What the bus thread asks of the scheduler.
@@ -133,6 +133,14 @@ pub enum FramesArg {
     Unchecked,
     /// With all boards
     Checked,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SessionsArg {
+    /// With boards that know them
+    On,
+    /// With none, as hosts of before: a repeated request, or that of a second host, is obeyed
+    Off,
 }
 
 impl From<FramesArg> for FrameMode {

@@ -18,7 +18,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Ask each board whether it is there (commands 0 kPa)
     Ping(PingArgs),
-    /// What a board says of itself, and its parameters
+    /// What a board says of itself, its parameters, and updates of its firmware
     Board(BoardArgs),
     /// Measure the loop rate for 1 to --devices boards (commands 0 kPa)
     Bench(BenchArgs),
@@ -188,6 +188,20 @@ pub enum BoardCommand {
     Set(BoardSetArgs),
     /// Back to the parameters it was compiled with; commands 0 kPa and restarts the board
     Reset(BoardStatusArgs),
+    /// A new program over the bus, kept if it answers; commands 0 kPa and restarts the board
+    ///
+    /// FILE is what `cargo fw-build` (ELF) or `cargo fw-uf2` (UF2) makes, or the program alone. The board must be vented. It checks
+    /// the program before it starts it, tries it once, and goes back to the old one if that does not answer.
+    Update(BoardUpdateArgs),
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Args)]
+pub struct BoardUpdateArgs {
+    /// ELF, UF2, or the program alone
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+    #[command(flatten)]
+    pub board: BoardStatusArgs,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Args)]

@@ -7,14 +7,14 @@ mod values;
 
 #[cfg(feature = "sim")]
 pub use bus::SimTiming;
-pub use bus::{BusArgs, EchoArg};
+pub use bus::{BusArgs, EchoArg, SessionsArg};
 pub use commands::{
-    BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, CalibrateArgs, CheckArgs, Command,
-    CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs, ReplayArgs, ShapeArg,
-    TimingArgs,
+    BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, BoardUpdateArgs, CalibrateArgs,
+    CheckArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs,
+    ReplayArgs, ShapeArg, TimingArgs,
 };
 pub use run::RunArgs;
-pub use values::{BaudArg, number};
+pub use values::number;
 
 use clap::Parser;
 

@@ -4,7 +4,8 @@ use super::values::{filter, number, seconds, share, speed};
 use crate::cli::command_arg::CommandArg;
 use crate::cli::limits::LimitArgs;
 use clap::{Args, ValueEnum};
-use pneudrive_host::poller::{DriveShare, MissedTick, PressureFilter};
+use pneudrive_host::poller::{MissedTick, PageShare, PressureFilter};
+use pneudrive_host::record::PageColumns;
 use pneudrive_host::trajectory::Interpolation;
 use std::path::PathBuf;
 
@@ -58,7 +59,14 @@ pub struct RunArgs {
     /// Each such request takes the bus as long as a poll: with 1, half the loop rate is left. Drives are -1 (vent fully) to 1 (fill fully), cells are
     /// empty where a board was not asked. Boards of the original kind, and firmware of before pages, do not tell them.
     #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
-    pub drives: Option<DriveShare>,
+    pub drives: Option<PageShare>,
+    /// Ask boards for a page of the sensors on their I2C connector after this share of the polls, above 0 to 1; recordings get columns
+    /// b0_supply_kpa and b0_ax_m_s2 to b0_gz_rad_s
+    ///
+    /// Supply pressure and IMU, if a board has them, are asked for in turn: the supply takes a page, an IMU two. Each page takes the bus as long
+    /// as a poll. With --drives both shares add up. Cells are empty where a board was not asked.
+    #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
+    pub sensors: Option<PageShare>,
     /// Send rows to HOST:PORT as JSON in UDP, at most 100 a second: PlotJuggler draws them
     #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
     pub udp: Option<String>,
@@ -109,6 +117,16 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
+    /// What recordings have beside commands and pressures.
+    pub fn pages(&self) -> PageColumns {
+        PageColumns { drives: self.drives.is_some(), sensors: self.sensors.is_some() }
+    }
+
+    /// Page requests for each poll.
+    pub fn pages_per_poll(&self) -> f64 {
+        [self.drives, self.sensors].into_iter().flatten().map(PageShare::get).sum()
+    }
+
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }

@@ -1,7 +1,7 @@
 //! Values of options, each with what its user is told.
 
 use pneudrive_host::line::Spin;
-use pneudrive_host::poller::{DriveShare, DriveShareError, PressureFilter};
+use pneudrive_host::poller::{BaudChoice, BaudChoiceError, PageShare, PageShareError, PressureFilter};
 use pneudrive_host::rig::Unit;
 
 /// A number, of which its user says what it must be.
@@ -9,9 +9,9 @@ pub fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
 }
 
-pub fn share(text: &str) -> Result<DriveShare, String> {
+pub fn share(text: &str) -> Result<PageShare, String> {
     let share = text.parse().map_err(|_| "expected a number".to_owned())?;
-    DriveShare::new(share).map_err(|error: DriveShareError| error.to_string())
+    PageShare::new(share).map_err(|error: PageShareError| error.to_string())
 }
 
 pub fn unit(text: &str) -> Result<Unit, String> {
@@ -29,21 +29,8 @@ pub fn spin(text: &str) -> Result<Spin, String> {
     }
 }
 
-/// A line rate, or the fastest that all boards agree to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BaudArg {
-    /// Begins at 1 Mbaud.
-    Auto,
-    /// bit/s.
-    Rate(u32),
-}
-
-pub fn baud(text: &str) -> Result<BaudArg, String> {
-    match text.parse() {
-        _ if text == "auto" => Ok(BaudArg::Auto),
-        Ok(rate) => Ok(BaudArg::Rate(rate)),
-        Err(_) => Err("expected `auto`, or a whole number of bit/s such as 1000000".to_owned()),
-    }
+pub fn baud(text: &str) -> Result<BaudChoice, String> {
+    text.parse().map_err(|error: BaudChoiceError| error.to_string())
 }
 
 pub fn seconds(text: &str) -> Result<f64, String> {

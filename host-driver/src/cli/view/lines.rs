@@ -117,6 +117,9 @@ fn put_board(line: &mut String, board: &BoardRow, now_ns: u64, setup: &Setup) {
             if age_ns > OLD_NS {
                 let _ = write!(line, " ({:.1} s old)", age_ns as f64 * 1e-9);
             }
+            if let Some(kpa) = board.sensors.supply.and_then(|supply| supply.shown_kpa(now_ns)) {
+                let _ = write!(line, " supply {}", setup.unit.number(kpa));
+            }
         }
     }
 }
@@ -124,7 +127,7 @@ fn put_board(line: &mut String, board: &BoardRow, now_ns: u64, setup: &Setup) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pneudrive_host::poller::{BoardState, Outcome, Reading, VENTED};
+    use pneudrive_host::poller::{BoardSensors, BoardState, Outcome, Reading, SupplyPressure, VENTED};
 
     #[test]
     fn a_line_tells_old_values_from_fresh_ones() {
@@ -136,6 +139,7 @@ mod tests {
             outcome: Outcome::Fresh,
             reading: Some(reading),
             drives: None,
+            sensors: BoardSensors::default(),
             state: BoardState::Present,
         };
         let at = |cycle, since_start_ns| Snapshot {
@@ -149,5 +153,11 @@ mod tests {
         assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0.0 2.0/0.0 3.0/0.0 4.0/0.0");
         let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)], &Setup::default());
         assert!(old.ends_with("4.0/0.0 (1.5 s old) (rows without a reading: 37)"), "{old}");
+        let supply = Some(SupplyPressure { kpa: 549.66, measured_ns: 1_000_000_000 });
+        let sensors = BoardSensors { supply, ..BoardSensors::default() };
+        let mut now = now;
+        now.boards[0].sensors = sensors;
+        let fresh = line(&before, &now, 1_000_200_000, &[], &Setup::default());
+        assert!(fresh.ends_with("3.0/0.0 4.0/0.0 supply 549.7"), "{fresh}");
     }
 }

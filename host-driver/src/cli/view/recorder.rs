@@ -2,7 +2,7 @@
 
 use crate::cli::setup::Setup;
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::{Description, RecordError, RecordSwitch, RecordingSummary};
+use pneudrive_host::record::{Description, PageColumns, RecordError, RecordSwitch, RecordingSummary};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -17,10 +17,10 @@ impl KeyRecorder {
         boards: &[u8],
         setup: &Setup,
         description: &Description,
-        drives: bool,
+        pages: PageColumns,
     ) -> (Self, Box<dyn Observer>) {
         let (switch, tap) = RecordSwitch::new(boards, setup.calibration.clone());
-        (Self(Arc::new(switch.describe(description.clone()).with_drives(drives))), tap)
+        (Self(Arc::new(switch.describe(description.clone()).with_pages(pages, setup.ambient_kpa()))), tap)
     }
 
     /// For events that do not happen on the bus.

@@ -135,13 +135,14 @@ fn recording(
         .map_err(|error| Failure::input(format!("--record-folder {}: {error}", folder.display())))?;
     let ending = args.record_format.ending().to_owned();
     Recorder::check(&folder.join(format!("run.{ending}")), true)?;
-    let drives = run.drives.is_some();
+    let (pages, ambient_kpa) = (run.pages(), setup.ambient_kpa());
     let (switch, tap) = RecordSwitch::new(boards, setup.calibration.clone());
     let failures = events.sender();
-    let switch = switch.describe(description.clone()).with_drives(drives).on_failure(move |error| {
-        let text = format!("a recording from the page failed: {error}");
-        failures.happened(Notice::new(NoticeKind::Recording, text));
-    });
+    let switch =
+        switch.describe(description.clone()).with_pages(pages, ambient_kpa).on_failure(move |error| {
+            let text = format!("a recording from the page failed: {error}");
+            failures.happened(Notice::new(NoticeKind::Recording, text));
+        });
     events.sender().record(switch.notes());
     Ok((Some(Recording { switch, folder, ending }), Some(tap)))
 }

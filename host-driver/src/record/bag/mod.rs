@@ -1,7 +1,9 @@
 //! Rows as messages in an MCAP file that is a ROS 2 bag.
 //!
 //! For each board and row one `pressure_state`, also where the board gave no answer: then its
-//! pressures are NaN, and its command stands. Valves' drives, where they are recorded, stand behind the commands. A `pressure_command` wherever a command changes, so
+//! pressures are NaN, and its command stands. Valves' drives and the supply pressure, where they are
+//! recorded, stand behind the commands; the supply is also a `supply_pressure`, and an IMU's readings
+//! an `imu`, in ROS's own messages. A `pressure_command` wherever a command changes, so
 //! that a bag can be played to a node; a line of `events` for whatever happens. Messages are in
 //! CDR, schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it. So
 //! what the recording says of itself is a metadata record.
@@ -22,7 +24,7 @@ use super::recorder::RecordedBus;
 use super::rows::{Batch, RecordedEvent};
 use crate::Calibration;
 use crate::messages::{Log, Time};
-use crate::record::Description;
+use crate::record::{Description, PageColumns, RecorderOptions};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
@@ -43,8 +45,9 @@ pub(super) struct Bag {
     events: Channel<Log>,
     extent: Extent,
     buffer: Vec<u8>,
-    /// Whether states have the valves' drives.
-    drives: bool,
+    pages: PageColumns,
+    /// Of the atmosphere, kPa absolute.
+    ambient_kpa: f64,
 }
 
 struct Bus {
@@ -62,7 +65,7 @@ impl Bag {
         buses: &[RecordedBus],
         calibration: &Calibration,
         description: &Description,
-        drives: bool,
+        recorder: &RecorderOptions,
     ) -> io::Result<Self> {
         let pipe = Pipe::default();
         let options = WriteOptions::new()
@@ -81,7 +84,7 @@ impl Bag {
                 let boards = bus.boards.iter().map(|&board| {
                     let names = topics::names(description, board);
                     let joint = bus.first_joint + u16::from(board);
-                    BoardTopics::add(&mut writer, prefix, joint, index, &names, drives)
+                    BoardTopics::add(&mut writer, prefix, joint, index, &names, recorder.pages)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
                 let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);
@@ -90,13 +93,14 @@ impl Bag {
             .collect::<io::Result<_>>()?;
         writer.write_metadata(&metadata::description(description)).map_err(explain)?;
         let (extent, buffer) = (Extent::default(), Vec::new());
-        Ok(Self { file_name: file_name.to_owned(), writer, pipe, buses, events, extent, buffer, drives })
+        let ambient_kpa = recorder.ambient_kpa.unwrap_or(RecorderOptions::STANDARD_ATMOSPHERE_KPA);
+        let (file_name, pages) = (file_name.to_owned(), recorder.pages);
+        Ok(Self { file_name, writer, pipe, buses, events, extent, buffer, pages, ambient_kpa })
     }
 
     fn topics(&self) -> impl Iterator<Item = &Topic> {
         let boards = self.buses.iter().flat_map(|bus| &bus.boards);
-        let of_boards = boards.flat_map(|board| [&board.state.topic, &board.command.topic]);
-        of_boards.chain([&self.events.topic])
+        boards.flat_map(BoardTopics::all).chain([&self.events.topic])
     }
 
     fn metadata(&self) -> String {
@@ -131,10 +135,26 @@ impl Form for Bag {
                 });
                 // NaN where the board was not asked for them in this cycle.
                 let drives = sample.drives.map_or([f64::NAN; CHANNELS], Drives::share);
-                let drives = drives.into_iter().take(if self.drives { CHANNELS } else { 0 });
-                topics.state.message.fill(stamp, pressures.into_iter().chain(command).chain(drives));
+                let drives = drives.into_iter().take(if self.pages.drives { CHANNELS } else { 0 });
+                let supply = self.pages.sensors.then(|| sample.supply.map_or(f64::NAN, |supply| supply.kpa));
+                topics
+                    .state
+                    .message
+                    .fill(stamp, pressures.into_iter().chain(command).chain(drives).chain(supply));
                 topics.state.write(&mut self.writer, log_ns, &mut self.buffer)?;
                 self.extent.add(log_ns);
+                let dated = |at_ns: u64| Time::from_unix_ns(at_ns + bus.unix_offset_ns);
+                if let (Some(topic), Some(supply)) = (&mut topics.supply, sample.supply) {
+                    topic.message.fill(dated(supply.measured_ns), supply.kpa, self.ambient_kpa);
+                    topic.write(&mut self.writer, log_ns, &mut self.buffer)?;
+                    self.extent.add(log_ns);
+                }
+                if let (Some(topic), Some(motion)) = (&mut topics.imu, sample.motion) {
+                    let (acceleration, rate) = (motion.acceleration_m_s2, motion.angular_rate_rad_s);
+                    topic.message.fill(dated(motion.asked_ns), acceleration, rate);
+                    topic.write(&mut self.writer, log_ns, &mut self.buffer)?;
+                    self.extent.add(log_ns);
+                }
             }
         }
         Ok(())

@@ -1,6 +1,6 @@
-use crate::messages::{JointState, Log};
+use crate::messages::{FluidPressure, Imu, JointState, Log};
 use crate::poller::BoardCommand;
-use crate::record::Description;
+use crate::record::{Description, PageColumns};
 use mcap::{McapResult, Writer};
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
@@ -39,6 +39,9 @@ pub(super) struct BoardTopics {
     pub(super) command: Channel<JointState>,
     /// What was commanded last.
     pub(super) last_command: Option<BoardCommand>,
+    /// Where sensors are recorded.
+    pub(super) supply: Option<Channel<FluidPressure>>,
+    pub(super) imu: Option<Channel<Imu>>,
 }
 
 /// The quality of service at which a topic was offered. The same in the file and in metadata.yaml, or readers find nothing;
@@ -71,19 +74,35 @@ impl BoardTopics {
         joint: u16,
         bus: usize,
         names: &BTreeMap<String, String>,
-        drives: bool,
+        pages: PageColumns,
     ) -> McapResult<Self> {
-        let state =
-            if drives { JointState::state_with_drives(joint, bus) } else { JointState::state(joint, bus) };
+        let state = JointState::state_with(joint, bus, pages.drives, pages.sensors);
+        let topic = |name: &str| format!("{prefix}/joint_{joint}/{name}");
         let mut channel = |name: &str, message| {
             let ros_type = (JointState::ROS_TYPE, JointState::DEFINITION, JointState::ROS_TYPE_HASH);
-            Channel::add(writer, ros_type, format!("{prefix}/joint_{joint}/{name}"), message, names)
+            Channel::add(writer, ros_type, topic(name), message, names)
         };
-        Ok(Self {
-            state: channel("pressure_state", state)?,
-            command: channel("pressure_command", JointState::command(joint, bus))?,
-            last_command: None,
-        })
+        let (state, command) = (
+            channel("pressure_state", state)?,
+            channel("pressure_command", JointState::command(joint, bus))?,
+        );
+        let (mut supply, mut imu) = (None, None);
+        if pages.sensors {
+            let ros_type = (FluidPressure::ROS_TYPE, FluidPressure::DEFINITION, FluidPressure::ROS_TYPE_HASH);
+            let message = FluidPressure::of_joint(joint);
+            supply = Some(Channel::add(writer, ros_type, topic("supply_pressure"), message, names)?);
+            let ros_type = (Imu::ROS_TYPE, Imu::DEFINITION, Imu::ROS_TYPE_HASH);
+            let message = Imu::of_joint(joint);
+            imu = Some(Channel::add(writer, ros_type, topic("imu"), message, names)?);
+        }
+        Ok(Self { state, command, last_command: None, supply, imu })
+    }
+
+    /// All of them.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Topic> {
+        let supply = self.supply.as_ref().map(|channel| &channel.topic);
+        let imu = self.imu.as_ref().map(|channel| &channel.topic);
+        [&self.state.topic, &self.command.topic].into_iter().chain(supply).chain(imu)
     }
 }
 

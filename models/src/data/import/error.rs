@@ -22,7 +22,7 @@ pub enum ImportError {
     },
     /// A target that is no column of the format.
     #[error(
-        "mapping \"{text}\": {target} is not a column of the format; targets are b0_cmd0_kpa, b0_p0_kpa, b0_u0, b0_fill0, b0_vent0, b0_qu_rad, b0_qv_rad (any board and channel number) and supply_kpa"
+        "mapping \"{text}\": {target} is not a column of the format; targets are b0_cmd0_kpa, b0_p0_kpa, b0_u0, b0_fill0, b0_vent0, b0_qu_rad, b0_qv_rad, b0_supply_kpa (any board and channel number) and supply_kpa"
     )]
     Target {
         /// The text given.

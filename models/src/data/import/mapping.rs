@@ -40,7 +40,12 @@ impl Mapping {
         let (target, rest) = text.split_once('=').ok_or_else(|| wrong("there is no ="))?;
         let target = target.trim();
         let quantity = match ColumnKind::parse(target) {
-            Some(ColumnKind::Command(_) | ColumnKind::Pressure(_) | ColumnKind::Supply) => Quantity::Pressure,
+            Some(
+                ColumnKind::Command(_)
+                | ColumnKind::Pressure(_)
+                | ColumnKind::Supply
+                | ColumnKind::BoardSupply(_),
+            ) => Quantity::Pressure,
             Some(ColumnKind::Spool(_) | ColumnKind::Fill(_) | ColumnKind::Vent(_)) => Quantity::Drive,
             Some(ColumnKind::JointU(_) | ColumnKind::JointV(_)) => Quantity::Angle,
             Some(ColumnKind::Time) => return Err(wrong("the time column is given with --time")),

@@ -79,6 +79,21 @@ pub(crate) fn hold_inputs(
     Some((marks, Finding::new(FindingKind::MissingInput, channel, count, spans, sentence)))
 }
 
+/// What is said of an input that is read now and then, and was missing for long: rows that `values` still has no number in.
+pub(crate) fn missing_for_long(name: &str, time_s: &[f64], line: &[u32], values: &[f32]) -> Option<Finding> {
+    let count = values.iter().filter(|value| value.is_nan()).count();
+    if count == 0 {
+        return None;
+    }
+    let spans = spans_where(time_s, line, |row| values[row].is_nan());
+    let sentence = format!(
+        "{name}: no reading for more than 1 s in {} ({}); no simulation passes there.",
+        counted(count, "row"),
+        rows_text(&spans),
+    );
+    Some(Finding::new(FindingKind::MissingInput, None, count, spans, sentence))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -11,7 +11,7 @@ pub use finding::{Finding, FindingKind, Span};
 pub use sampling::Sampling;
 pub use saturated::SensorLimits;
 
-pub(crate) use missing::{hold_inputs, mark_missing_pressure};
+pub(crate) use missing::{hold_inputs, mark_missing_pressure, missing_for_long};
 pub(crate) use order::keep_increasing;
 pub(crate) use sampling::{find_breaks, sampling};
 pub(crate) use saturated::mark_saturated;

@@ -93,11 +93,14 @@ fn prepare_channel(
     };
     let drive = drive_of(rig, channel, controller)?;
     let model = base_model(rig, &drive);
-    let supply_pa = match &common.supply_pa {
+    let supply_pa = match common.supply_pa(channel.id.board) {
         Some(supply) => supply.clone(),
         None if model.is_regulator() => common.ambient_pa.clone(),
         None => {
-            return Err("the rig file has no [supply] and the recording no column supply_kpa".to_owned());
+            return Err(
+                "the rig file has no [supply] and the recording no column supply_kpa or b{n}_supply_kpa"
+                    .to_owned(),
+            );
         }
     };
     let (volume_m3, volume_rate_m3_s) = volumes(recording, rig, channel, common);

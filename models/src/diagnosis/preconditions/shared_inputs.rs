@@ -19,7 +19,9 @@ pub struct Common {
     /// Rows at which all simulations start anew.
     pub starts: Arc<[usize]>,
     /// Recorded supply pressure, or the rig file's, Pa; none where neither says anything.
-    pub supply_pa: Option<Series>,
+    supply_pa: Option<Series>,
+    /// The same of boards that measure it themselves.
+    board_supplies_pa: Vec<(u8, Series)>,
     /// Ambient pressure, row by row, Pa.
     pub ambient_pa: Series,
     /// Volume of a chamber at rest, row by row, m^3: of those without a description of their own.
@@ -37,8 +39,11 @@ impl Common {
         let every = |value: f64| -> Series { vec![value; rows].into() };
         let ambient_pa = rig.ambient_or_standard().pressure_kpa_abs * 1e3;
         let origin = recording.time_s.first().copied().unwrap_or(0.0);
+        let absolute = |kpa: &[f32]| -> Series { to_f64(kpa).iter().map(|p| p * 1e3 + ambient_pa).collect() };
+        let board_supplies_pa =
+            recording.board_supplies.iter().map(|own| (own.board, absolute(&own.kpa))).collect();
         let supply_pa = match (&recording.supply_kpa, &rig.supply) {
-            (Some(measured), _) => Some(to_f64(measured).iter().map(|p| p * 1e3 + ambient_pa).collect()),
+            (Some(measured), _) => Some(absolute(measured)),
             (None, Some(supply)) => Some(every(supply.pressure_kpa * 1e3 + ambient_pa)),
             (None, None) => None,
         };
@@ -47,11 +52,18 @@ impl Common {
             interval_s: intervals(recording),
             starts: starts(recording).into(),
             supply_pa,
+            board_supplies_pa,
             ambient_pa: every(ambient_pa),
             usual_rest_m3: every(rest_volume_m3(rig)),
             zeros: every(0.0),
             pressures: Pressures::measured(recording, unmeasured_kpa),
         }
+    }
+
+    /// Supply pressure for the channels of `board`, Pa: measured by itself, measured for the rig, or the rig file's.
+    pub fn supply_pa(&self, board: u8) -> Option<&Series> {
+        let own = self.board_supplies_pa.iter().find(|(of, _)| *of == board);
+        own.map(|(_, series)| series).or(self.supply_pa.as_ref())
     }
 
     /// Volume at rest, row by row, m^3, of a channel with this rig; one series for all channels with the usual one.

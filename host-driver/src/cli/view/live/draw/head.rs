@@ -40,6 +40,9 @@ pub fn lines(model: &Model, width: u16, count: u16) -> Vec<Line<'static>> {
         if !model.is_recording {
             second.push(Span::raw(format!(", {} rejected", statistics.rejected)));
         }
+        if let Some(baud) = statistics.baud {
+            second.push(Span::raw(format!("  {} Mbaud", f64::from(baud) * 1e-6)));
+        }
         second.push(Span::raw(format!("  cycle {:.0} us, 99 % {:.0} us", cycle.p50, cycle.p99)));
         second.push(Span::raw(format!(", longest {:.0} us", cycle.max)));
         if !model.is_recording {

@@ -123,6 +123,10 @@ fn title(board: &BoardRow, model: &Model, index: usize, width: u16) -> Line<'sta
     {
         line.push_span(Span::raw(format!(", last seen {:.1} s ago", age_ns as f64 * 1e-9)));
     }
+    if let Some(kpa) = board.sensors.supply.and_then(|supply| supply.shown_kpa(model.now_ns)) {
+        let unit = model.session.setup.unit;
+        line.push_span(Span::raw(format!(", supply {} {}", unit.number(kpa), unit.name())));
+    }
     let figures = model.statistics.as_ref().and_then(|s| s.boards.iter().find(|b| b.board == board.board));
     if let Some(figures) = figures.filter(|figures| figures.lost + figures.rows_without_reading > 0) {
         let without = match figures.rows_without_reading {

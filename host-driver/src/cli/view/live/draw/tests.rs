@@ -3,8 +3,11 @@ use super::*;
 use crate::cli::setup::Setup;
 use crate::cli::view::Session;
 use pneudrive_host::line::Clock;
-use pneudrive_host::poller::{ChannelLimit, Limits, Outcome, Override, Reading, Snapshot};
+use pneudrive_host::poller::{
+    BoardSensors, ChannelLimit, Limits, Outcome, Override, Reading, Snapshot, SupplyPressure,
+};
 use pneudrive_host::rig::{Rig, Unit};
+use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{Counts, SensorScale};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -38,6 +41,7 @@ fn model(boards: u8, now_ns: u64) -> Model {
         outcome,
         reading: Some(reading),
         drives: None,
+        sensors: BoardSensors::default(),
         state,
     };
     for cycle in [0, 500] {
@@ -153,4 +157,32 @@ fn events_scroll_and_stay_where_they_are_looked_at() {
     assert!(!back.contains("event 29."), "{back}");
     model.scroll_events(-50);
     has(&screen(&model, 80, 12), &["event 30."]);
+}
+
+/// Above the channels, in the unit for people, as long as it is not old.
+#[test]
+fn the_supply_is_with_its_board() {
+    let supply = Some(SupplyPressure { kpa: 549.66, measured_ns: 1_000 });
+    let with_supply = |now_ns| {
+        let mut model = model(1, now_ns);
+        model.snapshot.boards[0].sensors = BoardSensors { supply, ..BoardSensors::default() };
+        model
+    };
+    let mut soon = with_supply(2_000);
+    has(&screen(&soon, 80, 24), &["board 0 (arm): present, supply 549.7 kPa"]);
+    soon.session.setup.unit = Unit::Bar;
+    has(&screen(&soon, 80, 24), &["supply 5.497 bar"]);
+    assert!(!screen(&with_supply(11_000_000_000), 80, 24).contains("supply"));
+}
+
+#[test]
+fn the_line_rate_is_with_the_loop_rate_but_of_a_recording() {
+    let mut model = model(1, 1_000);
+    let statistics = |baud| Statistics { baud, ..Statistics::default() };
+    model.statistics = Some(statistics(Some(3_000_000)));
+    has(&screen(&model, 80, 24), &["1000.0 Hz  0 lost, 0 rejected  3 Mbaud  cycle"]);
+    model.statistics = Some(statistics(Some(1_500_000)));
+    has(&screen(&model, 80, 24), &["  1.5 Mbaud  "]);
+    model.statistics = Some(statistics(None));
+    assert!(!screen(&model, 80, 24).contains("Mbaud"));
 }

@@ -1,0 +1,276 @@
+//! A board is asked for the sensors on its I2C connector, between two polls.
+
+use super::page_share::PageSchedule;
+use super::{Event, PageShare, Polling};
+use crate::bus::{ExchangeError, Frames, PageError};
+use crate::line::{Line, LineError};
+use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus};
+
+/// A supply pressure that a board has measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SupplyPressure {
+    /// Above the atmosphere, kPa.
+    pub kpa: f64,
+    /// When it was measured, to a ms, ns on the line's clock: the board was asked later.
+    pub measured_ns: u64,
+}
+
+impl SupplyPressure {
+    /// An older one is not shown to people, ns: longer than the seconds between two questions where boards are asked seldom.
+    pub const OLD_NS: u64 = 10_000_000_000;
+
+    /// How old it is at `now_ns`, ns.
+    pub fn age_ns(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_sub(self.measured_ns)
+    }
+
+    /// What people are shown at `now_ns`, kPa gauge: nothing that is [old](Self::OLD_NS).
+    pub fn shown_kpa(&self, now_ns: u64) -> Option<f64> {
+        (self.age_ns(now_ns) <= Self::OLD_NS).then_some(self.kpa)
+    }
+}
+
+/// What a board's IMU has measured, along and about its own axes x, y and z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Acceleration, gravity included, m/s^2.
+    pub acceleration_m_s2: [f64; 3],
+    /// Angular rate, rad/s.
+    pub angular_rate_rad_s: [f64; 3],
+    /// When the board was asked, ns on the line's clock: it had measured at most 100 ms before.
+    pub asked_ns: u64,
+}
+
+/// The last readings of a board's sensors. `None` where it has none, or it is not live.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BoardSensors {
+    /// The supply pressure. It does not get newer by being looked at.
+    pub supply: Option<SupplyPressure>,
+    /// Acceleration and angular rate.
+    pub motion: Option<Motion>,
+    /// Whether `supply` is of this cycle.
+    pub supply_is_new: bool,
+    /// Whether `motion` is of this cycle.
+    pub motion_is_new: bool,
+}
+
+impl BoardSensors {
+    /// The supply pressure, if it is of this cycle.
+    pub fn new_supply(&self) -> Option<SupplyPressure> {
+        self.supply.filter(|_| self.supply_is_new)
+    }
+
+    /// Acceleration and angular rate, if they are of this cycle.
+    pub fn new_motion(&self) -> Option<Motion> {
+        self.motion.filter(|_| self.motion_is_new)
+    }
+
+    /// The same readings in the next cycle.
+    pub(super) fn grow_old(&mut self) {
+        (self.supply_is_new, self.motion_is_new) = (false, false);
+    }
+}
+
+/// What is asked for next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Turn {
+    Status,
+    Supply,
+    Motion,
+}
+
+/// Decides for one board: what it has is asked for in turn, and now and then what it has.
+#[derive(Debug, Clone)]
+pub(super) struct SensorSchedule {
+    pages: PageSchedule,
+    /// What it said last, and when, ns.
+    status: Option<(SensorStatus, u64)>,
+    /// Whether it was asked for that last.
+    status_was_last: bool,
+    motion_was_last: bool,
+}
+
+impl SensorSchedule {
+    /// Parts may be plugged in, or out: asked so often, ns.
+    const STATUS_EVERY_NS: u64 = 1_000_000_000;
+
+    pub(super) fn new(share: Option<PageShare>) -> Self {
+        Self { pages: PageSchedule::new(share), status: None, status_was_last: false, motion_was_last: false }
+    }
+
+    /// What the board, which has answered a poll, is to be asked for now.
+    fn due(&mut self, now_ns: u64) -> Option<Turn> {
+        self.pages.due(now_ns).then(|| {
+            let turn = self.turn(now_ns);
+            self.status_was_last = turn == Turn::Status;
+            if turn != Turn::Status {
+                self.motion_was_last = turn == Turn::Motion;
+            }
+            turn
+        })
+    }
+
+    fn turn(&self, now_ns: u64) -> Turn {
+        let Some((status, at_ns)) = self.status else { return Turn::Status };
+        let is_old = now_ns.saturating_sub(at_ns) >= Self::STATUS_EVERY_NS;
+        // However seldom a board is asked, every second question is for a reading.
+        if is_old && !self.status_was_last {
+            return Turn::Status;
+        }
+        match (status.supply != SensorPart::None, status.imu != SensorPart::None) {
+            (false, false) => Turn::Status,
+            (true, false) => Turn::Supply,
+            (false, true) => Turn::Motion,
+            (true, true) if self.motion_was_last => Turn::Supply,
+            (true, true) => Turn::Motion,
+        }
+    }
+
+    /// What it has. Says whether that is news.
+    fn has(&mut self, status: SensorStatus, now_ns: u64) -> bool {
+        let parts = |s: &SensorStatus| (s.supply, s.supply_state, s.imu, s.imu_state);
+        let before = self.status.replace((status, now_ns));
+        if status.supply == SensorPart::None && status.imu == SensorPart::None {
+            self.pages.pause(now_ns);
+        }
+        before.is_none_or(|(before, _)| parts(&before) != parts(&status))
+    }
+}
+
+impl<L: Line> Polling<L> {
+    /// Asks the board at `index`, which has just answered, for one of its sensors if that is due.
+    pub(super) fn ask_for_sensors(&mut self, index: usize) -> Result<(), LineError> {
+        let board = self.rows[index].board;
+        let now_ns = self.bus.line().now_ns();
+        if self.bus.frames(board) != Frames::Checked {
+            return Ok(());
+        }
+        let Some(turn) = self.sensors[index].due(now_ns) else { return Ok(()) };
+        let asked = match turn {
+            Turn::Status => self.ask_what_there_is(index),
+            Turn::Supply => self.ask_for_supply(index),
+            Turn::Motion => self.ask_for_motion(index),
+        };
+        match asked {
+            Ok(()) => self.sensors[index].pages.answered(),
+            Err(PageError::Exchange(ExchangeError::Line(error))) => return Err(error),
+            Err(error) => {
+                if self.sensors[index].pages.failed(self.bus.line().now_ns()) {
+                    self.tell(&Event::NoSensors { board, error: &error });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn ask_what_there_is(&mut self, index: usize) -> Result<(), PageError> {
+        let board = self.rows[index].board;
+        let status = self.bus.sensors(board)?;
+        let sensors = &mut self.rows[index].sensors;
+        sensors.supply = sensors.supply.filter(|_| status.supply_state == SensorState::Live);
+        sensors.motion = sensors.motion.filter(|_| status.imu_state == SensorState::Live);
+        if self.sensors[index].has(status, self.bus.line().now_ns()) {
+            self.tell(&Event::Sensors { board, status: &status });
+        }
+        Ok(())
+    }
+
+    fn ask_for_supply(&mut self, index: usize) -> Result<(), PageError> {
+        let (reading, asked_ns) = self.bus.supply(self.rows[index].board)?;
+        let sensors = &mut self.rows[index].sensors;
+        let measured_ns = asked_ns.saturating_sub(u64::from(reading.age_ms) * 1_000_000);
+        sensors.supply = reading.live_kpa().map(|kpa| SupplyPressure { kpa, measured_ns });
+        sensors.supply_is_new = sensors.supply.is_some();
+        Ok(())
+    }
+
+    /// Two pages: the second is made up for by one that is left out.
+    fn ask_for_motion(&mut self, index: usize) -> Result<(), PageError> {
+        let board = self.rows[index].board;
+        let (acceleration, asked_ns) = self.bus.acceleration(board)?;
+        self.sensors[index].pages.asked_for_more();
+        let (rate, _) = self.bus.angular_rate(board)?;
+        let live = acceleration.state() == SensorState::Live && rate.state() == SensorState::Live;
+        let sensors = &mut self.rows[index].sensors;
+        sensors.motion = acceleration.m_per_s2().zip(rate.rad_per_s()).filter(|_| live).map(
+            |(acceleration_m_s2, angular_rate_rad_s)| Motion {
+                acceleration_m_s2,
+                angular_rate_rad_s,
+                asked_ns,
+            },
+        );
+        sensors.motion_is_new = sensors.motion.is_some();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn status(supply: SensorPart, imu: SensorPart) -> SensorStatus {
+        SensorStatus { supply, imu, ..SensorStatus::NONE }
+    }
+
+    /// What is asked for after each of these polls, one a ms.
+    fn turns(share: f64, polls: u64, status: SensorStatus) -> Vec<(u64, Turn)> {
+        let mut schedule = SensorSchedule::new(Some(PageShare::new(share).unwrap()));
+        let mut turns = Vec::new();
+        for poll in 0..polls {
+            let Some(turn) = schedule.due(poll * MS) else { continue };
+            match turn {
+                Turn::Status => drop(schedule.has(status, poll * MS)),
+                Turn::Motion => schedule.pages.asked_for_more(),
+                Turn::Supply => {}
+            }
+            schedule.pages.answered();
+            turns.push((poll, turn));
+        }
+        turns
+    }
+
+    fn count(turns: &[(u64, Turn)], what: Turn) -> usize {
+        turns.iter().filter(|(_, turn)| *turn == what).count()
+    }
+
+    #[test]
+    fn both_are_read_in_turn_and_an_imu_takes_two_pages() {
+        let turns = turns(0.1, 2_000, status(SensorPart::Ads1115, SensorPart::Bmi323));
+        let [status, supply, motion] = [Turn::Status, Turn::Supply, Turn::Motion].map(|t| count(&turns, t));
+        assert_eq!(status, 2);
+        assert_eq!(status + supply + 2 * motion, 200, "{supply} {motion}");
+        assert!(supply.abs_diff(motion) <= 1, "{supply} {motion}");
+    }
+
+    #[test]
+    fn only_what_there_is_is_asked_for() {
+        let supply = turns(0.5, 2_000, status(SensorPart::Ads1115, SensorPart::None));
+        assert_eq!((count(&supply, Turn::Supply), count(&supply, Turn::Motion)), (998, 0));
+        let imu = turns(0.5, 2_000, status(SensorPart::None, SensorPart::Bmi323));
+        assert_eq!((count(&imu, Turn::Supply), count(&imu, Turn::Motion)), (0, 499));
+        let none = turns(0.5, 4_000, SensorStatus::NONE);
+        let expected: Vec<_> = [0, 1_000, 2_000, 3_000].map(|poll| (poll, Turn::Status)).into();
+        assert_eq!(none, expected, "once a second");
+    }
+
+    /// A question in 700 ms: never more than every second one is for the status.
+    #[test]
+    fn who_is_asked_seldom_is_asked_for_readings_too() {
+        let turns = turns(1.0 / 700.0, 14_000, status(SensorPart::Ads1115, SensorPart::Bmi323));
+        assert!(count(&turns, Turn::Supply) >= 3 && count(&turns, Turn::Motion) >= 3, "{turns:?}");
+        assert!(count(&turns, Turn::Status) <= turns.len() / 2 + 1, "{turns:?}");
+    }
+
+    #[test]
+    fn what_has_changed_is_news_and_counts_are_not() {
+        let mut schedule = SensorSchedule::new(None);
+        let live =
+            SensorStatus { supply_state: SensorState::Live, ..status(SensorPart::Ads1115, SensorPart::None) };
+        assert!(schedule.has(live, 0));
+        assert!(!schedule.has(SensorStatus { errors: 7, recoveries: 1, ..live }, 1));
+        assert!(schedule.has(SensorStatus { supply_state: SensorState::Stale, ..live }, 2));
+        assert!(schedule.has(SensorStatus::NONE, 3));
+    }
+}

@@ -1,0 +1,149 @@
+//! The host brings emulated chips a new program over the virtual bus: its own code, in virtual time.
+//!
+//! `cargo test -p system-tests --test host_update -- --nocapture` prints how long an update takes.
+
+#![allow(clippy::unwrap_used)]
+
+use pneudrive_host::bus::{Bus, BusOptions, PageError, UpdateError, UpdateProgress, Updated};
+use pneudrive_host::program_file::ProgramFile;
+use pneudrive_protocol::Counts;
+use pneudrive_protocol::pages::{ChipKind, LastTrial, Running};
+use pneudrive_sim::rig::{Firmware, RigOptions};
+use system_tests::firmware;
+use system_tests::update_bench::{next_version, program_of};
+use system_tests::virtual_bus::{VirtualBus, bus};
+
+/// Returns at once.
+const RETURN: u16 = 0x4770;
+
+fn chips(boards: usize, faults: &[&str]) -> Bus<VirtualBus> {
+    let options = RigOptions {
+        boards,
+        firmware: Some(Firmware::new(firmware::elf())),
+        faults: faults.iter().map(|text| text.parse().unwrap()).collect(),
+        strict: faults.is_empty(),
+        ..RigOptions::default()
+    };
+    let mut bus = bus(&options, BusOptions::default());
+    pass(&mut bus, 2.5);
+    bus
+}
+
+fn pass(bus: &mut Bus<VirtualBus>, seconds: f64) {
+    let now_s = bus.line().rig_now_ns() as f64 / 1e9;
+    bus.line_mut().sleep_until_s(now_s + seconds);
+}
+
+fn next() -> ProgramFile {
+    ProgramFile::parse(&next_version()).unwrap()
+}
+
+/// One of two boards; the other one is asked meanwhile by nobody and goes on as it was.
+#[test]
+fn an_update_reaches_its_board_and_stays() {
+    let mut bus = chips(2, &[]);
+    let started_ns = bus.line().rig_now_ns();
+    let mut told = Vec::new();
+    let done = bus.update_board(1, &next(), |progress| told.push(progress));
+    println!("an update takes {:.1} s", (bus.line().rig_now_ns() - started_ns) as f64 / 1e9);
+    assert_eq!(done, Ok(Updated::Done));
+    assert_eq!(told[told.len() - 2..], [UpdateProgress::Writing, UpdateProgress::Confirming]);
+    let (bytes, of) = (next().bytes().len(), next().bytes().len());
+    assert!(told.contains(&UpdateProgress::Sent { bytes, of }), "{told:?}");
+    assert_eq!(bus.running_crc(1), Ok(next().crc()));
+    assert_eq!(bus.update_state(1).unwrap().running, Running::Second);
+    assert_eq!(bus.update_board(1, &next(), |_| {}), Ok(Updated::Unchanged));
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
+    assert_eq!(bus.line().counters().unasked, 0);
+}
+
+/// A wire that damages and loses: pieces are sent again, and each arrives once.
+#[test]
+fn an_update_arrives_whole_over_a_bad_line() {
+    for fault in ["drop=0.0005,on=requests", "drop=0.0005,on=answers"] {
+        let mut bus = chips(1, &[fault]);
+        assert_eq!(bus.update_board(0, &next(), |_| {}), Ok(Updated::Done), "{fault}");
+        let struck = bus.line().counters().fault("drop");
+        assert!(struck > 50, "{fault}: {struck}");
+        assert_eq!(bus.running_crc(0), Ok(next().crc()));
+    }
+}
+
+/// The supply fails while the program is sent, and after it: the old program, and the next update succeeds.
+#[test]
+fn a_board_that_loses_its_supply_has_the_old_program() {
+    for at in ["power_cycle@4,board=0,ms=50", "power_cycle@12,board=0,ms=50"] {
+        let mut bus = chips(1, &[at]);
+        let mut sent = 0;
+        let result = bus.update_board(0, &next(), |progress| {
+            if let UpdateProgress::Sent { bytes, .. } = progress {
+                sent = bytes;
+            }
+        });
+        if at.contains("@4") {
+            assert!(result.is_err() && sent > 0 && sent < next().bytes().len(), "{result:?} {sent}");
+            pass(&mut bus, 1.0);
+            assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
+            assert_eq!(bus.update_board(0, &next(), |_| {}), Ok(Updated::Done));
+        }
+        // After 12 s at the latest all is over, and the cut changes nothing.
+        pass(&mut bus, 10.0);
+        assert_eq!(bus.update_state(0).unwrap().running, Running::Second);
+    }
+}
+
+#[test]
+fn a_program_that_never_answers_is_said_to_be_gone() {
+    let mut bus = chips(1, &[]);
+    let silent = ProgramFile::parse(&firmware::with_broken("on_answer_alarm", RETURN)).unwrap();
+    assert_eq!(silent.bytes().len(), program_of(firmware::elf()).len());
+    let refused = bus.update_board(0, &silent, |_| {}).unwrap_err();
+    assert!(
+        matches!(refused, UpdateError::RolledBack { last_trial: LastTrial::NotConfirmed, .. }),
+        "{refused}"
+    );
+    assert_eq!(bus.running_crc(0), Ok(0));
+}
+
+#[test]
+fn who_cannot_be_updated_says_so() {
+    let mut bus = chips(1, &[]);
+    let mut other = next_version();
+    other[200] = 2;
+    let refused = bus.update_board(0, &ProgramFile::parse(&other).unwrap(), |_| {}).unwrap_err();
+    assert!(
+        matches!(refused, UpdateError::OtherChip { chip: ChipKind::Rp2040, wanted: ChipKind::Rp2350, .. }),
+        "{refused}"
+    );
+    let native = RigOptions { boards: 1, ..RigOptions::default() };
+    let refused = system_tests::virtual_bus::bus(&native, BusOptions::default())
+        .update_board(0, &next(), |_| {})
+        .unwrap_err();
+    assert!(matches!(refused, UpdateError::Unsupported { chip: ChipKind::Native, .. }), "{refused}");
+    let mut bare = system_tests::virtual_bus::bus(
+        &RigOptions { firmware: Some(Firmware::new(firmware::elf())), ..native.clone() },
+        BusOptions { sessions: false, ..BusOptions::default() },
+    );
+    pass(&mut bare, 2.5);
+    let refused = bare.update_board(0, &next(), |_| {}).unwrap_err();
+    assert!(matches!(refused, UpdateError::NoSession { .. }), "{refused}");
+    let unchecked = BusOptions { frames: pneudrive_host::bus::FrameMode::Unchecked, ..BusOptions::default() };
+    let refused = system_tests::virtual_bus::bus(&native, unchecked).update_board(0, &next(), |_| {});
+    assert!(matches!(refused, Err(UpdateError::Page(PageError::NotChecked { .. }))), "{refused:?}");
+}
+
+/// Seen before 64 KB are sent for nothing.
+#[test]
+fn a_board_with_pressure_refuses() {
+    let mut bus = chips(1, &[]);
+    let filled = [Counts::saturating(500); 4];
+    for _ in 0..200 {
+        bus.exchange(0, filled).unwrap();
+        pass(&mut bus, 0.01);
+    }
+    let mut sent = 0;
+    let refused = bus.update_board(0, &next(), |_| sent += 1).unwrap_err();
+    assert!(matches!(refused, UpdateError::NotVented { .. }), "{refused}");
+    assert_eq!(sent, 0);
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
+}
