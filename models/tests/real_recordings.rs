@@ -102,5 +102,6 @@ fn several_runs_of_one_machine_tell_its_loads() {
 }
 
 fn named(report: &serde_json::Value) -> Vec<&str> {
-    report["causes"].as_array().unwrap().iter().filter_map(|cause| cause["effect"].as_str()).collect()
+    let causes = report["causes"].as_array().into_iter().flatten();
+    causes.filter_map(|cause| cause["effect"].as_str()).collect()
 }

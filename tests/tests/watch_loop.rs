@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::check::{Quantity, Verdict};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{DriveShare, MissedTick, Pace, PollerOptions, Polling, Supply, VENTED};
-use pneudrive_host::record::{Recorder, RecorderOptions};
+use pneudrive_host::poller::{MissedTick, Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
+use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, LiveTable, LoadOptions, Opening, Recording, load};
 use pneudrive_model::diagnosis::{ExtendedFile, Request, diagnose};
@@ -52,11 +52,12 @@ fn movements(seconds: f64, seed: u32) -> String {
 /// The host plays commands to the boards of a rig and records what they answer, 100 rows a second, with the valves' drives.
 fn play(rig: &RigOptions, commands: &str, file: &Path) -> PathBuf {
     let pace = Pace::Every { period_ns: 10_000_000, missed: MissedTick::Skip };
-    let drives = Some(DriveShare::new(1.0).unwrap());
+    let drives = Some(PageShare::new(1.0).unwrap());
     let options = PollerOptions { pace, drives, ..PollerOptions::for_devices(1) };
     let trajectory = Trajectory::parse("commands.csv", commands.as_bytes(), 1, SCALE).unwrap();
     let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED]);
-    let how = RecorderOptions { drives: true, ..RecorderOptions::default() };
+    let how =
+        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
     let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
     let mut bus = virtual_bus::bus(rig, BusOptions::default());
     // The boards have been on for a while: they do not obey for their first two seconds.

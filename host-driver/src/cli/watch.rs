@@ -8,13 +8,16 @@ use pneudrive_host::poller::Observer;
 use pneudrive_host::record::PageColumns;
 use pneudrive_host::watch::{Watch, WatchError, WatchOptions};
 
+/// A watch with what sits on the bus for it.
+type Watching = (Watch, Box<dyn Observer>);
+
 /// Starts the watch, if there is to be one. What it finds is shown wherever `events` are, and recorded.
 pub fn start(
     run: &RunArgs,
     boards: &[u8],
     calibration: &Calibration,
     events: &Events,
-) -> Result<Option<(Watch, Box<dyn Observer>)>, Failure> {
+) -> Result<Option<Watching>, Failure> {
     let Some(parameters) = &run.watch else { return Ok(None) };
     let options = WatchOptions {
         parameters: parameters.clone(),

@@ -116,13 +116,12 @@ pub fn tie(channel: &MachineChannel, models: &TiedModel) -> TiedModel {
     let parameters = first.parameters(&data.plant);
     let mut tied = models.clone();
     for position in Ties::of(data, first, Freedom::Machine).machine {
-        let (to, from): (fn(f64) -> f64, fn(f64) -> f64) = match parameters[position].scale {
-            Scale::Linear => (|v| v, |v| v),
-            Scale::Logarithmic => (f64::ln, f64::exp),
-        };
+        let logarithmic = parameters[position].scale == Scale::Logarithmic;
+        let to = |v: f64| if logarithmic { v.ln() } else { v };
         let mean =
             models.models.iter().map(|m| to(m.values[position])).sum::<f64>() / models.models.len() as f64;
-        tied.models.iter_mut().for_each(|m| m.values[position] = from(mean));
+        let value = if logarithmic { mean.exp() } else { mean };
+        tied.models.iter_mut().for_each(|m| m.values[position] = value);
     }
     tied
 }
