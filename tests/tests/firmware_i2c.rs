@@ -31,6 +31,10 @@ fn parts_are_found_at_boot_and_measure() {
     board.run(MS * 60);
     assert_eq!(board.status(), BOTH_LIVE);
     board.assert_measures();
+    // Well after a reading, so that the time that asking takes does not hold one more.
+    while !(2..=4).contains(&board.times().imu_age_ms) {
+        board.run(MS);
+    }
     let before = board.times();
     board.run(MS * 1_000);
     let after = board.times();

@@ -38,8 +38,8 @@ const WATCHDOG_TICK: u32 = 0x4005_802c;
 const PSM_WDSEL: u32 = 0x4001_0008;
 /// All but the oscillators, as Embassy has it.
 const RESET_BY_WATCHDOG: u32 = 0x1fffc;
-/// A tick in 13 cycles of the ring oscillator, which `start.rs` has set to 13 MHz.
-const TICK: u32 = 1 << 9 | 13;
+/// A tick in 17 cycles of the ring oscillator, which `start.rs` has set to 17 MHz.
+const TICK: u32 = 1 << 9 | 17;
 const ENABLE: u32 = 1 << 30;
 
 /// Called by `start.rs` with the stack at the end of RAM.

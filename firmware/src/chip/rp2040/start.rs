@@ -19,9 +19,9 @@ const XOSC_STARTUP: u32 = 12_000 * 128 / 256;
 /// Crystals of 1 to 15 MHz; enabled.
 const XOSC_CONTROL: u32 = 0xfab << 12 | 0xaa0;
 
-/// The ring oscillator divided by 8, not 16 as after a reset: 13 MHz nominally, at most 24. The divisor may be changed while it is
+/// The ring oscillator divided by 6, not 16 as after a reset: 17 MHz nominally, at most 32. The divisor may be changed while it is
 /// used (datasheet 2.17.5). Embassy sets it back when the crystal runs.
-const ROSC_DIV: u32 = 0xaa0 + 8;
+const ROSC_DIV: u32 = 0xaa0 + 6;
 
 const _: () = assert!(VALVE_PINS == 0xff << 6, "the code below is for GPIO 6 to 13");
 const _: () = assert!(IO_BANK0_AND_PADS_BANK0 == 9 << 5);
