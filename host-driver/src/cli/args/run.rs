@@ -74,7 +74,7 @@ pub struct RunArgs {
     ///
     /// The parameter file that `pneudrive-model fit` wrote, or extended.toml of `diagnose`. The program pneudrive-model is needed beside this one
     /// or in PATH. What it finds is in the view, on the page, and an event of the recording. With --drives it sees more.
-    #[arg(long, value_name = "CALIBRATED.toml")]
+    #[arg(long, value_name = "CALIBRATED.toml", hide_short_help = true)]
     pub watch: Option<PathBuf>,
     /// How long the watch learns what is usual, s [default: 600]
     #[arg(long, value_name = "S", requires = "watch", hide_short_help = true, value_parser = seconds)]

@@ -101,7 +101,7 @@ impl<'a> JointObjective<'a> {
         let weights: Vec<[f64; HATS]> = values.iter().map(|v| hats(&correction.knots, *v)).collect();
         let by_height = data.rate_derivatives(&model, &weights);
         let (machine, all) = (self.ties.machine.len(), self.ties.free().len());
-        let mut matrix = Vec::with_capacity(residuals_len(&own, all) * (all + HATS));
+        let mut matrix = Vec::with_capacity(readings.len() * (all + HATS));
         for (row, heights) in own.chunks(all.max(1)).zip(&by_height) {
             matrix.extend_from_slice(&row[..machine]);
             matrix.extend_from_slice(heights);
@@ -121,10 +121,6 @@ impl<'a> JointObjective<'a> {
             Scale::Logarithmic => (p.lower.ln(), p.upper.ln()),
         }
     }
-}
-
-fn residuals_len(matrix: &[f64], width: usize) -> usize {
-    matrix.len() / width.max(1)
 }
 
 /// Heights beyond these, kPa/s, are no correction.

@@ -146,19 +146,17 @@ pub(super) fn find(
     progress: &Progress<'_>,
 ) -> Findings {
     let tick = || progress("", 1);
-    let known_effects = known.map(|models| models.first().map_or(&[][..], |model| &model.effects[..]));
+    let known_of = |k: usize| known.map(|models| &models[k].effects[..]);
     let possible = possible(channels);
     let base = Candidate::new(channels, Missing::Nothing, base);
     let mut candidates = vec![base.clone()];
     let mut best = base.clone();
     let mut causes: Vec<NamedCause> = Vec::new();
     let worth = |models: &[TiedModel]| {
-        let parts: Vec<HeldOut> = channels
-            .iter()
-            .zip(models)
-            .map(|(channel, models)| HeldOut::of(channel, models, known_effects, &tick))
-            .collect();
-        parts
+        let of = |(k, (channel, models)): (usize, (&MachineChannel, &TiedModel))| {
+            HeldOut::of(channel, models, known_of(k), &tick)
+        };
+        channels.iter().zip(models).enumerate().map(of).collect::<Vec<HeldOut>>()
     };
     let mut held_out = worth(&base.models);
     let before = HeldOut::together(&held_out);
@@ -210,12 +208,10 @@ pub(super) fn find(
         b.1.total_cmp(&a.1).then(density(&b.0).total_cmp(&density(&a.0)))
     });
     progress("measuring sizes", 0);
-    let sizes = channels
-        .iter()
-        .zip(&best.models)
-        .zip(&held_out)
-        .map(|((channel, models), held_out)| Sizes::of(channel, models, known_effects, held_out))
-        .collect();
+    let size = |(k, channel): (usize, &MachineChannel)| {
+        Sizes::of(channel, &best.models[k], known_of(k), &held_out[k])
+    };
+    let sizes = channels.iter().enumerate().map(size).collect();
     let after = HeldOut::together(&held_out);
     Findings { candidates, base, causes, sizes, held_out: [before, after], known: known.is_some() }
 }

@@ -68,6 +68,7 @@ impl Sizes {
                     let mut size = estimate(recording, k, position);
                     if recording == 0 && ties.anchored == Some(position) {
                         size.state = "taken as the unit".to_owned();
+                        size.ci95 = Some([size.value; 2]);
                     }
                     (named(position), size)
                 })
