@@ -22,6 +22,9 @@ use crate::rig::Rig;
 /// Causes that are looked for at most: the second is found beside the first.
 const MOST_CAUSES: usize = 2;
 
+/// Recordings from which it is found out whether their loads differ; of two, one may just be the next experiment.
+const LEAST_TO_FIND_OUT: usize = 3;
+
 /// What is asked beside the recordings and the rig.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MachineRequest<'a> {
@@ -85,7 +88,8 @@ pub struct MachineDiagnosis {
     pub(super) findings: Findings,
 }
 
-/// Diagnoses recordings of one machine. Nothing, where nobody said so and the loads do not differ: then the recordings are one.
+/// Diagnoses recordings of one machine. Nothing, where nobody said so and the loads do not differ: then the recordings are one. That is
+/// found out of three recordings and more whose drives are recorded.
 ///
 /// # Errors
 /// [`DiagnosisError`] when a recording cannot carry a diagnosis, or the machine does not fit.
@@ -95,7 +99,19 @@ pub fn diagnose_machine(
     request: MachineRequest<'_>,
     progress: &Progress<'_>,
 ) -> Result<Option<MachineDiagnosis>, DiagnosisError> {
-    let (channels, notes) = channels(recordings, rig)?;
+    let asked = request.machine.is_some() || request.loads_differ.is_some();
+    if !asked && recordings.len() < LEAST_TO_FIND_OUT {
+        return Ok(None);
+    }
+    let (channels, notes) = match channels(recordings, rig) {
+        // Together they may be what each alone is not.
+        Err(_) if !asked => return Ok(None),
+        found => found?,
+    };
+    let in_loop = |channel: &MachineChannel| channel.recorded.iter().any(|data| data.inputs.in_loop());
+    if !asked && channels.iter().any(in_loop) {
+        return Ok(None);
+    }
     if channels.iter().any(|channel| channel.recorded[0].plant.model.is_regulator()) {
         return match (request.machine, request.loads_differ) {
             (None, None | Some(false)) => Ok(None),
