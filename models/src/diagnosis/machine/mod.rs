@@ -3,7 +3,7 @@
 //! ```text
 //! recordings (one channel in each) -> ties (what is the machine's, what the load's) -> objective, fit (all recordings together)
 //!   -> candidates (the catalogue, "something else", pairs) -> evidence (their densities on held-out parts, and probabilities)
-//!   -> held_out (what is gained with the curves of the other recordings) -> run, report, page
+//!   -> held_out (what is gained with the curves of the other recordings) -> search, report, run, page
 //! ```
 //!
 //! Valves, supply and sensor are the machine's and alike in all recordings; volume, tube and walls are each recording's own. One
@@ -20,6 +20,7 @@ pub mod page;
 mod recordings;
 mod report;
 mod run;
+mod search;
 mod sizes;
 mod ties;
 

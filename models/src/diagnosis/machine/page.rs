@@ -1,7 +1,8 @@
 //! `report.html` of a machine.
 
 use super::report::short;
-use super::run::{MachineDiagnosis, NamedCause};
+use super::run::MachineDiagnosis;
+use super::search::NamedCause;
 use crate::diagnosis::channel::Role;
 use crate::diagnosis::json::{Estimate, Report, Verdict};
 use crate::diagnosis::page::{bars, settings_table};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::recordings::MachineChannel;
-use super::run::{Findings, NamedCause};
+use super::search::{Findings, NamedCause};
 use super::ties::TiedModel;
 use crate::data::Recording;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, compared_rows, halved, rows_of, split};

@@ -2,7 +2,7 @@ use super::candidates::Missing;
 use super::fit::{fit_base, known_base};
 use super::loads::differ;
 use super::recordings::{MachineChannel, split_in_three};
-use super::run::{Findings, find};
+use super::search::{Findings, find};
 use crate::diagnosis::channel::Extended;
 use crate::diagnosis::testing::{channel, measured, with};
 use crate::effects::catalogue::CATALOGUE;
