@@ -353,7 +353,7 @@ fn keep_last<T>(items: &mut Vec<T>, count: usize) {
 /// Whether a parameter is what belongs to every node and means nothing to this one, or the value that `ros2 param dump` shows for a flag
 /// that was not given.
 fn means_nothing(name: &str, value: &str) -> bool {
-    let not_given = value.is_empty() || (name == "rate_hz" && value == "0");
+    let not_given = value.is_empty() || (matches!(name, "rate_hz" | "sensors") && value == "0");
     not_given
         || name == "use_sim_time"
         || name == "start_type_description_service"

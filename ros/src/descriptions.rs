@@ -10,7 +10,7 @@ use ros2_client::parameters::raw;
 const INTEGERS: [(&str, i64, i64); 2] = [("first_joint", 0, 60_000), ("allowance_us", 1, 10_000_000)];
 
 /// As [`INTEGERS`]. Some must be above 0, which a range cannot say.
-const NUMBERS: [(&str, f64, f64); 8] = [
+const NUMBERS: [(&str, f64, f64); 9] = [
     ("rate_hz", 0.0, LARGEST),
     ("publish_rate_hz", 0.0, LARGEST),
     ("max_command_age_s", 0.0, LARGEST),
@@ -19,6 +19,7 @@ const NUMBERS: [(&str, f64, f64); 8] = [
     ("diagnostics_period_s", 0.0, LARGEST),
     ("max_kpa", 0.0, f64::INFINITY),
     ("max_rate_kpa_s", 0.0, f64::INFINITY),
+    ("sensors", 0.0, 1.0),
 ];
 
 /// No rate and no time is larger.
@@ -30,6 +31,7 @@ pub fn descriptor(name: &str, value: &ParameterValue) -> raw::ParameterDescripto
     let known = *value != ParameterValue::NotSet;
     let constraints = match (settable, name) {
         (Some((_, false)), _) | (_, "diagnostics_period_s") => "above 0",
+        (_, "sensors") => "0: not asked for",
         (_, "rate_hz") => "0: as fast as the wire allows, at most 1000",
         _ => "",
     };
