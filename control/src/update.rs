@@ -39,7 +39,7 @@ pub struct Piece {
 /// What a host wants of the board's runner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UpdateOrder {
-    /// To [check](check) what has come, to keep it and to restart with it on trial.
+    /// To [`check`] what has come, to keep it and to restart with it on trial.
     Try {
         /// Bytes that have come.
         received: usize,
