@@ -8,7 +8,7 @@
 //!            stack pointer   entry    "PDF1"  length, bytes      chip    version: 10 bits each
 //! ```
 //!
-//! In an update the program's CRC-32 follows it ([`crc`], four bytes, little-endian).
+//! In an update the program's CRC-32 follows it ([`crc()`], four bytes, little-endian).
 
 use crate::pages::ChipKind;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
