@@ -205,3 +205,45 @@ fn both_kinds_of_calibration_are_taken_as_a_reference() {
         assert!(!folder.path("third").exists());
     }
 }
+
+/// A 95 % band comes with what `diagnose` wrote, holds about that share of another recording of the same kind, and is refused of a model
+/// that has none.
+#[test]
+fn a_band_holds_what_another_recording_measured() {
+    let folder = Folder::new();
+    let whole = regulator(6);
+    // The first half is diagnosed; the second was never seen.
+    let rows: Vec<&str> = whole.lines().collect();
+    let part = |rows: &[&str]| [&[whole.lines().next().unwrap()], rows].concat().join("\n") + "\n";
+    folder.write("run.csv", part(&rows[1..2501]).as_bytes());
+    folder.write("later.csv", part(&rows[2501..]).as_bytes());
+    let done = run(folder.root(), &["diagnose", "run.csv", "--out", "d"]);
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let simulate = |parameters: &str| {
+        let arguments =
+            ["simulate", "later.csv", "--parameters", parameters, "--out", "s.csv", "--band", "band.csv"];
+        run(folder.root(), &arguments)
+    };
+    let done = simulate("d/extended.toml");
+    assert_eq!(done.status, 0, "{}", done.stderr);
+    let text = std::fs::read_to_string(folder.path("band.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some("t_s,b0c0_low_kpa,b0c0_high_kpa"));
+    let measured = pressures(&folder, "later.csv");
+    let held = lines.zip(&measured).filter(|(line, measured)| {
+        let numbers: Vec<f64> = line.split(',').map(|n| n.parse().unwrap()).collect();
+        (numbers[1]..=numbers[2]).contains(*measured)
+    });
+    let share = held.count() as f64 / measured.len() as f64;
+    assert!((0.9..0.99).contains(&share), "{share}");
+    assert!(done.stdout.contains(&format!("95 % band holds {:.1} %", 100.0 * share)), "{}", done.stdout);
+
+    let fit =
+        run(folder.root(), &["fit", "run.csv", "--model", "linear", "--starts", "1", "--out", "p.toml"]);
+    assert_eq!(fit.status, 0, "{}", fit.stderr);
+    std::fs::remove_file(folder.path("band.csv")).unwrap();
+    let refused = simulate("p.toml");
+    assert_ne!(refused.status, 0);
+    assert!(refused.stderr.contains("no band") && refused.stderr.contains("diagnose"), "{}", refused.stderr);
+    assert!(!folder.path("band.csv").exists());
+}

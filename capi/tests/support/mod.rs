@@ -123,6 +123,7 @@ pub fn extended(rng: &mut Pcg64Mcg, driven: Driven, channels: u8, effects: &[&st
             parameters: base(rng, driven),
             effects: effects.iter().map(|id| ((*id).to_owned(), effect(rng, of(id)))).collect(),
             correction: None,
+            band: None,
         };
         (ChannelId { board: 0, channel }.to_string(), stored)
     };

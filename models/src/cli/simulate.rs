@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use pneudrive_model::data::{ChannelId, Loaded, write};
 use pneudrive_model::experiment::Score;
 use pneudrive_model::report::number;
-use pneudrive_model::simulation::{CalibratedModel, SimulatedModel, SimulationSettings, simulate};
+use pneudrive_model::simulation::{
+    CalibratedModel, SimulatedModel, Simulation, SimulationSettings, simulate,
+};
 use serde::Serialize;
 
 use super::input::DataArgs;
@@ -34,6 +36,10 @@ pub struct Args {
     /// Simulate the board's loop [default: as fitted; on if the drive is not in DATA]
     #[arg(long, value_enum, default_value_t = ControllerArg::Auto)]
     controller: ControllerArg,
+    /// Write the 95 % band around each simulated pressure, too: time, lowest and highest pressure of each channel. Models of `diagnose`
+    /// have one
+    #[arg(long, value_name = "FILE.csv")]
+    band: Option<PathBuf>,
     /// Pressure to start from where DATA has no measured one, kPa gauge
     #[arg(long, value_name = "KPA", default_value_t = 0.0, allow_negative_numbers = true)]
     start_kpa: f64,
@@ -55,6 +61,8 @@ struct ChannelOutput<'a> {
     score: Option<Score>,
     lowest_kpa: f64,
     highest_kpa: f64,
+    /// Share of the measured pressures that the 95 % band holds.
+    band_holds: Option<f64>,
 }
 
 impl Args {
@@ -74,13 +82,27 @@ impl Args {
             let judged = channel.score.map_or_else(String::new, |s| {
                 format!("; RMSE to the measured pressure {} kPa", number(s.rmse_kpa, 3))
             });
+            let band_holds = channel.band.as_ref().and_then(|band| band.holds);
+            let held = band_holds.map_or_else(String::new, |share| {
+                format!(", of which its 95 % band holds {:.1} %", 100.0 * share)
+            });
             println!(
-                "{}: {}, {lowest_kpa:.2} to {highest_kpa:.2} kPa{judged}",
+                "{}: {}, {lowest_kpa:.2} to {highest_kpa:.2} kPa{judged}{held}",
                 channel.id,
                 channel.model.words()
             );
             let (setup, score) = (&channel.model, channel.score);
-            channels.insert(channel.id, ChannelOutput { setup, score, lowest_kpa, highest_kpa });
+            channels.insert(channel.id, ChannelOutput { setup, score, lowest_kpa, highest_kpa, band_holds });
+        }
+        if let Some(path) = &self.band {
+            let parameters = self.parameters.display();
+            let band = band_csv(&simulation, &recording.time_s).ok_or_else(|| {
+                Failure::input(format!(
+                    "{parameters}: there is no band in it; extended.toml of `diagnose` has one"
+                ))
+            })?;
+            write::text_atomically(path, &band)?;
+            println!("wrote {}", path.display());
         }
         write::recording(&self.out, &simulation.recording(&recording))?;
         let json = json_beside(&self.out);
@@ -91,6 +113,23 @@ impl Args {
         println!("wrote {} and {}", self.out.display(), json.display());
         Ok(())
     }
+}
+
+/// Time, lowest and highest pressure of each channel that has a band. Nothing where none has.
+fn band_csv(simulation: &Simulation, time_s: &[f64]) -> Option<String> {
+    let banded = || simulation.channels.iter().filter_map(|c| Some((c, c.band.as_ref()?)));
+    banded().next()?;
+    let names = banded().map(|(c, _)| format!(",{0}_low_kpa,{0}_high_kpa", c.id));
+    let mut text = format!("t_s{}\n", names.collect::<String>());
+    for (row, t) in time_s.iter().enumerate() {
+        text.push_str(&format!("{t:.6}"));
+        for (channel, band) in banded() {
+            let (kpa, half_kpa) = (channel.kpa[row], band.half_width_kpa[row]);
+            text.push_str(&format!(",{:.4},{:.4}", kpa - half_kpa, kpa + half_kpa));
+        }
+        text.push('\n');
+    }
+    Some(text)
 }
 
 /// `a.csv.gz` becomes `a.json`.

@@ -40,7 +40,7 @@ pub struct Report {
     /// Every level, prior and threshold that decided, by its name in [`settings`](crate::diagnosis::settings); the page says what and why.
     #[serde(default)]
     pub settings: BTreeMap<String, f64>,
-    /// Explanations with their probabilities, the likeliest first; of several recordings of one machine.
+    /// Explanations with their probabilities, the most probable first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<Alternative>,
     /// The machine, where several recordings of one were given, or one of a machine that is known.
@@ -306,4 +306,8 @@ pub struct Checks {
     pub blocks: [usize; 3],
     /// Length of a block, s.
     pub block_s: f64,
+    /// Share of the readings of the test blocks that the 95 % band of the extended model holds; of a machine, of the last parts of all
+    /// recordings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band_holds: Option<f64>,
 }

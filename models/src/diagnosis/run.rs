@@ -8,13 +8,16 @@ use crate::diagnosis::discrepancy::{
 };
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::evidence::evidence;
 use crate::diagnosis::greybox;
 use crate::diagnosis::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict,
 };
 use crate::diagnosis::likelihood::limit_cycle;
 use crate::diagnosis::preconditions::{Purpose, check, prepare_for};
-use crate::diagnosis::report::{ExtendedFile, cause, earned, extended_file, verdict};
+use crate::diagnosis::report::{
+    ExtendedFile, alternatives, band_holds, cause, earned, extended_file, verdict,
+};
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
 use crate::diagnosis::settings;
@@ -103,23 +106,37 @@ pub fn diagnose(
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }
-    if !change && outcome.causes.is_empty() && adequacy::astray(&channels, &outcome.base) {
+    if !change && adequacy::astray(&channels, &outcome.base) {
         progress("fitting the catalogue by likelihood", 0);
         // A channel that has too few rows to be looked at slowly is looked at as it is.
         let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
         let looked_at = slowly.as_ref().unwrap_or(&channels);
-        if let Some(named) = greybox::name(looked_at, &outcome.base, &|| progress("", 1)) {
+        let named = greybox::name(looked_at, &outcome.base, &|| progress("", 1));
+        // What the search has named from a base model that is far off stands only if it predicts better.
+        if let Some(named) =
+            named.filter(|named| outcome.causes.is_empty() || predicts_better(&channels, named, &outcome))
+        {
             adopt(&mut outcome, &mut channels, named);
             rest = Rest::new(&channels, &outcome, change);
             notes.push(BY_LIKELIHOOD.to_owned());
         }
     }
+    progress("weighing explanations", 0);
+    let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, rest, notes, change);
+    diagnosis.report.weigh(&weighed);
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)
+}
+
+/// Does the effect that stands out by likelihood predict the choosing blocks better than what the search has named?
+fn predicts_better(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
+    let searched: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+    let density = |models: &[Extended]| evidence(channels, models).log_density();
+    named.effect.as_ref().is_some_and(|effect| density(&effect.models) > density(&searched))
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.
@@ -219,6 +236,7 @@ fn assemble(
             .collect(),
     };
     let count = |role| channels.first().map_or(0, |d| d.blocks.iter().filter(|b| b.role == role).count());
+    let extended = extended_file(&channels, &extended_models, rig);
     let mut report = Report {
         schema: SCHEMA.to_owned(),
         data: Data {
@@ -242,13 +260,13 @@ fn assemble(
             allowed_rmse_kpa: allowed_kpa,
             blocks: [count(Role::Fit), count(Role::Select), count(Role::Test)],
             block_s: block_length_s(recording.duration_s()),
+            band_holds: band_holds([(&channels[..], &extended_models[..], &extended)]),
         },
         settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
         alternatives: Vec::new(),
         machine: None,
     };
     report.sentence = verdict::sentence(&report, change);
-    let extended = extended_file(&channels, &extended_models, rig);
     Diagnosis {
         report,
         extended,

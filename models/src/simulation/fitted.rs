@@ -51,5 +51,6 @@ fn simulate_channel(
         model: SimulatedModel::Fitted(setup),
         kpa: absolute_pa.iter().map(|pa| pa * 1e-3 - ambient_kpa).collect(),
         score: (channel.usable_samples() > 0).then(|| score(series, &absolute_pa)).flatten(),
+        band: None,
     })
 }

@@ -15,5 +15,5 @@ mod run;
 pub use calibrated::CalibratedModel;
 pub use error::SimulationError;
 pub use first_order::{FirstOrder, first_order};
-pub use result::{SimulatedChannel, SimulatedModel, Simulation, SimulationSettings};
+pub use result::{SimulatedBand, SimulatedChannel, SimulatedModel, Simulation, SimulationSettings};
 pub use run::simulate;

@@ -35,6 +35,17 @@ pub struct SimulatedChannel {
     pub kpa: Vec<f64>,
     /// Its errors against the measured pressures, where there are some.
     pub score: Option<Score>,
+    /// The 95 % band around it, where the model's file has one.
+    pub band: Option<SimulatedBand>,
+}
+
+/// A 95 % band around a simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SimulatedBand {
+    /// Half of its width, row by row, kPa.
+    pub half_width_kpa: Vec<f64>,
+    /// Share of the measured pressures that it holds, where there are some.
+    pub holds: Option<f64>,
 }
 
 /// What was simulated.

@@ -41,6 +41,7 @@ pub fn calibrated() -> ExtendedFile {
             parameters: names.map(str::to_owned).into_iter().zip(values).collect(),
             effects: BTreeMap::new(),
             correction: None,
+            band: None,
         },
     );
     file

@@ -252,7 +252,7 @@ pub fn simulate(
     };
     let simulated = simulation.map_err(errors::simulation)?.channels.into_iter();
     let channels = simulated.map(|one| {
-        let simulation::SimulatedChannel { id, model, kpa, score } = one;
+        let simulation::SimulatedChannel { id, model, kpa, score, .. } = one;
         Trace { id, model: model.words(), kpa, score }
     });
     Ok(Simulation { loaded, channels: channels.collect() })

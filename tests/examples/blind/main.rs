@@ -17,6 +17,7 @@ use std::process::{Command, ExitCode};
 
 use recording::{Extent, record};
 use system_tests::blind::plan::{self, Case, SIZES, round};
+use system_tests::blind::reliability::Reliability;
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
@@ -137,6 +138,7 @@ fn diagnose(directory: &Path, program: &str) -> Result<()> {
 fn print_score(directory: &Path) -> Result<()> {
     let mut scored: Vec<(Case, Outcome, String)> = Vec::new();
     let (mut inside, mut intervals) = (0, 0);
+    let mut reliability = Reliability::default();
     for folder in folders(directory)? {
         let Ok(text) = std::fs::read_to_string(folder.join("report.json")) else {
             continue;
@@ -144,6 +146,7 @@ fn print_score(directory: &Path) -> Result<()> {
         let case: Case = serde_json::from_str(&std::fs::read_to_string(folder.join("truth.json"))?)?;
         let report: serde_json::Value = serde_json::from_str(&text)?;
         let outcome = score(&case, &report);
+        reliability.add(&case, &report);
         if let Some(covers) = covered(&case, &report) {
             inside += usize::from(covers);
             intervals += 1;
@@ -156,5 +159,6 @@ fn print_score(directory: &Path) -> Result<()> {
     }
     println!("\n{}\n{}", matrix(&scored), summary(&scored));
     println!("95 % intervals of sizes that contain the hidden size: {inside} of {intervals}");
+    println!("\nProbabilities:\n{}", reliability.table());
     Ok(())
 }

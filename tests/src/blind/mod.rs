@@ -5,5 +5,6 @@
 //! None uses another's crate: the example `blind` and the test `blind_diagnosis` bring them together.
 
 pub mod plan;
+pub mod reliability;
 pub mod score;
 pub mod table;

@@ -25,6 +25,8 @@ pub struct Named {
     pub base: Vec<Extended>,
     /// The effect that explains most and what cannot be told from it; nothing where likelihood and simulation do not agree.
     pub effect: Option<NamedEffect>,
+    /// All effects that gain where the models were not fitted, with their models.
+    pub contenders: Vec<(usize, Vec<Extended>)>,
 }
 
 /// An effect with its models.
@@ -96,7 +98,8 @@ pub fn name(channels: &[ChannelData], known: &[Extended], progress: &(dyn Fn() +
                 .collect(),
         }
     });
-    Some(Named { base, effect })
+    let contenders = contenders.into_iter().map(|c| (c.effect, c.models)).collect();
+    Some(Named { base, effect, contenders })
 }
 
 /// The whole catalogue on the channel whose pressure moves most over its noise, and what gained most there on the others.

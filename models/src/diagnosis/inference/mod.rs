@@ -10,9 +10,12 @@
 //!
 //! What is taken for known and is not (`considered`) widens both ends, and does not average out either.
 //!
+//! [`band`] says how far readings are from the simulation itself.
+//!
 //! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
 //! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
 
+pub mod band;
 mod considered;
 mod likely_sizes;
 mod pool;

@@ -1,50 +1,18 @@
 //! Explanations of what a machine's base model lacks: nothing, something smooth without a name, single effects, pairs.
 
-use super::evidence::Evidence;
+use super::evidence::evidence_of;
 use super::fit::{cost, effect_starts, race, refit};
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel};
 use crate::diagnosis::channel::{Correction, Extended, HATS, Role, Variable};
 use crate::diagnosis::discrepancy::knots;
+use crate::diagnosis::evidence::{Evidence, Missing};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
 
 /// Evaluations in which a correction along one variable is looked at, and in which the best is fitted.
 const CORRECTION: (usize, usize) = (5, 15);
-
-/// What may be missing.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Missing {
-    /// Nothing.
-    Nothing,
-    /// Something that depends on one measured variable, beside some effects; without a name.
-    SomethingElse(Vec<usize>),
-    /// Effects of the catalogue, in the order in which they were found.
-    Effects(Vec<usize>),
-}
-
-impl Missing {
-    /// Effects of the catalogue in it.
-    #[must_use]
-    pub fn effects(&self) -> &[usize] {
-        match self {
-            Self::Nothing => &[],
-            Self::SomethingElse(effects) | Self::Effects(effects) => effects,
-        }
-    }
-
-    /// Ids, as reports have them.
-    #[must_use]
-    pub fn ids(&self) -> Vec<String> {
-        let named = self.effects().iter().map(|&e| CATALOGUE[e].id.to_owned());
-        match self {
-            Self::Nothing => vec!["none".to_owned()],
-            Self::SomethingElse(_) => named.chain(["something_else".to_owned()]).collect(),
-            Self::Effects(_) => named.collect(),
-        }
-    }
-}
 
 /// An explanation, fitted.
 #[derive(Debug, Clone)]
@@ -64,7 +32,7 @@ impl Candidate {
     #[must_use]
     pub fn new(channels: &[MachineChannel], missing: Missing, models: Vec<TiedModel>) -> Self {
         let by_channel: Vec<Evidence> =
-            channels.iter().zip(&models).map(|(channel, models)| Evidence::of(channel, models)).collect();
+            channels.iter().zip(&models).map(|(channel, models)| evidence_of(channel, models)).collect();
         let evidence = Evidence::together(&by_channel);
         Self { missing, models, by_channel, evidence }
     }

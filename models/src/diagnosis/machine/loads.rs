@@ -1,10 +1,11 @@
 //! Whether the loads of several recordings differ, where nobody said so.
 
-use super::evidence::Evidence;
+use super::evidence::evidence_of;
 use super::fit::{refit, tie};
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel};
 use crate::diagnosis::channel::Role;
+use crate::diagnosis::evidence::Evidence;
 use crate::diagnosis::settings::SETTINGS;
 
 /// Evaluations that fit one load for all recordings.
@@ -16,7 +17,7 @@ const ONE_LOAD: usize = 30;
 /// name must take.
 #[must_use]
 pub fn differ(channels: &[MachineChannel], models: &[TiedModel]) -> bool {
-    let own: Vec<Evidence> = channels.iter().zip(models).map(|(c, m)| Evidence::of(c, m)).collect();
+    let own: Vec<Evidence> = channels.iter().zip(models).map(|(c, m)| evidence_of(c, m)).collect();
     let one: Vec<Evidence> = channels
         .iter()
         .zip(models)
@@ -25,7 +26,7 @@ pub fn differ(channels: &[MachineChannel], models: &[TiedModel]) -> bool {
             let first = start.models[0].clone();
             start.models.iter_mut().for_each(|model| *model = first.clone());
             let fitted = refit(channel, &start, Freedom::OneLoad, &[Role::Fit], ONE_LOAD).models;
-            Evidence::of(channel, &fitted)
+            evidence_of(channel, &fitted)
         })
         .collect();
     let (own, one) = (Evidence::together(&own), Evidence::together(&one));

@@ -5,7 +5,7 @@ use super::run::MachineDiagnosis;
 use super::search::NamedCause;
 use crate::diagnosis::channel::Role;
 use crate::diagnosis::json::{Estimate, Report, Verdict};
-use crate::diagnosis::page::{bars, settings_table};
+use crate::diagnosis::page::{alternatives, bars, settings_table};
 use crate::diagnosis::report::verdict;
 use crate::effects::catalogue::CATALOGUE;
 use crate::report::{
@@ -24,7 +24,7 @@ pub fn page(diagnosis: &MachineDiagnosis, footer: &str) -> Result<String, PlotEr
     for (named, cause) in diagnosis.findings.causes.iter().zip(&report.causes) {
         page.section(verdict::title(&cause.effect), details(diagnosis, named));
     }
-    page.section("What else it could be", alternatives(report));
+    page.section("What else it could be", alternatives::markup(report, "recordings"));
     page.section("The loads", loads(diagnosis));
     page.section("Measured and simulated", measured(diagnosis)?);
     page.section("How this was decided", method(diagnosis));
@@ -126,30 +126,6 @@ fn sizes(diagnosis: &MachineDiagnosis, name: &str, meaning: &str, unit: &str) ->
     }
     let unit = if unit == "1" { String::new() } else { format!(", {unit}") };
     html! { @if !lines.is_empty() { (Intervals { title: format!("{meaning}{unit}"), lines, mark: None }.markup()) } }
-}
-
-fn alternatives(report: &Report) -> Markup {
-    let mut table = Table::new(&[
-        ("Missing", Align::Left),
-        ("probability", Align::Right),
-        ("error where causes are chosen, kPa", Align::Right),
-    ]);
-    for a in &report.alternatives {
-        let names: Vec<&str> = a
-            .causes
-            .iter()
-            .map(|id| match id.as_str() {
-                "none" => "nothing",
-                "something_else" => "something smooth without a name",
-                id => verdict::title(id),
-            })
-            .collect();
-        let row = [names.join(" and "), format!("{:.3}", a.probability), significant(a.select_rmse_kpa, 3)];
-        table.row(row);
-    }
-    table
-        .caption("How often each explanation is the likeliest of all when recordings are weighed anew (Bayesian bootstrap). Explanations less probable than 0.001 are left out.")
-        .markup()
 }
 
 fn loads(diagnosis: &MachineDiagnosis) -> Markup {

@@ -14,15 +14,11 @@ use crate::diagnosis::json::{
     Alternative, Baseline, BaselineChannel, Cause, Checks, Data, Estimate, MachineRecord, MachineReport,
     Report, SCHEMA, Symptom, Unexplained, Verdict,
 };
-use crate::diagnosis::report::{ExtendedFile, extended_file, verdict};
+use crate::diagnosis::report::alternatives::listed;
+use crate::diagnosis::report::{ExtendedFile, band_holds, extended_file, verdict};
 use crate::diagnosis::settings;
 use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
-
-/// Explanations that are listed.
-const LISTED: usize = 8;
-/// Explanations less probable than this are not listed.
-const LEAST_PROBABLE: f64 = 0.001;
 
 /// What a report is made of.
 pub(super) struct Found<'a> {
@@ -75,6 +71,7 @@ impl Found<'_> {
                 halved_step_rms_kpa: halved_kpa,
                 blocks: [1; 3],
                 block_s: self.recordings.iter().map(Recording::duration_s).fold(0.0, f64::max) / 3.0,
+                band_holds: None,
             },
             settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
             alternatives: self.alternatives(),
@@ -87,12 +84,23 @@ impl Found<'_> {
     /// The extended model of each recording, with its file's name.
     pub fn extended(&self, rig: &Rig) -> Vec<(String, ExtendedFile)> {
         let one = |r: usize| {
-            let data: Vec<ChannelData> = self.channels.iter().map(|c| c.recorded[r].clone()).collect();
-            let models: Vec<Extended> =
-                self.findings.sizes.iter().map(|s| s.models.models[r].clone()).collect();
+            let (data, models) = self.recorded(r);
             (file_of(self.names, r), extended_file(&data, &models, rig))
         };
         (0..self.names.len()).map(one).collect()
+    }
+
+    /// Share of the readings of the last parts that the bands of these models hold.
+    pub fn band_holds(&self, extended: &[(String, ExtendedFile)]) -> Option<f64> {
+        let recorded: Vec<_> = (0..extended.len()).map(|r| self.recorded(r)).collect();
+        let all = recorded.iter().zip(extended);
+        band_holds(all.map(|((data, models), (_, file))| (&data[..], &models[..], file)))
+    }
+
+    /// The channels of a recording with their final models.
+    fn recorded(&self, r: usize) -> (Vec<ChannelData>, Vec<Extended>) {
+        let data = self.channels.iter().map(|c| c.recorded[r].clone()).collect();
+        (data, self.findings.sizes.iter().map(|s| s.models.models[r].clone()).collect())
     }
 
     fn data(&self) -> Data {
@@ -151,13 +159,8 @@ impl Found<'_> {
     }
 
     fn alternatives(&self) -> Vec<Alternative> {
-        let all = self.findings.candidates.iter().filter(|(_, p)| *p >= LEAST_PROBABLE).take(LISTED);
-        all.map(|(candidate, probability)| Alternative {
-            causes: candidate.missing.ids(),
-            probability: *probability,
-            select_rmse_kpa: candidate.evidence.rmse_kpa(),
-        })
-        .collect()
+        let all = self.findings.candidates.iter();
+        listed(all.map(|(candidate, p)| (&candidate.missing, *p, candidate.evidence.rmse_kpa())))
     }
 
     fn machine(&self) -> MachineReport {

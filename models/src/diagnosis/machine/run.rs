@@ -98,7 +98,8 @@ pub fn diagnose_machine(
     let findings = find(&channels, base, known, progress);
     let names: Vec<String> = recordings.iter().map(|r| r.source.file.clone()).collect();
     let found = report::Found { channels: &channels, findings: &findings, recordings, names: &names };
-    let report = found.report(notes);
+    let mut report = found.report(notes);
     let extended = found.extended(rig);
+    report.checks.band_holds = found.band_holds(&extended);
     Ok(Some(MachineDiagnosis { report, extended, channels, findings }))
 }

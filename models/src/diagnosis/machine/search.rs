@@ -1,12 +1,13 @@
 //! The search: the catalogue, and beside the best of it the catalogue again.
 
-use super::candidates::{Candidate, Missing, possible, with_effect, with_something_else};
-use super::evidence::{Evidence, probabilities};
+use super::candidates::{Candidate, possible, with_effect, with_something_else};
+
 use super::held_out::HeldOut;
 use super::recordings::MachineChannel;
 use super::sizes::Sizes;
 use super::ties::TiedModel;
 use crate::diagnosis::channel::Extended;
+use crate::diagnosis::evidence::{Evidence, Missing, probabilities};
 use crate::diagnosis::json::Gain;
 use crate::diagnosis::selection::Progress;
 use crate::diagnosis::settings::SETTINGS;

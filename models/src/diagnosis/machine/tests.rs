@@ -1,9 +1,9 @@
-use super::candidates::Missing;
 use super::fit::{fit_base, known_base};
 use super::loads::differ;
 use super::recordings::{MachineChannel, split_in_three};
 use super::search::{Findings, find};
 use crate::diagnosis::channel::Extended;
+use crate::diagnosis::evidence::Missing;
 use crate::diagnosis::testing::{channel, measured, with};
 use crate::effects::catalogue::CATALOGUE;
 

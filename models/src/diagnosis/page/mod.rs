@@ -1,5 +1,6 @@
 //! `report.html`: the result for a person who knows valves and no statistics.
 
+pub mod alternatives;
 mod causes;
 mod headline;
 mod measured;
@@ -27,6 +28,7 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     if !report.imperfections.is_empty() {
         page.section("Modelled, but not named", causes::unnamed(report));
     }
+    page.section("What else it could be", alternatives::markup(report, "blocks"));
     if let Some(next) = &report.next_experiment {
         page.section("Next experiment", next_experiment(next));
     }
@@ -139,6 +141,12 @@ fn unexplained(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
             100.0 * g.ci95[1]
         )
     });
+    let band = report.checks.band_holds.map(|held| {
+        format!(
+            "The extended model has a 95 % band around what it simulates (`simulate --band`). It holds {:.1} % of the readings of the test blocks.",
+            100.0 * held
+        )
+    });
     let plots = if left.depends_on.is_empty() || report.causes.is_empty() {
         html! {}
     } else {
@@ -148,6 +156,7 @@ fn unexplained(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
         (paragraph(&words))
         (paragraph(&share))
         @if let Some(text) = corrected { (paragraph(&text)) }
+        @if let Some(text) = band { (paragraph(&text)) }
         (plots)
     })
 }

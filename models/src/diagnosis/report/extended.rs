@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::data::write;
 use crate::diagnosis::channel::{ChannelData, Correction, Extended};
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::inference::band::Band;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::experiment::{DriveKind, ModelKind};
 use crate::model::FlowForm;
@@ -50,6 +51,9 @@ pub struct ExtendedChannel {
     /// Smooth correction of what no effect explains.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correction: Option<Correction>,
+    /// Where 95 % of the readings lie around the simulation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band: Option<Band>,
 }
 
 /// The file's content for some models.
@@ -70,6 +74,7 @@ pub fn extended_file(channels: &[ChannelData], models: &[Extended], rig: &Rig) -
             parameters,
             effects: effects.collect(),
             correction: model.correction.clone(),
+            band: Band::of(data, model),
         }
     };
     ExtendedFile {
@@ -79,6 +84,22 @@ pub fn extended_file(channels: &[ChannelData], models: &[Extended], rig: &Rig) -
         rig: rig.clone(),
         channels: channels.iter().zip(models).map(|(d, m)| (d.id.to_string(), one(d, m))).collect(),
     }
+}
+
+/// Of each recording its channels, their models and their file: the share of the readings of all test blocks that the bands hold.
+#[must_use]
+pub fn band_holds<'a>(
+    recordings: impl IntoIterator<Item = (&'a [ChannelData], &'a [Extended], &'a ExtendedFile)>,
+) -> Option<f64> {
+    let (mut inside, mut count) = (0, 0);
+    for (channels, models, file) in recordings {
+        for (data, model) in channels.iter().zip(models) {
+            let band = file.channels.get(&data.id.to_string()).and_then(|channel| channel.band);
+            let held = band.map_or((0, 0), |band| band.held(data, model));
+            (inside, count) = (inside + held.0, count + held.1);
+        }
+    }
+    (count > 0).then(|| inside as f64 / count as f64)
 }
 
 impl ExtendedFile {
@@ -137,6 +158,7 @@ impl ExtendedFile {
                 parameters: stored.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
                 effects: BTreeMap::new(),
                 correction: None,
+                band: None,
             };
             channels.insert(id.to_string(), channel);
         }

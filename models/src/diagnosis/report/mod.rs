@@ -1,9 +1,10 @@
 //! What the result says: causes with sizes, what has earned a name, the verdict, the extended model.
 
+pub mod alternatives;
 mod causes;
 pub mod earned;
 mod extended;
 pub mod verdict;
 
 pub use causes::cause;
-pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA, extended_file};
+pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA, band_holds, extended_file};

@@ -5,18 +5,24 @@ use super::search::{Outcome, staged};
 use super::selected::Found;
 use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, plain_cost};
+use crate::diagnosis::evidence::{Explanation, Missing};
 use crate::diagnosis::greybox::{Named, NamedEffect};
 use crate::diagnosis::likelihood::select_total;
 
 /// Takes over base models that are closer to the recording, and the effect that stands out, if one does.
 pub fn adopt(outcome: &mut Outcome, channels: &mut [ChannelData], named: Named) {
-    let Named { base, effect } = named;
+    let Named { base, effect, contenders } = named;
     for ((data, known), base) in channels.iter().zip(&mut outcome.base).zip(base) {
         if plain_cost(data, &base) < plain_cost(data, known) {
             *known = base;
         }
     }
     outcome.by_likelihood = true;
+    outcome.explanations.extend(
+        contenders
+            .into_iter()
+            .map(|(effect, models)| Explanation { missing: Missing::Effects(vec![effect]), models }),
+    );
     let models =
         effect.as_ref().map_or_else(|| outcome.base.clone(), |found| with_effect(&outcome.base, found));
     share_draws(channels, &models);

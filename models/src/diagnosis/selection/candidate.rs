@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
 use crate::diagnosis::estimation::{ChannelStage, fit_from};
+use crate::diagnosis::evidence::{Explanation, Missing};
 use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, total, whitened_residuals};
 use crate::diagnosis::screening::Trial;
-use crate::effects::Reach;
 use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{Question, Reach};
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
 const SECOND: f64 = 1.5;
@@ -24,6 +25,19 @@ pub struct Candidate {
     pub acts: Vec<bool>,
     /// What they leave, channel by channel.
     pub losses: Vec<Losses>,
+}
+
+impl Candidate {
+    /// As an explanation, beside effects that were named before. A foil stands for causes outside the catalogue.
+    #[must_use]
+    pub fn explanation(&self, named: &[usize]) -> Explanation {
+        let missing = if CATALOGUE[self.effect].question == Question::Foil {
+            Missing::SomethingElse(named.to_vec())
+        } else {
+            Missing::Effects(named.iter().copied().chain([self.effect]).collect())
+        };
+        Explanation { missing, models: self.models.clone() }
+    }
 }
 
 /// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from

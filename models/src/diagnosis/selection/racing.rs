@@ -54,14 +54,14 @@ pub struct Considered {
     pub loss: Option<f64>,
 }
 
-/// Refits what passed the gate; returns the winner and all candidates, best first, when one is worth naming.
+/// Refits what passed the gate; returns all candidates, best first, and which of them is worth naming, if one is.
 pub fn round(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     tried: &[Vec<Trial>],
     gates: &[Gate],
     rounds: &mut Vec<Vec<Considered>>,
-) -> Option<(usize, Vec<Candidate>)> {
+) -> (Option<usize>, Vec<Candidate>) {
     let mut passed: Vec<(f64, usize)> = gates
         .iter()
         .filter(|g| g.p_value <= SETTINGS.level)
@@ -134,10 +134,9 @@ pub fn round(
         })
         .collect();
     rounds.push(considered);
-    let winner = ranked
-        .iter()
-        .position(|candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate))?;
-    Some((winner, ranked))
+    let winner =
+        ranked.iter().position(|candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate));
+    (winner, ranked)
 }
 
 /// Does it stand for causes outside the catalogue?

@@ -10,6 +10,7 @@ use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, halved, share_draws, simulate_finer};
 use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, refit, refit_near};
+use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::likelihood::{Whitening, hunts, likelier, together};
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, judge, trials};
@@ -35,6 +36,8 @@ pub struct Outcome {
     pub first_gates: Vec<Gate>,
     /// What was considered in every round.
     pub rounds: Vec<Vec<Considered>>,
+    /// What was refitted on the way: explanations with their models.
+    pub explanations: Vec<Explanation>,
     /// A name that was found and not given.
     pub withheld: Option<Withheld>,
     /// Has the likelihood fitted the models? Then they are not fitted again by weighted squares.
@@ -88,8 +91,8 @@ pub fn search(
             None => share_draws(channels, &models),
         }
     }
-    let Named { causes, gates, first_gates, rounds, withheld } = named;
-    Outcome { base, causes, stages, gates, first_gates, rounds, withheld, by_likelihood: false }
+    let Named { causes, gates, first_gates, rounds, explanations, withheld } = named;
+    Outcome { base, causes, stages, gates, first_gates, rounds, explanations, withheld, by_likelihood: false }
 }
 
 fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
@@ -103,6 +106,7 @@ struct Named {
     gates: Vec<Gate>,
     first_gates: Vec<Gate>,
     rounds: Vec<Vec<Considered>>,
+    explanations: Vec<Explanation>,
     withheld: Option<Withheld>,
 }
 
@@ -112,7 +116,7 @@ fn name(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
     question: Question,
-    Named { causes, gates, first_gates, rounds, withheld }: &mut Named,
+    Named { causes, gates, first_gates, rounds, explanations, withheld }: &mut Named,
     progress: &Progress<'_>,
 ) {
     let fixed = question == Question::Change;
@@ -127,7 +131,10 @@ fn name(
             break;
         }
         progress("refitting what passed", causes.len() as u64);
-        let Some((winner, ranked)) = round(channels, stages, &tried, gates, rounds) else {
+        let (winner, ranked) = round(channels, stages, &tried, gates, rounds);
+        let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
+        explanations.extend(ranked.iter().filter(|c| c.acts.contains(&true)).map(|c| c.explanation(&named)));
+        let Some(winner) = winner else {
             break;
         };
         let equivalent = rivals(channels, stages, &ranked, winner);

@@ -1,0 +1,32 @@
+//! What else it could be.
+
+use crate::diagnosis::json::Report;
+use crate::diagnosis::report::verdict;
+use crate::report::{Align, Markup, Table, significant};
+
+/// The explanations with their probabilities; `units` are what is weighed anew: blocks or recordings.
+pub fn markup(report: &Report, units: &str) -> Markup {
+    let mut table = Table::new(&[
+        ("Missing", Align::Left),
+        ("probability", Align::Right),
+        ("error where causes are chosen, kPa", Align::Right),
+    ]);
+    for a in &report.alternatives {
+        let names: Vec<&str> = a
+            .causes
+            .iter()
+            .map(|id| match id.as_str() {
+                "none" => "nothing",
+                "something_else" => "something smooth without a name",
+                id => verdict::title(id),
+            })
+            .collect();
+        let row = [names.join(" and "), format!("{:.3}", a.probability), significant(a.select_rmse_kpa, 3)];
+        table.row(row);
+    }
+    let caption = format!(
+        "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap). \
+         Explanations less probable than 0.001 are left out."
+    );
+    table.caption(&caption).markup()
+}

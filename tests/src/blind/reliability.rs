@@ -1,0 +1,129 @@
+//! Whether stated probabilities are right as often as they say.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
+
+use super::plan::{Case, Kind};
+
+/// Upper ends of the bins of the reliability diagram.
+const BINS: [f64; 7] = [0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0];
+
+/// Probabilities that were stated, and what was true.
+#[derive(Debug, Default)]
+pub struct Reliability {
+    /// Each probability of a set of effects, and whether that set was hidden.
+    stated: Vec<(f64, bool)>,
+    /// Of each report, the sum over all sets of the squared error of its probability (G. W. Brier, Monthly Weather Review 78, 1950): 0 to 2.
+    brier: Vec<f64>,
+    /// Of each report, whether the most probable set was the one that was hidden.
+    first: Vec<bool>,
+}
+
+impl Reliability {
+    /// Takes in a report; one without probabilities is left out. Sets that differ in "something else" only count as one.
+    pub fn add(&mut self, case: &Case, report: &Value) {
+        let Some(alternatives) = report["alternatives"].as_array().filter(|all| !all.is_empty()) else {
+            return;
+        };
+        let mut sets: BTreeMap<BTreeSet<String>, f64> = BTreeMap::new();
+        for alternative in alternatives {
+            let ids = alternative["causes"].as_array().into_iter().flatten().filter_map(Value::as_str);
+            let effects = ids.filter(|id| !["none", "something_else"].contains(id)).map(str::to_owned);
+            *sets.entry(effects.collect()).or_default() += alternative["probability"].as_f64().unwrap_or(0.0);
+        }
+        let hidden: BTreeSet<String> = match case.kind {
+            Kind::Null | Kind::OffCatalogue => BTreeSet::new(),
+            _ => case.effects.iter().cloned().collect(),
+        };
+        sets.entry(hidden.clone()).or_default();
+        let error = |(set, p): (&BTreeSet<String>, &f64)| (p - f64::from(u8::from(*set == hidden))).powi(2);
+        self.brier.push(sets.iter().map(error).sum());
+        let most = sets.iter().max_by(|a, b| a.1.total_cmp(b.1));
+        self.first.push(most.is_some_and(|(set, _)| *set == hidden));
+        self.stated.extend(sets.iter().map(|(set, &p)| (p, *set == hidden)));
+    }
+
+    /// The diagram as a table, and the scores.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text =
+            String::from("| stated | sets | mean stated | hidden | share |\n|---|--:|--:|--:|--:|\n");
+        let mut low = 0.0;
+        for high in BINS {
+            let inside: Vec<&(f64, bool)> =
+                self.stated.iter().filter(|(p, _)| *p > low && *p <= high).collect();
+            let count = inside.len();
+            if count > 0 {
+                let mean = inside.iter().map(|(p, _)| p).sum::<f64>() / count as f64;
+                let right = inside.iter().filter(|(_, right)| *right).count();
+                text.push_str(&format!(
+                    "| {low} to {high} | {count} | {mean:.2} | {right} | {:.2} |\n",
+                    right as f64 / count as f64
+                ));
+            }
+            low = high;
+        }
+        let n = self.brier.len().max(1) as f64;
+        let first = self.first.iter().filter(|right| **right).count();
+        text.push_str(&format!(
+            "\nBrier score {:.3} over {} reports (0 to 2); the most probable set was the hidden one in {first}\n",
+            self.brier.iter().sum::<f64>() / n,
+            self.brier.len()
+        ));
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn case(kind: Kind, effects: &[&str]) -> Case {
+        Case {
+            hard: None,
+            number: 0,
+            kind,
+            effects: effects.iter().map(|e| (*e).to_owned()).collect(),
+            arguments: Vec::new(),
+            size: "moderate".to_owned(),
+            seed: 1,
+            drive: true,
+        }
+    }
+
+    #[test]
+    fn something_else_names_nothing_and_a_set_that_was_not_listed_had_no_probability() {
+        let report = json!({ "alternatives": [
+            { "causes": ["none"], "probability": 0.5 },
+            { "causes": ["something_else"], "probability": 0.2 },
+            { "causes": ["valve_lag"], "probability": 0.3 },
+        ]});
+        let mut nothing = Reliability::default();
+        nothing.add(&case(Kind::Null, &[]), &report);
+        nothing.add(&case(Kind::OffCatalogue, &["line_water"]), &report);
+        assert!(nothing.first.iter().all(|right| *right));
+        assert!(nothing.brier.iter().all(|b| (b - 0.18).abs() < 1e-9), "{:?}", nothing.brier);
+        let mut lag = Reliability::default();
+        lag.add(&case(Kind::Single, &["valve_lag"]), &report);
+        lag.add(&case(Kind::Single, &["supply_sag"]), &report);
+        assert_eq!(lag.first, [false, false]);
+        assert!((lag.brier[0] - 0.98).abs() < 1e-9 && (lag.brier[1] - 1.58).abs() < 1e-9, "{:?}", lag.brier);
+        let mut none = Reliability::default();
+        none.add(&case(Kind::Null, &[]), &json!({ "alternatives": [] }));
+        assert!(none.brier.is_empty());
+    }
+
+    #[test]
+    fn the_diagram_counts_how_often_a_stated_probability_was_right() {
+        let sure = Reliability {
+            stated: vec![(0.9, true), (0.9, true), (0.9, false), (0.1, false)],
+            brier: vec![0.02, 0.02],
+            first: vec![true, true],
+        };
+        let table = sure.table();
+        assert!(table.contains("| 0.8 to 0.95 | 3 | 0.90 | 2 | 0.67 |"), "{table}");
+        assert!(table.contains("Brier score 0.020 over 2"), "{table}");
+    }
+}
