@@ -409,6 +409,6 @@ impl PressureController {
             false if link.is_polled() => ", polled",
             false => "",
         };
-        format!("<PressureController {:?}, {} boards{state}>", link.path(), link.devices())
+        format!("<PressureController {:?}, {}{state}>", link.path(), commands::counted(link.devices()))
     }
 }
