@@ -96,10 +96,10 @@ with pneu.PressureController(port, 1, timeout=0.2) as again:
         )
         assert ended == 0, errors
         lines = said.splitlines()
-        assert re.fullmatch(r'<PressureController ".*", 1 boards, polled>', lines[0])
-        assert lines[1] == "<Poller of 1 boards, polling, 0 to 689 kPa>"
-        assert re.fullmatch(r'<PressureController ".*", 1 boards, closed>', lines[2])
-        assert lines[3] == "<Poller of 1 boards, ended: its controller was closed, 0 to 689 kPa>"
+        assert re.fullmatch(r'<PressureController ".*", 1 board, polled>', lines[0])
+        assert lines[1] == "<Poller of 1 board, polling, 0 to 689 kPa>"
+        assert re.fullmatch(r'<PressureController ".*", 1 board, closed>', lines[2])
+        assert lines[3] == "<Poller of 1 board, ended: its controller was closed, 0 to 689 kPa>"
         assert lines[4] == "PortError this poller has ended: its controller was closed"
         assert lines[5] == "StaleDataError board 0: no current pressures; this poller has ended: its controller was closed"
         assert lines[6] == "True True"

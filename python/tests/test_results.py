@@ -92,3 +92,13 @@ def test_a_plot_of_a_channel_that_is_not_there(recording):
 def test_units_are_not_ones(fit, diagnosis):
     assert "<td" in fit._repr_html_() and ">1</td>" not in fit.parameters._repr_html_()
     assert "] 1" not in repr(diagnosis)
+
+
+@pytest.mark.parametrize("what", ["fit", "simulation", "comparison", "diagnosis"])
+def test_displays_have_plots_with_units(what, request):
+    shown = request.getfixturevalue(what)._repr_html_()
+    assert shown.count("<figure>") == 2 and "<svg" in shown
+    for axis in ("time, s", "pressure, kPa gauge", "measured - simulated, kPa"):
+        assert axis in shown
+    assert "The first of 2 channels" in shown
+    assert ("fitted" in shown) if what == "fit" else ("test blocks" in shown) == (what == "diagnosis")

@@ -105,6 +105,13 @@ class Diagnosis:
     @staticmethod
     def _unpickle(state: bytes) -> Diagnosis: ...
     @property
+    def alternatives(self, /) -> Any:
+        """
+        Explanations of several recordings of one machine, or of one of a known machine, the likeliest first: dictionaries with
+        ``causes`` (ids of effects, ``"none"``, ``"something_else"``), ``probability`` and ``select_rmse_kpa``. Empty otherwise: the
+        explanations of a single recording are not weighed by probabilities.
+        """
+    @property
     def causes(self, /) -> Any:
         """
         The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
@@ -118,11 +125,26 @@ class Diagnosis:
     @property
     def extended_model(self, /) -> ExtendedModel:
         """
-        The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it.
+        The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it. Of several recordings of one machine the first's.
+        """
+    @property
+    def extended_models(self, /) -> dict[str, ExtendedModel]:
+        """
+        The models with the causes by the names of the files that ``save`` writes: ``extended.toml``, or of several recordings of one
+        machine one for each, such as ``extended-arm1.toml``, in the order of the recordings. ``simulate(recording, model)`` gives the
+        residuals of one; any of them as ``diagnose(machine=...)`` says what valves, supply and sensor are.
         """
     def html(self, /) -> str:
         """
         The page with tables and plots, one self-contained HTML file's content.
+        """
+    @property
+    def machine(self, /) -> Any:
+        """
+        The machine, where several recordings of one or one of a known one were diagnosed as such, else ``None``: ``known`` (were
+        valves, supply and sensor given?), ``joint_rmse_before_kpa``, ``joint_rmse_after_kpa`` and ``recordings``, a list of
+        dictionaries with ``file``, errors and discrepancies (kPa), ``load`` (by channel; ``value``, ``ci95``, ``unit``) and
+        ``extended_model``, a key of ``extended_models``.
         """
     @property
     def notes(self, /) -> list[str]:
@@ -131,7 +153,8 @@ class Diagnosis:
         """
     def plot(self, /, channel: Any | None = None, **options) -> Any:
         """
-        Draws measured pressures and the residuals without and with the causes, test blocks shaded (needs matplotlib): see ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
+        Draws measured pressures and the residuals without and with the causes, test blocks shaded; of a machine the errors and loads of
+        its recordings (needs matplotlib): see ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
 
         Returns
         -------
@@ -157,10 +180,15 @@ class Diagnosis:
             ``t_s`` (from the start of the recording), ``measured_kpa``, and the residuals (measured - simulated, kPa) ``base`` of the model
             without the causes and ``extended`` with them: float64 arrays of shape (compared rows,). ``role``: array of str, what the row
             was used for: ``"fit"`` (parameters), ``"select"`` (causes) or ``"test"`` (the gain, nothing else).
+
+        Raises
+        ------
+        DataError
+            There is no such channel, or a machine was diagnosed: ``simulate`` with one of ``extended_models`` gives its residuals.
         """
     def save(self, /, folder: str | PathLike[str]) -> None:
         """
-        Writes ``report.html``, ``report.json`` and ``extended.toml`` into a folder, as ``pneudrive-model diagnose`` does, and
+        Writes ``report.html``, ``report.json`` and ``extended_models`` into a folder, as ``pneudrive-model diagnose`` does, and
         ``next_experiment.csv`` where another recording would tell rivals apart.
 
         Raises
@@ -1363,7 +1391,7 @@ def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, 
         Nothing can be compared, or an argument is unusable. What only some models or channels lack is in ``Comparison.table``.
     """
 
-def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | str | PathLike[str] | None = None, *, reference: ExtendedModel | str | PathLike[str] | None = None, highest_kpa: SupportsFloat | SupportsIndex | None = None, progress: Any | None = None) -> Diagnosis:
+def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | str | PathLike[str] | None = None, *, reference: ExtendedModel | str | PathLike[str] | None = None, loads: str = "auto", machine: ExtendedModel | str | PathLike[str] | None = None, highest_kpa: SupportsFloat | SupportsIndex | None = None, progress: Any | None = None) -> Diagnosis:
     """
     Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
 
@@ -1376,19 +1404,28 @@ def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | 
     reference : ExtendedModel or path, optional
         ``extended.toml`` of an earlier diagnosis of the same rig, or a file that ``Parameters.save`` wrote. The question is then which
         calibrated parameter has moved; without it, which physical effect the model lacks.
+    loads : {"auto", "same", "differ"}, default "auto"
+        Whether the recordings have different loads (volumes, tubes, walls) on the same valves. ``"differ"`` diagnoses them as
+        recordings of one machine; ``"same"`` as one recording; ``"auto"`` finds out, of three or more whose drives are recorded.
+    machine : ExtendedModel or path, optional
+        Calibrated model of the same machine with another load, such as one of ``Diagnosis.extended_models``: valves, supply and sensor
+        are taken from it, and only the load is fitted.
     highest_kpa : float, optional
-        Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings.
+        Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings. Nothing is
+        suggested about a machine.
     progress : callable, optional
         Called with (steps done, 0, what is being done).
 
     Returns
     -------
     Diagnosis
+        Of a machine ``alternatives``, ``machine`` and ``extended_models`` hold more.
 
     Raises
     ------
     DataError
-        The data cannot carry a diagnosis, recordings do not belong together, or the reference does not fit.
+        The data cannot carry a diagnosis, recordings do not belong together, the reference or the machine does not fit, or arguments
+        contradict each other.
 
     Notes
     -----

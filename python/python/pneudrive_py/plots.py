@@ -226,8 +226,11 @@ def diagnosis(
 ) -> Figure:
     """The pressures of one channel, and the residuals of the model without and with the causes; test blocks are shaded.
 
-    Keywords as for :func:`comparison`.
+    Of several recordings of one machine: the test error of each without and with the causes, and the sizes of its load with their
+    95 % intervals. Keywords as for :func:`comparison`.
     """
+    if diagnosis.machine is not None:
+        return _machine(diagnosis, _chosen(channel, diagnosis.channels)[0], figure, size)
     channel = _chosen(channel, diagnosis.channels)[0]
     one = diagnosis.residuals(channel)
     # Rows between blocks are not compared: lines do not cross them.
@@ -242,3 +245,50 @@ def diagnosis(
         pressures.set_ylabel("pressure (kPa gauge)")
         _error_axis(errors)
     return figure
+
+
+def _machine(diagnosis: Diagnosis, channel: str, figure: Figure | None, size: tuple[float, float] | None) -> Figure:
+    recordings = diagnosis.machine["recordings"]
+    names = [record["file"] for record in recordings]
+    loads = [record["load"].get(channel, {}) for record in recordings]
+    sizes = [name for name in dict.fromkeys(name for load in loads for name in load) if _known(loads, name)]
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(STYLE):
+        if figure is None:
+            height = 0.8 + 0.22 * len(names)
+            figure = plt.figure(figsize=size or (PAGE_IN, height), layout="constrained")
+            plt.close(figure)
+        axes = figure.subplots(1, 1 + len(sizes), sharey=True, squeeze=False)[0]
+        rows = np.arange(len(names))
+        axes[0].plot([r["test_rmse_before_kpa"] for r in recordings], rows, "o", ms=4, color=COLOURS["orange"], label="base model")
+        if diagnosis.causes:
+            after = [r["test_rmse_after_kpa"] for r in recordings]
+            axes[0].plot(after, rows, "o", ms=4, color=COLOURS["blue"], label="with the causes")
+        axes[0].set_xlim(left=0.0)
+        axes[0].set_xlabel("test error (kPa RMS)")
+        axes[0].set_yticks(rows, names)
+        axes[0].invert_yaxis()
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+        for axis, name in zip(axes[1:], sizes):
+            _intervals(axis, rows, [load.get(name) for load in loads], name)
+    return figure
+
+
+def _known(loads: list[dict[str, Any]], name: str) -> bool:
+    """Does any recording determine it?"""
+    return any(load[name]["ci95"] is not None for load in loads if name in load)
+
+
+def _intervals(axis: Axes, rows: np.ndarray, estimates: list[dict[str, Any] | None], name: str) -> None:
+    """Values with their 95 % intervals, one in a row; a value without an interval is the unit of the others, or not determined."""
+    unit = next(estimate["unit"] for estimate in estimates if estimate is not None)
+    for row, estimate in zip(rows, estimates):
+        if estimate is None:
+            continue
+        if estimate["ci95"] is not None:
+            axis.plot(estimate["ci95"], [row, row], color=COLOURS["blue"])
+            axis.plot(estimate["value"], row, "o", ms=4, color=COLOURS["blue"])
+        elif estimate["state"] == "taken as the unit":
+            axis.plot(estimate["value"], row, "|", ms=8, color=COLOURS["measured"])
+    axis.set_xlabel(name if unit == "1" else f"{name} ({unit})")

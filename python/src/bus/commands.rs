@@ -88,3 +88,8 @@ pub fn board(number: i64, devices: u16) -> PyResult<u8> {
         ))),
     }
 }
+
+/// Boards, as displays say how many.
+pub fn counted(boards: u16) -> String {
+    format!("{boards} {}", if boards == 1 { "board" } else { "boards" })
+}

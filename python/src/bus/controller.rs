@@ -1,25 +1,23 @@
 use super::baud::Baud;
+use super::by_hand;
 use super::commands;
 use super::ending::Signals;
-use super::guard;
 use super::link::{Link, POLLED, held_by_us};
 use super::live;
+use super::opening::{self, Given, Opening};
 use super::poller::Poller;
 use super::poller_settings::PollerSettings;
-use super::port::{Port, Timing, bus_options};
+use super::port::Port;
 use super::sensors;
 use super::session::Session;
 use super::trajectory;
-use crate::errors::{BusFailure, CommandError, NoAnswerError, StaleDataError};
+use crate::errors::StaleDataError;
 use crate::types::{Array, ArrayLike, Matrix, Vector};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::PyArray1;
 use pneudrive_host::poller::{LineRatePolicy, PageShare};
-use pneudrive_host::rig::{self, Rig};
-use pneudrive_protocol::{CHANNELS, Counts};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 /// Host of up to 255 boards with four chambers each, on one serial port.
 ///
@@ -94,17 +92,6 @@ impl PressureController {
         let settings = PollerSettings::new(self.link.devices(), rate_hz, history_s)?;
         Ok(PollerSettings { line_rate: self.line_rate, sensors: self.sensors, ..settings })
     }
-
-    fn exchange(
-        &self,
-        py: Python<'_>,
-        board: u8,
-        commands: [Counts; CHANNELS],
-        retries: u32,
-    ) -> Result<[f64; CHANNELS], BusFailure> {
-        let link = self.link()?;
-        py.detach(|| link.exchange(board, commands, retries))
-    }
 }
 
 impl Drop for PressureController {
@@ -137,48 +124,18 @@ impl PressureController {
         sensors: Option<f64>,
         timing: &str,
     ) -> PyResult<Self> {
-        let rig = rig.as_deref().map(guard::load).transpose()?;
-        let bus = rig.as_ref().map(Rig::bus).unwrap_or_default();
-        let missing = |what: &str| {
-            CommandError::new_err(format!("no {what} is given, and none by [bus] of a rig file; pass it"))
-        };
-        let uart_port = uart_port.or(bus.port.map(PathBuf::from)).ok_or_else(|| missing("uart_port"))?;
-        let num_devices = num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
-        let baud = baud.map(|baud| baud.0).or(rig.as_ref().and_then(rig::baud)).unwrap_or_default();
-        let devices = u16::try_from(num_devices)
-            .ok()
-            .filter(|devices| (1..=255).contains(devices))
-            .ok_or_else(|| {
-                CommandError::new_err(format!(
-                    "num_devices is {num_devices}; it must be 1 to 255 (4 with the usual address switch)"
-                ))
-            })?;
-        let timing = match timing {
-            "wire" => Timing::Wire,
-            "instant" => Timing::Instant,
-            other => {
-                return Err(CommandError::new_err(format!(
-                    "timing is {other:?}; it must be \"wire\" or \"instant\""
-                )));
-            }
-        };
-        let retries = u32::try_from(retries)
-            .ok()
-            .filter(|retries| *retries <= 100)
-            .ok_or_else(|| CommandError::new_err(format!("retries is {retries}; it must be 0 to 100")))?;
+        let given = Given { uart_port, num_devices, baud, timeout, retries, max_kpa, max_rate_kpa_s, rig };
+        let Opening { path, devices, options, rules, retries, line_rate } = given.checked()?;
+        let timing = opening::timing(timing)?;
         let sensors = sensors::share(sensors)?;
-        let rules = guard::rules(max_kpa, max_rate_kpa_s, rig.as_ref(), devices)?;
-        let options =
-            bus_options(&uart_port, baud.first(), timeout)?.calibrated(&rules.calibration, &rules.boards);
         let timeout_s = options.answer_allowance_ns as f64 * 1e-9;
-        if live::has(py, &uart_port) {
-            return Err(held_by_us(&uart_port));
+        if live::has(py, &path) {
+            return Err(held_by_us(&path));
         }
-        let link =
-            py.detach(|| Link::open(Port::new(uart_port, devices, options, timing)?, devices, rules))?;
+        let link = py.detach(|| Link::open(Port::new(path, devices, options, timing)?, devices, rules))?;
         let link = Arc::new(link);
         live::add(py, &link);
-        Ok(Self { link, retries, resume, timeout_s, line_rate: baud.policy(), sensors })
+        Ok(Self { link, retries, resume, timeout_s, line_rate, sensors })
     }
 
     /// Asks every board whether it is there, by commanding 0 kPa, until all have answered.
@@ -199,32 +156,8 @@ impl PressureController {
     ///     A board did not answer in time; ``board`` is the first such board's number.
     #[pyo3(signature = (timeout=5.0))]
     fn ping_devices(&self, py: Python<'_>, timeout: f64) -> PyResult<bool> {
-        let patience = Duration::try_from_secs_f64(timeout)
-            .map_err(|_| CommandError::new_err(format!("timeout is {timeout} s; it must be 0 or more")))?;
-        let deadline = Instant::now() + patience;
-        let devices = self.link.devices();
-        let mut missing: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
-        loop {
-            let mut still_missing = Vec::new();
-            for &board in &missing {
-                match self.exchange(py, board, [Counts::ATMOSPHERE; CHANNELS], 0) {
-                    Ok(_) => {}
-                    Err(failure) if failure.is_of_a_board() => still_missing.push(board),
-                    Err(failure) => return Err(failure.into()),
-                }
-                py.check_signals()?;
-            }
-            missing = still_missing;
-            let Some(&first) = missing.first() else { return Ok(true) };
-            if Instant::now() >= deadline {
-                let message = format!(
-                    "no answer from {} of {devices} boards ({missing:?}) within {timeout} s; check power, wiring and address switches",
-                    missing.len(),
-                );
-                return Err(NoAnswerError::new_err((message, first)));
-            }
-            py.detach(|| std::thread::sleep(Duration::from_millis(10)));
-        }
+        by_hand::ping(py, self.link()?, timeout)?;
+        Ok(true)
     }
 
     /// Commands four pressures to one board and receives its four pressures.
@@ -247,7 +180,7 @@ impl PressureController {
     fn set_pressure_commands(&self, py: Python<'_>, device: i64, pressures: ArrayLike<'_>) -> PyResult<()> {
         let board = commands::board(device, self.link.devices())?;
         let counts = commands::counts(board, &pressures.0, self.link.rules())?;
-        self.exchange(py, board, counts, self.retries)?;
+        by_hand::exchange(py, self.link()?, board, counts, self.retries)?;
         Ok(())
     }
 
@@ -306,21 +239,7 @@ impl PressureController {
         for (board, counts) in &checked {
             link.check_rate(*board, *counts)?;
         }
-        let mut first_failure = None;
-        let measured = PyArray2::zeros(py, [checked.len(), CHANNELS], false);
-        for (board, counts) in checked {
-            py.check_signals()?;
-            match self.exchange(py, board, counts, self.retries) {
-                Ok(kpa) => {
-                    for (channel, value) in kpa.into_iter().enumerate() {
-                        measured.readwrite().as_array_mut()[[usize::from(board), channel]] = value;
-                    }
-                }
-                Err(failure) if failure.is_of_a_board() => first_failure = first_failure.or(Some(failure)),
-                Err(failure) => return Err(failure.into()),
-            }
-        }
-        first_failure.map_or(Ok(Array(measured)), |failure| Err(failure.into()))
+        by_hand::exchange_all(py, link, checked, self.retries).map(Array)
     }
 
     /// Commands all boards, one after the other: ``exchange_all`` without its result. A ``Poller`` has the same method.
@@ -346,14 +265,7 @@ impl PressureController {
     ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
     fn get_all<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let link = self.link()?;
-        let measured = PyArray2::zeros(py, [usize::from(link.devices()), CHANNELS], false);
-        for board in (0..=u8::MAX).take(usize::from(link.devices())) {
-            for (channel, kpa) in link.reading(board).unwrap_or([f64::NAN; CHANNELS]).into_iter().enumerate()
-            {
-                measured.readwrite().as_array_mut()[[usize::from(board), channel]] = kpa;
-            }
-        }
-        Ok(Array(measured))
+        Ok(Array(by_hand::readings(py, link)))
     }
 
     /// Plays a trajectory: polls all boards in the background, with commands that change over time.
@@ -497,6 +409,6 @@ impl PressureController {
             false if link.is_polled() => ", polled",
             false => "",
         };
-        format!("<PressureController {:?}, {} boards{state}>", link.path(), link.devices())
+        format!("<PressureController {:?}, {}{state}>", link.path(), commands::counted(link.devices()))
     }
 }

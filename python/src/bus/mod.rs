@@ -9,6 +9,7 @@
 //! ```
 
 mod baud;
+mod by_hand;
 mod commands;
 mod controller;
 mod ending;
@@ -18,6 +19,7 @@ mod history;
 mod interruptible;
 mod link;
 mod live;
+mod opening;
 mod owner;
 mod poller;
 mod poller_settings;

@@ -401,7 +401,7 @@ impl Poller {
         };
         let rules = session.rules();
         let full_scale = rules.calibration.full_scale_kpa(&rules.boards);
-        format!("<Poller of {} boards, {state}, 0 to {full_scale:.0} kPa>", self.devices)
+        format!("<Poller of {}, {state}, 0 to {full_scale:.0} kPa>", commands::counted(self.devices))
     }
 }
 

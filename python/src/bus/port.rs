@@ -4,7 +4,7 @@ use super::interruptible::{Interrupt, Interruptible};
 use super::link::Bus;
 use crate::errors::{self, CommandError};
 use pneudrive_host::bus::{BusOptions, EchoMode};
-use pneudrive_host::line::{SerialOptions, SerialPort};
+use pneudrive_host::line::{OpenError, SerialOptions, SerialPort};
 use pneudrive_protocol::Baud;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,13 @@ impl Port {
     /// `PortError`, or what a signal's handler raised meanwhile.
     pub fn open(&self, interrupt: &Interrupt) -> PyResult<Bus> {
         let serial = SerialOptions { baud: self.options.baud, spin: self.options.spin };
-        let port = SerialPort::open(&self.path, serial).map_err(|error| errors::open(error.into()))?;
+        let port = SerialPort::open(&self.path, serial).map_err(|error| match error {
+            OpenError::NotFound { port } => errors::PortError::new_err(format!(
+                "{}: no such port; is the adapter plugged in? (look at /dev/serial/by-id, or pass \"sim\" for virtual boards)",
+                port.display()
+            )),
+            other => errors::open(other.into()),
+        })?;
         let line = Interruptible::new(port, interrupt.clone());
         Bus::new(line, self.options).map_err(|error| interrupt.take().unwrap_or_else(|| errors::open(error)))
     }

@@ -1,5 +1,6 @@
 use super::arguments::{self, RigArgument};
 use super::convert;
+use super::displays::{self, Shown};
 use super::expected::{Expected, Names};
 use super::recording::Recording;
 use super::work::{self, Watch};
@@ -13,10 +14,11 @@ use pneudrive_model::experiment::{
     comparison_text,
 };
 use pneudrive_model::fit::{Control, Progress};
-use pneudrive_model::report::{html, significant};
+use pneudrive_model::report::{Colour, Markup, fragment, html, significant};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -98,6 +100,32 @@ impl Comparison {
             let why = found.and_then(|one| one.error.clone());
             let why = why.unwrap_or_else(|| "it was not compared".to_owned());
             errors::unusable(format!("no rollout of the {model} model on channel {channel}: {why}"))
+        })
+    }
+}
+
+impl Comparison {
+    /// The judging part of the first channel, by every model, where it can be drawn.
+    fn drawn(&self) -> Markup {
+        let Some(channel) = self.kept.models.first().map(|one| one.channel) else { return html! {} };
+        let channels: BTreeSet<_> = self.kept.models.iter().map(|one| one.channel.to_string()).collect();
+        let of_channel = self.kept.models.iter().filter(|one| one.channel == channel);
+        let traced: Vec<_> = of_channel.filter_map(|one| Some((one, one.trace.as_ref()?))).collect();
+        let Some((_, [time_s, _, measured_kpa])) = traced.first() else { return html! {} };
+        let models = traced
+            .iter()
+            .zip(Colour::RESULTS)
+            .map(|((one, [_, rollout_kpa, _]), colour)| (one.model.clone(), colour, rollout_kpa.clone()))
+            .collect();
+        let channel = channel.to_string();
+        displays::draw(&Shown {
+            channel: &channel,
+            channels: channels.len(),
+            time_s,
+            measured_kpa,
+            models,
+            shaded: Vec::new(),
+            shaded_name: "",
         })
     }
 }
@@ -251,7 +279,8 @@ impl Comparison {
         };
         let rows: Vec<Vec<String>> = self.kept.models.iter().map(line).collect();
         let head = ["channel", "model", "rollout RMSE, kPa", "rollout R2", "one-step R2"];
-        html! { (convert::table(&head, 2, &rows).markup()) }.into_string()
+        let content = html! { (convert::table(&head, 2, &rows).markup()) (self.drawn()) };
+        fragment(&content).into_string()
     }
 }
 

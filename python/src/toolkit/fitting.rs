@@ -1,5 +1,6 @@
 use super::arguments::{self, RigArgument};
 use super::convert::{self, ScoreDict};
+use super::displays;
 use super::expected::Expected;
 use super::parameters::Parameters;
 use super::recording::Recording;
@@ -11,7 +12,7 @@ use numpy::PyArray2;
 use pneudrive_model::data::{ChannelId, Loaded};
 use pneudrive_model::experiment::{FitSettings, FittedChannel, Score, fit_channels};
 use pneudrive_model::fit::{Control, Progress};
-use pneudrive_model::report::{Table, html, significant};
+use pneudrive_model::report::{Colour, PreEscaped, Table, fragment, html, significant};
 use pneudrive_model::store::ParameterFile;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -216,10 +217,20 @@ impl Fit {
         format!("Fit of the {model} model\n{}", Table::text(&SUMMARY, &self.summary()))
     }
 
-    fn _repr_html_(&self) -> String {
-        let summary = convert::table(&SUMMARY, 1, &self.summary());
-        let parameters = self.parameters()._repr_html_();
-        html! { (summary.markup()) (pneudrive_model::report::PreEscaped(parameters)) }.into_string()
+    fn _repr_html_(slf: &Bound<'_, Self>) -> String {
+        let fit = slf.get();
+        let summary = convert::table(&SUMMARY, 1, &fit.summary());
+        let parameters = PreEscaped(fit.parameters()._repr_html_());
+        let drawn = fit.channels.first().and_then(|first| {
+            let (name, of) = (first.channel.to_string(), fit.channels.len());
+            // A fit whose recording cannot be simulated here is displayed without a plot.
+            let residuals = Self::residuals(slf, &name).ok()?;
+            let model = format!("{} model", first.model);
+            let shaded = Some(("fit", "fitted"));
+            displays::of_residuals(&residuals, (&name, of), (&model, Colour::Blue), shaded).ok()
+        });
+        let content = html! { (summary.markup()) (parameters) @if let Some(drawn) = drawn { (drawn) } };
+        fragment(&content).into_string()
     }
 }
 

@@ -9,6 +9,7 @@ mod convert;
 #[cfg_attr(not(feature = "sim"), path = "no_data_set.rs")]
 mod data_set;
 mod diagnosis;
+mod displays;
 mod expected;
 mod extended;
 mod fitting;

@@ -1,5 +1,6 @@
 use super::arguments::{self, RigArgument};
 use super::convert::{self, ScoreDict};
+use super::displays;
 use super::expected::{Described, Expected};
 use super::extended::ExtendedModel;
 use super::parameters::Parameters;
@@ -11,7 +12,7 @@ use crate::types::{Array, Dict, Matrix, Vector};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pneudrive_model::data::{ChannelId, Loaded};
 use pneudrive_model::experiment::Score;
-use pneudrive_model::report::{Table, html, significant};
+use pneudrive_model::report::{Colour, Table, fragment, html, significant};
 use pneudrive_model::simulation::{self, CalibratedModel, SimulationSettings};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -167,8 +168,17 @@ impl Simulation {
         format!("Simulation\n{}", Table::text(&HEAD, &self.rows()))
     }
 
-    fn _repr_html_(&self) -> String {
-        html! { (convert::table(&HEAD, 2, &self.rows()).markup()) }.into_string()
+    fn _repr_html_(slf: &Bound<'_, Self>) -> String {
+        let simulated = slf.get();
+        let drawn = simulated.channels.first().and_then(|first| {
+            let (name, of) = (first.id.to_string(), simulated.channels.len());
+            // Where nothing was measured there are no residuals to draw.
+            let residuals = simulated.residuals(slf.py(), &name).ok()?.0.into_any();
+            let model = format!("{} model", first.model);
+            displays::of_residuals(&residuals, (&name, of), (&model, Colour::Blue), None).ok()
+        });
+        let table = convert::table(&HEAD, 2, &simulated.rows());
+        fragment(&html! { (table.markup()) @if let Some(drawn) = drawn { (drawn) } }).into_string()
     }
 }
 

@@ -1,0 +1,85 @@
+//! What the arguments of `PressureController` mean, before anything is opened.
+
+use super::baud::Baud;
+use super::guard::{self, Rules};
+use super::port::{Timing, bus_options};
+use crate::errors::CommandError;
+use pneudrive_host::bus::BusOptions;
+use pneudrive_host::poller::LineRatePolicy;
+use pneudrive_host::rig::{self, Rig};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+/// The largest number of times that a board is asked again.
+const MOST_RETRIES: u32 = 100;
+
+/// The arguments, as they were given.
+pub struct Given {
+    pub uart_port: Option<PathBuf>,
+    pub num_devices: Option<i64>,
+    pub baud: Option<Baud>,
+    pub timeout: Option<f64>,
+    pub retries: i64,
+    pub max_kpa: Option<f64>,
+    pub max_rate_kpa_s: Option<f64>,
+    pub rig: Option<PathBuf>,
+}
+
+/// What they mean, with what a rig file adds.
+pub struct Opening {
+    pub path: PathBuf,
+    pub devices: u16,
+    pub options: BusOptions,
+    pub rules: Rules,
+    pub retries: u32,
+    /// Whether a poller asks the boards for a faster line rate.
+    pub line_rate: Option<LineRatePolicy>,
+}
+
+impl Given {
+    /// Reads the rig file and checks everything.
+    ///
+    /// # Errors
+    /// `CommandError` for an argument that makes no sense, `DataError` or `FileError` for a rig file that cannot be used.
+    pub fn checked(self) -> PyResult<Opening> {
+        let rig = self.rig.as_deref().map(guard::load).transpose()?;
+        let bus = rig.as_ref().map(Rig::bus).unwrap_or_default();
+        let missing = |what: &str| {
+            CommandError::new_err(format!("no {what} is given, and none by [bus] of a rig file; pass it"))
+        };
+        let path = self.uart_port.or(bus.port.map(PathBuf::from)).ok_or_else(|| missing("uart_port"))?;
+        let boards = self.num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
+        let baud = self.baud.map(|baud| baud.0).or(rig.as_ref().and_then(rig::baud)).unwrap_or_default();
+        let devices = devices(boards)?;
+        let retries =
+            u32::try_from(self.retries).ok().filter(|retries| *retries <= MOST_RETRIES).ok_or_else(|| {
+                CommandError::new_err(format!("retries is {}; it must be 0 to {MOST_RETRIES}", self.retries))
+            })?;
+        let rules = guard::rules(self.max_kpa, self.max_rate_kpa_s, rig.as_ref(), devices)?;
+        let options =
+            bus_options(&path, baud.first(), self.timeout)?.calibrated(&rules.calibration, &rules.boards);
+        Ok(Opening { path, devices, options, rules, retries, line_rate: baud.policy() })
+    }
+}
+
+fn devices(boards: i64) -> PyResult<u16> {
+    u16::try_from(boards).ok().filter(|devices| (1..=255).contains(devices)).ok_or_else(|| {
+        CommandError::new_err(format!(
+            "num_devices is {boards}; it must be 1 to 255 (4 with the usual address switch)"
+        ))
+    })
+}
+
+/// How long bytes of virtual boards take.
+///
+/// # Errors
+/// `CommandError` for another word.
+pub fn timing(word: &str) -> PyResult<Timing> {
+    match word {
+        "wire" => Ok(Timing::Wire),
+        "instant" => Ok(Timing::Instant),
+        other => {
+            Err(CommandError::new_err(format!("timing is {other:?}; it must be \"wire\" or \"instant\"")))
+        }
+    }
+}
