@@ -24,13 +24,13 @@ impl Core {
     fn condition(&self, condition: u16) -> bool {
         let flags = self.flags;
         let met = match condition >> 1 & 7 {
-            0 => flags.z,
+            0 => flags.z(),
             1 => flags.c,
-            2 => flags.n,
-            3 => flags.v,
-            4 => flags.c && !flags.z,
-            5 => flags.n == flags.v,
-            _ => flags.n == flags.v && !flags.z,
+            2 => flags.n(),
+            3 => flags.v(),
+            4 => flags.c && !flags.z(),
+            5 => flags.n() == flags.v(),
+            _ => flags.n() == flags.v() && !flags.z(),
         };
         met != (condition & 1 != 0)
     }
