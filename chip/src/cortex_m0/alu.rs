@@ -30,12 +30,8 @@ impl Core {
     pub(super) fn add_with_carry(&mut self, a: u32, b: u32, carry: bool) -> u32 {
         let (partial, carry_1) = a.overflowing_add(b);
         let (sum, carry_2) = partial.overflowing_add(u32::from(carry));
-        self.flags = Flags {
-            negative: sum,
-            nonzero: sum,
-            c: carry_1 | carry_2,
-            overflow: (a ^ sum) & (b ^ sum),
-        };
+        self.flags =
+            Flags { negative: sum, nonzero: sum, c: carry_1 | carry_2, overflow: (a ^ sum) & (b ^ sum) };
         sum
     }
 

@@ -37,7 +37,8 @@ impl Core {
 }
 
 /// Two cycles taken, one not taken.
-pub(super) fn b_conditional(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn b_conditional(core: &mut Core, opcode: u16) -> Outcome {
     if !core.condition(opcode >> 8) {
         return Ok(1);
     }
@@ -47,12 +48,13 @@ pub(super) fn b_conditional(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcom
 }
 
 /// Unconditional, with an 11-bit offset in halfwords.
-pub(super) fn b(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn b(core: &mut Core, opcode: u16) -> Outcome {
     let offset = i32::from((opcode << 5).cast_signed() >> 4);
     core.r[PC] = core.pc_operand().wrapping_add_signed(offset);
     Ok(2)
 }
 
-pub(super) fn svc(core: &mut Core, bus: &mut Bus, _: u16) -> Outcome {
+pub(super) fn svc(core: &mut Core, bus: &mut Bus) -> Outcome {
     core.take_supervisor_call(bus, SVCALL)
 }

@@ -283,7 +283,7 @@ impl Core {
             return false;
         };
         self.r[PC] = pc.wrapping_add(2);
-        match decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode) {
+        match decode::execute(self, bus, opcode) {
             Ok(cycles) => bus.spend_cycles(cycles),
             Err(fault) => self.hard_fault(bus, pc, fault),
         }
