@@ -157,6 +157,7 @@ impl Bus {
         self.write_device(address & !3, u32::from(value) * 0x0101_0101)
     }
 
+    #[inline]
     fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
         self.catch_up();
         match address {
