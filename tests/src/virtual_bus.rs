@@ -24,17 +24,24 @@ pub enum Lost {
     Answer,
 }
 
-/// Loses something of one exchange to come, from wherever the bus is lent out.
+/// Loses something of exchanges to come, from wherever the bus is lent out.
 #[derive(Debug, Clone, Default)]
-pub struct Loser(Arc<Mutex<Option<(u32, Lost)>>>);
+pub struct Loser(Arc<Mutex<Option<Loss>>>);
+
+#[derive(Debug, Clone, Copy)]
+struct Loss {
+    others: u32,
+    count: u32,
+    what: Lost,
+}
 
 impl Loser {
-    /// Of the exchange that comes after so many others.
+    /// Of the `count` exchanges that come after so many others.
     ///
     /// # Panics
     /// A thread has panicked with it.
-    pub fn lose_after(&self, others: u32, what: Lost) {
-        *self.0.lock().unwrap() = Some((others, what));
+    pub fn lose_after(&self, others: u32, count: u32, what: Lost) {
+        *self.0.lock().unwrap() = Some(Loss { others, count, what });
     }
 
     /// Whether it has lost all that it was told to.
@@ -48,12 +55,15 @@ impl Loser {
     /// The next exchange begins.
     fn strike(&self) -> Option<Lost> {
         let mut waiting = self.0.lock().unwrap();
-        let (others, what) = waiting.take()?;
-        if others == 0 {
-            return Some(what);
+        let Loss { others, count, what } = waiting.take()?;
+        if others > 0 {
+            *waiting = Some(Loss { others: others - 1, count, what });
+            return None;
         }
-        *waiting = Some((others - 1, what));
-        None
+        if count > 1 {
+            *waiting = Some(Loss { others, count: count - 1, what });
+        }
+        Some(what)
     }
 }
 

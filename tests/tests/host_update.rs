@@ -81,7 +81,7 @@ fn whichever_exchange_is_lost_at_the_end_the_update_is_done() {
             let done = bus.update_board(0, &next(), |progress| {
                 if matches!(progress, UpdateProgress::Writing | UpdateProgress::Confirming) {
                     losses += usize::from(loser.has_struck());
-                    loser.lose_after(others, lost);
+                    loser.lose_after(others, 1, lost);
                 }
             });
             let which = format!("{lost:?} after {others} others");
@@ -91,6 +91,23 @@ fn whichever_exchange_is_lost_at_the_end_the_update_is_done() {
             assert_eq!(bus.running_crc(0), Ok(next().crc()), "{which}");
         }
     }
+}
+
+/// The board has obeyed and the host hears nothing of it for a third of a second, the answer to its question neither: it takes the
+/// silence for the restart that it has asked for, and finds the program.
+#[test]
+fn silence_after_a_commit_is_a_restart() {
+    let mut bus = chips(1, &[]);
+    let loser = bus.line().loser();
+    let done = bus.update_board(0, &next(), |progress| {
+        if progress == UpdateProgress::Writing {
+            // After the command that goes ahead of the commit.
+            loser.lose_after(1, 30, Lost::Answer);
+        }
+    });
+    assert_eq!(done, Ok(Updated::Done));
+    assert!(loser.has_struck());
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Second);
 }
 
 /// What the board says of an update before this one is not taken for its answer to a commit that it has not heard.
@@ -108,7 +125,7 @@ fn an_earlier_refusal_is_not_taken_for_an_answer() {
     let done = bus.update_board(0, &next(), |progress| {
         if progress == UpdateProgress::Writing {
             // After the command that goes ahead.
-            loser.lose_after(1, Lost::Request);
+            loser.lose_after(1, 1, Lost::Request);
         }
     });
     assert_eq!(done, Ok(Updated::Done));
