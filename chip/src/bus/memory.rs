@@ -64,13 +64,13 @@ impl Bus {
     /// The bytes at an address in SRAM that is a multiple of their number.
     #[inline]
     pub fn aligned_sram<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
-        if address as usize % N == 0 { self.sram(address) } else { None }
+        if (address as usize).is_multiple_of(N) { self.sram(address) } else { None }
     }
 
     /// Writes to an address in SRAM that is a multiple of the number of bytes; false if it is none.
     #[inline]
     pub fn set_aligned_sram<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> bool {
-        address as usize % N == 0 && self.set_sram(address, bytes)
+        (address as usize).is_multiple_of(N) && self.set_sram(address, bytes)
     }
 
     #[inline]
