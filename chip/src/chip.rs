@@ -205,7 +205,7 @@ impl Chip {
 
     /// Processor cycles spent executing since creation; sleeping counts none.
     pub fn cycles(&self) -> u64 {
-        self.core.counters().cycles
+        self.bus.cycles()
     }
 
     /// How often an interrupt handler has been entered, by interrupt number 0 to 31 (datasheet 2.3.2).

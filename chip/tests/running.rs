@@ -227,7 +227,10 @@ fn a_power_cycle_forgets_registers_and_ram_and_keeps_the_outside() {
     chip.run_until(Ticks::from_millis(1));
     assert_eq!(chip.pin_output(3), Level::High);
     assert_eq!(chip.read_memory(0x2000_0000), Some(4));
+    let executed = (chip.instructions(), chip.cycles());
+    assert!(executed.1 > executed.0);
     chip.power_cycle();
+    assert_eq!((chip.instructions(), chip.cycles()), executed, "both count since creation");
     assert_eq!(chip.now(), Ticks::from_millis(1).max(chip.now()));
     assert_eq!(chip.pin_output(3), Level::Floating);
     assert_eq!(chip.pin_level(5), Level::High);

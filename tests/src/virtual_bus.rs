@@ -6,12 +6,66 @@
     reason = "what tests are built on: a rig or bus that is not as the test says is a failure"
 )]
 
+use std::sync::{Arc, Mutex};
+
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::line::{Line, LineError};
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::{Baud, Counts};
 use pneudrive_sim::bus::BusCounters;
 use pneudrive_sim::rig::RigOptions;
+
+/// What of one exchange is lost on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lost {
+    /// The request, all of it.
+    Request,
+    /// The answer, which the board has sent.
+    Answer,
+}
+
+/// Loses something of exchanges to come, from wherever the bus is lent out.
+#[derive(Debug, Clone, Default)]
+pub struct Loser(Arc<Mutex<Option<Loss>>>);
+
+#[derive(Debug, Clone, Copy)]
+struct Loss {
+    others: u32,
+    count: u32,
+    what: Lost,
+}
+
+impl Loser {
+    /// Of the `count` exchanges that come after so many others.
+    ///
+    /// # Panics
+    /// A thread has panicked with it.
+    pub fn lose_after(&self, others: u32, count: u32, what: Lost) {
+        *self.0.lock().unwrap() = Some(Loss { others, count, what });
+    }
+
+    /// Whether it has lost all that it was told to.
+    ///
+    /// # Panics
+    /// A thread has panicked with it.
+    pub fn has_struck(&self) -> bool {
+        self.0.lock().unwrap().is_none()
+    }
+
+    /// The next exchange begins.
+    fn strike(&self) -> Option<Lost> {
+        let mut waiting = self.0.lock().unwrap();
+        let Loss { others, count, what } = waiting.take()?;
+        if others > 0 {
+            *waiting = Some(Loss { others: others - 1, count, what });
+            return None;
+        }
+        if count > 1 {
+            *waiting = Some(Loss { others, count: count - 1, what });
+        }
+        Some(what)
+    }
+}
 
 /// Adapter, wire and boards, seen from the host.
 pub struct VirtualBus {
@@ -20,17 +74,25 @@ pub struct VirtualBus {
     heard: Vec<u8>,
     /// Bytes that somebody else puts on the wire before everything that the host sends.
     before_each: Vec<u8>,
+    loser: Loser,
+    /// What comes until the host sends again does not reach it.
+    deaf: bool,
 }
 
 impl VirtualBus {
     /// The host's end of `rig`, as it stands.
     pub fn new(rig: pneudrive_sim::bus::Bus) -> Self {
-        Self { rig, heard: Vec::new(), before_each: Vec::new() }
+        Self { rig, heard: Vec::new(), before_each: Vec::new(), loser: Loser::default(), deaf: false }
     }
 
     /// From now on somebody else puts `bytes` on the wire before everything that the host sends.
     pub fn before_each_request(&mut self, bytes: &[u8]) {
         self.before_each = bytes.to_vec();
+    }
+
+    /// Loses an exchange to come.
+    pub fn loser(&self) -> Loser {
+        self.loser.clone()
     }
 
     /// What has happened on the wire.
@@ -50,7 +112,9 @@ impl VirtualBus {
 
     fn take(&mut self) {
         while let Some(byte) = self.rig.receive() {
-            self.heard.push(byte.byte);
+            if !self.deaf {
+                self.heard.push(byte.byte);
+            }
         }
     }
 }
@@ -67,6 +131,13 @@ impl Line for VirtualBus {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        // What came before was heard.
+        self.take();
+        let lost = self.loser.strike();
+        self.deaf = lost == Some(Lost::Answer);
+        if lost == Some(Lost::Request) {
+            return Ok(());
+        }
         self.rig.send(self.rig.now_ns(), &self.before_each);
         self.rig.send(self.rig.now_ns(), bytes);
         Ok(())

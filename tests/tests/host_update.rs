@@ -7,11 +7,11 @@
 use pneudrive_host::bus::{Bus, BusOptions, PageError, UpdateError, UpdateProgress, Updated};
 use pneudrive_host::program_file::ProgramFile;
 use pneudrive_protocol::Counts;
-use pneudrive_protocol::pages::{ChipKind, LastTrial, Running};
+use pneudrive_protocol::pages::{ChipKind, LastTrial, PageEntry, Running, Update, UpdateOutcome};
 use pneudrive_sim::rig::{Firmware, RigOptions};
 use system_tests::firmware;
 use system_tests::update_bench::{next_version, program_of};
-use system_tests::virtual_bus::{VirtualBus, bus};
+use system_tests::virtual_bus::{Lost, VirtualBus, bus};
 
 /// Returns at once.
 const RETURN: u16 = 0x4770;
@@ -67,6 +67,69 @@ fn an_update_arrives_whole_over_a_bad_line() {
         assert!(struck > 50, "{fault}: {struck}");
         assert_eq!(bus.running_crc(0), Ok(next().crc()));
     }
+}
+
+/// Commit and confirmation are each said once more if they were lost, and not if only their answers were: the board works on them, and
+/// would refuse a second one. Lost is each of the exchanges that follow the last piece, and that follow the new program's first answer.
+#[test]
+fn whichever_exchange_is_lost_at_the_end_the_update_is_done() {
+    for lost in [Lost::Request, Lost::Answer] {
+        for others in 0..4 {
+            let mut bus = chips(1, &[]);
+            let loser = bus.line().loser();
+            let mut losses = 0;
+            let done = bus.update_board(0, &next(), |progress| {
+                if matches!(progress, UpdateProgress::Writing | UpdateProgress::Confirming) {
+                    losses += usize::from(loser.has_struck());
+                    loser.lose_after(others, 1, lost);
+                }
+            });
+            let which = format!("{lost:?} after {others} others");
+            assert_eq!(done, Ok(Updated::Done), "{which}");
+            assert_eq!((losses, loser.has_struck()), (2, true), "{which}");
+            assert_eq!(bus.update_state(0).unwrap().running, Running::Second, "{which}");
+            assert_eq!(bus.running_crc(0), Ok(next().crc()), "{which}");
+        }
+    }
+}
+
+/// The board has obeyed and the host hears nothing of it for a third of a second, the answer to its question neither: it takes the
+/// silence for the restart that it has asked for, and finds the program.
+#[test]
+fn silence_after_a_commit_is_a_restart() {
+    let mut bus = chips(1, &[]);
+    let loser = bus.line().loser();
+    let done = bus.update_board(0, &next(), |progress| {
+        if progress == UpdateProgress::Writing {
+            // After the command that goes ahead of the commit.
+            loser.lose_after(1, 30, Lost::Answer);
+        }
+    });
+    assert_eq!(done, Ok(Updated::Done));
+    assert!(loser.has_struck());
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Second);
+}
+
+/// What the board says of an update before this one is not taken for its answer to a commit that it has not heard.
+#[test]
+fn an_earlier_refusal_is_not_taken_for_an_answer() {
+    let mut bus = chips(1, &[]);
+    for update in [Update::Begin, Update::Commit] {
+        // Like the host itself: a command goes ahead, and the first ones begin the session.
+        let answered = (0..5).any(|_| bus.ping(0).is_ok() && bus.page(0, PageEntry::Update(update)).is_ok());
+        assert!(answered, "{update:?}");
+    }
+    pass(&mut bus, 0.1);
+    assert_eq!(bus.update_state(0).unwrap().outcome, UpdateOutcome::NotAProgram);
+    let loser = bus.line().loser();
+    let done = bus.update_board(0, &next(), |progress| {
+        if progress == UpdateProgress::Writing {
+            // After the command that goes ahead.
+            loser.lose_after(1, 1, Lost::Request);
+        }
+    });
+    assert_eq!(done, Ok(Updated::Done));
+    assert!(loser.has_struck());
 }
 
 /// The supply fails while the program is sent, and after it: the old program, and the next update succeeds.

@@ -92,6 +92,7 @@ impl Bus {
         let flushing = self.xip.flushed_at().saturating_sub(self.now);
         let flushing = self.processor_rate().counts_in(flushing) as u32;
         self.flash_port.wait_cycles += self.ssi.read_cycles() + flushing;
+        self.stop_core();
     }
 
     /// Whether the processor must wait for flash.
@@ -101,9 +102,14 @@ impl Bus {
     }
 
     /// The cycles for which the processor must wait for flash, once.
-    #[inline]
-    pub fn take_wait_cycles(&mut self) -> u32 {
-        if self.flash_port.wait_cycles == 0 { 0 } else { std::mem::take(&mut self.flash_port.wait_cycles) }
+    pub(super) fn take_wait_cycles(&mut self) -> u32 {
+        std::mem::take(&mut self.flash_port.wait_cycles)
+    }
+
+    /// The processor waits for flash as long as it must.
+    pub fn spend_waits(&mut self) {
+        let cycles = self.take_wait_cycles();
+        self.spend_cycles(cycles);
     }
 
     pub(super) fn set_wait_cycles(&mut self, cycles: u32) {

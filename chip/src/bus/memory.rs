@@ -50,13 +50,27 @@ impl Bus {
         self.sram[start..].first_chunk().copied()
     }
 
+    /// Writes to SRAM; false if the address is elsewhere.
     #[inline]
-    fn sram_mut<const N: usize>(&mut self, address: u32) -> Option<&mut [u8; N]> {
+    fn set_sram<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> bool {
         let start = address.wrapping_sub(SRAM) as usize;
         if start > SRAM_SIZE - N {
-            return None;
+            return false;
         }
-        self.sram[start..].first_chunk_mut()
+        self.sram[start..start + N].copy_from_slice(&bytes);
+        true
+    }
+
+    /// The bytes at an address in SRAM that is a multiple of their number.
+    #[inline]
+    pub fn aligned_sram<const N: usize>(&self, address: u32) -> Option<[u8; N]> {
+        if (address as usize).is_multiple_of(N) { self.sram(address) } else { None }
+    }
+
+    /// Writes to an address in SRAM that is a multiple of the number of bytes; false if it is none.
+    #[inline]
+    pub fn set_aligned_sram<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> bool {
+        (address as usize).is_multiple_of(N) && self.set_sram(address, bytes)
     }
 
     #[inline]
@@ -117,11 +131,10 @@ impl Bus {
         if address & 3 != 0 {
             return Err(Fault::Unaligned(address));
         }
-        match self.sram_mut(address) {
-            Some(bytes) => *bytes = value.to_le_bytes(),
-            None => self.write_device(address, value)?,
+        if self.set_sram(address, value.to_le_bytes()) {
+            return Ok(());
         }
-        Ok(())
+        self.write_device(address, value)
     }
 
     /// A narrow write to a peripheral puts the value on all lanes: the register is written as a whole (2.1.4).
@@ -130,22 +143,21 @@ impl Bus {
         if address & 1 != 0 {
             return Err(Fault::Unaligned(address));
         }
-        match self.sram_mut(address) {
-            Some(bytes) => *bytes = value.to_le_bytes(),
-            None => self.write_device(address & !3, u32::from(value) * 0x0001_0001)?,
+        if self.set_sram(address, value.to_le_bytes()) {
+            return Ok(());
         }
-        Ok(())
+        self.write_device(address & !3, u32::from(value) * 0x0001_0001)
     }
 
     #[inline]
     pub fn write8(&mut self, address: u32, value: u8) -> Result<(), Fault> {
-        match self.sram_mut(address) {
-            Some(byte) => *byte = [value],
-            None => self.write_device(address & !3, u32::from(value) * 0x0101_0101)?,
+        if self.set_sram(address, [value]) {
+            return Ok(());
         }
-        Ok(())
+        self.write_device(address & !3, u32::from(value) * 0x0101_0101)
     }
 
+    #[inline]
     fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
         self.catch_up();
         match address {

@@ -65,6 +65,8 @@ pub(crate) struct Bus {
     pub clocks_changed: bool,
     /// Cycles that the core has spent since `now`.
     spent: u32,
+    /// The same before `now`, since creation.
+    cycles: u64,
     /// The core executes while it has spent less: the only thing to be compared for each instruction.
     budget: u32,
     /// Up to where the run loop lets the core run, if nothing else is due.
@@ -119,6 +121,7 @@ impl Bus {
             now: Ticks::ZERO,
             clocks_changed: true,
             spent: 0,
+            cycles: 0,
             budget: 0,
             run_limit: Ticks::ZERO,
             interrupts_changed: true,
@@ -208,6 +211,11 @@ impl Bus {
         std::mem::take(&mut self.core_paused)
     }
 
+    /// The core executes no further instruction before the run loop lets it: it must wait for flash.
+    fn stop_core(&mut self) {
+        self.budget = 0;
+    }
+
     /// Lets the core execute until `limit` or whatever is due before it.
     pub fn let_core_run(&mut self, limit: Ticks) {
         self.run_limit = limit;
@@ -222,7 +230,7 @@ impl Bus {
 
     fn set_budget(&mut self) {
         debug_assert!(self.spent == 0, "time has been caught up with");
-        let stops = self.interrupts_changed || self.core_paused;
+        let stops = self.interrupts_changed || self.core_paused || self.must_wait();
         let time = self.run_limit.min(self.next_event).saturating_sub(self.now);
         self.budget = if stops { 0 } else { self.cycle_clock.cycles_to_pass(time) };
     }
@@ -248,11 +256,17 @@ impl Bus {
         self.spent += cycles;
     }
 
+    /// Cycles that the core has spent since creation, up to `now`.
+    pub fn cycles(&self) -> u64 {
+        self.cycles
+    }
+
     /// Makes [`Bus::now`] the time at which the core is.
     #[inline]
     pub fn catch_up(&mut self) {
         let spent = std::mem::take(&mut self.spent);
         self.budget = self.budget.saturating_sub(spent);
+        self.cycles += u64::from(spent);
         self.now += self.cycle_clock.ticks(spent);
     }
 

@@ -74,11 +74,13 @@ fn reset_bit(block: u32) -> Option<u32> {
 }
 
 impl Bus {
+    #[inline]
     fn held_in_reset(&self, block: u32) -> bool {
         reset_bit(block).is_some_and(|bit| self.resets.holds(bit))
     }
 
     /// A register read by the core.
+    #[inline]
     pub(super) fn read_register(&mut self, address: u32) -> u32 {
         let value = self.read_register_quietly(address);
         // Only these reads take something away: a FIFO entry, or an interrupt.
@@ -92,6 +94,7 @@ impl Bus {
     }
 
     /// A register read without its consequences for DMA and interrupts: the caller settles.
+    #[inline]
     pub(super) fn read_register_quietly(&mut self, address: u32) -> u32 {
         let (block, offset) = split(address);
         if self.held_in_reset(block) {

@@ -96,7 +96,7 @@ impl Bus {
     pub fn power_cycle(&mut self) {
         self.cut_flash();
         let mut fresh = Bus::new(self.flash.clone());
-        fresh.now = self.now;
+        (fresh.now, fresh.cycles) = (self.now, self.cycles);
         fresh.sram = memory::power_on_sram();
         fresh.interrupt_edges = 0;
         fresh.pins = self.pins.clone();

@@ -2,12 +2,26 @@
 
 use super::{Core, Flags};
 
+impl Flags {
+    pub(super) fn n(self) -> bool {
+        self.negative >> 31 != 0
+    }
+
+    pub(super) fn z(self) -> bool {
+        self.nonzero == 0
+    }
+
+    pub(super) fn v(self) -> bool {
+        self.overflow >> 31 != 0
+    }
+}
+
 impl Core {
     /// Sets N and Z from a result and hands it on.
     #[inline]
     pub(super) fn set_nz(&mut self, result: u32) -> u32 {
-        self.flags.n = result >> 31 != 0;
-        self.flags.z = result == 0;
+        self.flags.negative = result;
+        self.flags.nonzero = result;
         result
     }
 
@@ -16,12 +30,8 @@ impl Core {
     pub(super) fn add_with_carry(&mut self, a: u32, b: u32, carry: bool) -> u32 {
         let (partial, carry_1) = a.overflowing_add(b);
         let (sum, carry_2) = partial.overflowing_add(u32::from(carry));
-        self.flags = Flags {
-            n: sum >> 31 != 0,
-            z: sum == 0,
-            c: carry_1 | carry_2,
-            v: ((a ^ sum) & (b ^ sum)) >> 31 != 0,
-        };
+        self.flags =
+            Flags { negative: sum, nonzero: sum, c: carry_1 | carry_2, overflow: (a ^ sum) & (b ^ sum) };
         sum
     }
 

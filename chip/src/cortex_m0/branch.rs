@@ -24,20 +24,21 @@ impl Core {
     fn condition(&self, condition: u16) -> bool {
         let flags = self.flags;
         let met = match condition >> 1 & 7 {
-            0 => flags.z,
+            0 => flags.z(),
             1 => flags.c,
-            2 => flags.n,
-            3 => flags.v,
-            4 => flags.c && !flags.z,
-            5 => flags.n == flags.v,
-            _ => flags.n == flags.v && !flags.z,
+            2 => flags.n(),
+            3 => flags.v(),
+            4 => flags.c && !flags.z(),
+            5 => flags.n() == flags.v(),
+            _ => flags.n() == flags.v() && !flags.z(),
         };
         met != (condition & 1 != 0)
     }
 }
 
 /// Two cycles taken, one not taken.
-pub(super) fn b_conditional(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn b_conditional(core: &mut Core, opcode: u16) -> Outcome {
     if !core.condition(opcode >> 8) {
         return Ok(1);
     }
@@ -47,12 +48,13 @@ pub(super) fn b_conditional(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcom
 }
 
 /// Unconditional, with an 11-bit offset in halfwords.
-pub(super) fn b(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn b(core: &mut Core, opcode: u16) -> Outcome {
     let offset = i32::from((opcode << 5).cast_signed() >> 4);
     core.r[PC] = core.pc_operand().wrapping_add_signed(offset);
     Ok(2)
 }
 
-pub(super) fn svc(core: &mut Core, bus: &mut Bus, _: u16) -> Outcome {
+pub(super) fn svc(core: &mut Core, bus: &mut Bus) -> Outcome {
     core.take_supervisor_call(bus, SVCALL)
 }

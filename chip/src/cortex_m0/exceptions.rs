@@ -120,7 +120,7 @@ impl Core {
             Ok(handler) => self.r[PC] = handler & !1,
             Err(fault) => self.lock_up(bus, fault),
         }
-        self.spend(bus, ENTRY_CYCLES);
+        bus.spend_cycles(ENTRY_CYCLES);
     }
 
     /// PushStack: R0 to R3, R12, LR, return address, xPSR on an 8-byte boundary.
@@ -158,7 +158,7 @@ impl Core {
         self.pop_frame(bus)?;
         self.event_register = true;
         bus.notice_interrupts();
-        self.spend(bus, RETURN_CYCLES);
+        bus.spend_cycles(RETURN_CYCLES);
         Ok(())
     }
 

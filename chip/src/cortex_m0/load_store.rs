@@ -6,6 +6,9 @@ use super::{Core, Outcome, SP, low};
 use crate::bus::{Bus, access_cycles};
 use crate::report::Fault;
 
+/// Cycles of an access to SRAM.
+const RAM_CYCLES: u32 = 2;
+
 /// The private peripheral bus: NVIC, SysTick, system control.
 fn is_private(address: u32) -> bool {
     address >> 28 == 0xe
@@ -25,65 +28,95 @@ impl Core {
             bus.write32(address, value)
         }
     }
+
+    /// A word from anywhere, with the cycles that it takes. Not in the loop over instructions, unlike what is in SRAM.
+    #[inline(never)]
+    fn load_word_elsewhere(&mut self, bus: &mut Bus, register: usize, address: u32) -> Outcome {
+        self.r[register] = self.load_word(bus, address)?;
+        Ok(access_cycles(address, false))
+    }
+
+    #[inline(never)]
+    fn store_word_elsewhere(&mut self, bus: &mut Bus, register: usize, address: u32) -> Outcome {
+        self.store_word(bus, address, self.r[register])?;
+        Ok(access_cycles(address, true))
+    }
 }
 
 /// `[Rn, Rm]`.
+#[inline]
 fn register_offset(core: &Core, opcode: u16) -> u32 {
     core.r[low(opcode, 3)].wrapping_add(core.r[low(opcode, 6)])
 }
 
 /// `[Rn, #imm5 * scale]`.
+#[inline]
 fn immediate_offset(core: &Core, opcode: u16, scale: u32) -> u32 {
     core.r[low(opcode, 3)].wrapping_add(scale * u32::from(opcode >> 6 & 31))
 }
 
 /// `[SP, #imm8 * 4]`.
+#[inline]
 fn stack_offset(core: &Core, opcode: u16) -> u32 {
     core.r[SP].wrapping_add(4 * u32::from(opcode & 255))
 }
 
 #[inline]
 fn load32(core: &mut Core, bus: &mut Bus, register: usize, address: u32) -> Outcome {
-    core.r[register] = core.load_word(bus, address)?;
-    Ok(access_cycles(address, false))
+    match bus.aligned_sram(address) {
+        Some(bytes) => {
+            core.r[register] = u32::from_le_bytes(bytes);
+            Ok(RAM_CYCLES)
+        }
+        None => core.load_word_elsewhere(bus, register, address),
+    }
 }
 
 #[inline]
 fn store32(core: &mut Core, bus: &mut Bus, register: usize, address: u32) -> Outcome {
-    core.store_word(bus, address, core.r[register])?;
-    Ok(access_cycles(address, true))
+    if bus.set_aligned_sram(address, core.r[register].to_le_bytes()) {
+        return Ok(RAM_CYCLES);
+    }
+    core.store_word_elsewhere(bus, register, address)
 }
 
+#[inline]
 pub(super) fn ldr_literal(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = (core.pc_operand() & !3).wrapping_add(4 * u32::from(opcode & 255));
     load32(core, bus, low(opcode, 8), address)
 }
 
+#[inline]
 pub(super) fn str_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     store32(core, bus, low(opcode, 0), address)
 }
 
+#[inline]
 pub(super) fn ldr_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     load32(core, bus, low(opcode, 0), address)
 }
 
+#[inline]
 pub(super) fn str_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 4);
     store32(core, bus, low(opcode, 0), address)
 }
 
+#[inline]
 pub(super) fn ldr_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 4);
     load32(core, bus, low(opcode, 0), address)
 }
 
+#[inline]
 pub(super) fn str_sp(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = stack_offset(core, opcode);
     store32(core, bus, low(opcode, 8), address)
 }
 
+#[inline]
 pub(super) fn ldr_sp(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = stack_offset(core, opcode);
     load32(core, bus, low(opcode, 8), address)
@@ -101,56 +134,66 @@ fn store8(core: &mut Core, bus: &mut Bus, opcode: u16, address: u32) -> Outcome 
     Ok(access_cycles(address, true))
 }
 
+#[inline]
 pub(super) fn strh_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     store16(core, bus, opcode, address)
 }
 
+#[inline]
 pub(super) fn strh_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 2);
     store16(core, bus, opcode, address)
 }
 
+#[inline]
 pub(super) fn strb_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     store8(core, bus, opcode, address)
 }
 
+#[inline]
 pub(super) fn strb_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 1);
     store8(core, bus, opcode, address)
 }
 
+#[inline]
 pub(super) fn ldrh_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     core.r[low(opcode, 0)] = u32::from(bus.read16(address)?);
     Ok(access_cycles(address, false))
 }
 
+#[inline]
 pub(super) fn ldrh_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 2);
     core.r[low(opcode, 0)] = u32::from(bus.read16(address)?);
     Ok(access_cycles(address, false))
 }
 
+#[inline]
 pub(super) fn ldrb_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     core.r[low(opcode, 0)] = u32::from(bus.read8(address)?);
     Ok(access_cycles(address, false))
 }
 
+#[inline]
 pub(super) fn ldrb_immediate(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = immediate_offset(core, opcode, 1);
     core.r[low(opcode, 0)] = u32::from(bus.read8(address)?);
     Ok(access_cycles(address, false))
 }
 
+#[inline]
 pub(super) fn ldrsh_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     core.r[low(opcode, 0)] = i32::from(bus.read16(address)?.cast_signed()).cast_unsigned();
     Ok(access_cycles(address, false))
 }
 
+#[inline]
 pub(super) fn ldrsb_register(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let address = register_offset(core, opcode);
     core.r[low(opcode, 0)] = i32::from(bus.read8(address)?.cast_signed()).cast_unsigned();

@@ -7,25 +7,36 @@ use crate::report::Fault;
 impl Core {
     /// Stores the low registers of `list` at rising addresses; returns the address after the last one.
     fn store_low_registers(&mut self, bus: &mut Bus, list: u16, mut address: u32) -> Result<u32, Fault> {
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
+        for register in registers(list) {
+            if !bus.set_aligned_sram(address, self.r[register].to_le_bytes()) {
                 self.store_word(bus, address, self.r[register])?;
-                address = address.wrapping_add(4);
             }
+            address = address.wrapping_add(4);
         }
         Ok(address)
     }
 
     /// Loads the low registers of `list` from rising addresses; returns the address after the last one.
     fn load_low_registers(&mut self, bus: &mut Bus, list: u16, mut address: u32) -> Result<u32, Fault> {
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                self.r[register] = self.load_word(bus, address)?;
-                address = address.wrapping_add(4);
-            }
+        for register in registers(list) {
+            self.r[register] = match bus.aligned_sram(address) {
+                Some(bytes) => u32::from_le_bytes(bytes),
+                None => self.load_word(bus, address)?,
+            };
+            address = address.wrapping_add(4);
         }
         Ok(address)
     }
+}
+
+/// The numbers of the low registers in a list, rising.
+fn registers(list: u16) -> impl Iterator<Item = usize> {
+    let mut left = u32::from(list & 0xff);
+    std::iter::from_fn(move || {
+        let register = left.trailing_zeros();
+        left &= left.wrapping_sub(1);
+        (register < 8).then_some(register as usize)
+    })
 }
 
 pub(super) fn push(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {

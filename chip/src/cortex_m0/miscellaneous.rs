@@ -4,47 +4,56 @@ use super::{Activity, Core, Outcome, SP, low};
 use crate::bus::Bus;
 use crate::report::Fault;
 
-pub(super) fn add_sp_immediate(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn add_sp_immediate(core: &mut Core, opcode: u16) -> Outcome {
     core.set_sp(core.r[SP].wrapping_add(4 * u32::from(opcode & 127)));
     Ok(1)
 }
 
-pub(super) fn sub_sp_immediate(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn sub_sp_immediate(core: &mut Core, opcode: u16) -> Outcome {
     core.set_sp(core.r[SP].wrapping_sub(4 * u32::from(opcode & 127)));
     Ok(1)
 }
 
-pub(super) fn sxth(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn sxth(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)] as i16 as u32;
     Ok(1)
 }
 
-pub(super) fn sxtb(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn sxtb(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)] as i8 as u32;
     Ok(1)
 }
 
-pub(super) fn uxth(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn uxth(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)] & 0xffff;
     Ok(1)
 }
 
-pub(super) fn uxtb(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn uxtb(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)] & 0xff;
     Ok(1)
 }
 
-pub(super) fn rev(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn rev(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)].swap_bytes();
     Ok(1)
 }
 
-pub(super) fn rev16(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn rev16(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = core.r[low(opcode, 3)].swap_bytes().rotate_left(16);
     Ok(1)
 }
 
-pub(super) fn revsh(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn revsh(core: &mut Core, opcode: u16) -> Outcome {
     core.r[low(opcode, 0)] = (core.r[low(opcode, 3)] as u16).swap_bytes() as i16 as u32;
     Ok(1)
 }

@@ -50,13 +50,17 @@ pub(crate) enum Activity {
     Halted,
 }
 
-/// N, Z, C, V of the APSR.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Flags {
-    pub n: bool,
-    pub z: bool,
-    pub c: bool,
-    pub v: bool,
+/// N, Z, C, V of the APSR. N, Z and V are kept as the words from which they follow: nearly all instructions set them, and few
+/// look at them.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flags {
+    /// N is the sign.
+    negative: u32,
+    /// Z is set if this is zero.
+    nonzero: u32,
+    c: bool,
+    /// V is the sign.
+    overflow: u32,
 }
 
 /// The processor's state.
@@ -93,7 +97,6 @@ pub(crate) struct Core {
 #[derive(Clone, Debug)]
 pub(crate) struct Counters {
     pub instructions: u64,
-    pub cycles: u64,
     pub lowest_sp: u32,
     pub hard_faults: u64,
     pub last_hard_fault: Option<HardFault>,
@@ -105,7 +108,6 @@ impl Default for Counters {
     fn default() -> Self {
         Counters {
             instructions: 0,
-            cycles: 0,
             lowest_sp: u32::MAX,
             hard_faults: 0,
             last_hard_fault: None,
@@ -238,10 +240,13 @@ impl Core {
     pub fn run(&mut self, bus: &mut Bus, limit: Ticks) {
         bus.let_core_run(limit);
         loop {
+            // Counted here and not in `self`: that is memory, which every instruction would change.
+            let mut executed = 0;
             while bus.core_runs() {
-                self.execute(bus);
+                executed += u64::from(self.execute(bus));
             }
-            bus.catch_up();
+            self.counters.instructions += executed;
+            self.catch_up(bus);
             // Between two instructions, unless something is due first.
             if bus.now >= limit.min(bus.next_event()) || bus.core_paused() {
                 return;
@@ -258,25 +263,31 @@ impl Core {
     #[cfg(test)]
     pub fn step(&mut self, bus: &mut Bus) {
         if !(bus.interrupts_changed() && self.take_pending_exception(bus)) {
-            self.execute(bus);
+            self.counters.instructions += u64::from(self.execute(bus));
         }
+        self.catch_up(bus);
+    }
+
+    /// Makes [`Bus::now`] the time at which the core is, after what it has executed and the waits for flash in it.
+    fn catch_up(&mut self, bus: &mut Bus) {
+        bus.spend_waits();
         bus.catch_up();
     }
 
-    /// Executes one instruction, and moves the bus's time on by its cycles.
+    /// Executes one instruction, and spends its cycles but those of waiting for flash. Returns whether there was one.
     #[inline]
-    fn execute(&mut self, bus: &mut Bus) {
+    fn execute(&mut self, bus: &mut Bus) -> bool {
         let pc = self.r[PC];
         let Some(opcode) = bus.fetch_at_once(pc) else {
             self.wait_or_fault(bus, pc);
-            return;
+            return false;
         };
         self.r[PC] = pc.wrapping_add(2);
-        self.counters.instructions += 1;
-        match decode::INSTRUCTIONS[usize::from(opcode >> 6)](self, bus, opcode) {
-            Ok(cycles) => self.spend(bus, cycles),
+        match decode::execute(self, bus, opcode) {
+            Ok(cycles) => bus.spend_cycles(cycles),
             Err(fault) => self.hard_fault(bus, pc, fault),
         }
+        true
     }
 
     /// There is no instruction at `pc`, not yet or never.
@@ -284,7 +295,6 @@ impl Core {
     fn wait_or_fault(&mut self, bus: &mut Bus, pc: u32) {
         if bus.must_wait() {
             // Time goes on first; the instruction is there when the core comes back.
-            self.spend(bus, 0);
         } else if let Some(result) = bus.call_rom(pc, [self.r[0], self.r[1], self.r[2], self.r[3]]) {
             self.return_from_rom(bus, pc, result);
         } else {
@@ -298,17 +308,10 @@ impl Core {
             Ok(value) => {
                 self.r[0] = value;
                 self.r[PC] = self.r[LR] & !1;
-                self.spend(bus, ROM_CALL);
+                bus.spend_cycles(ROM_CALL);
             }
             Err(fault) => self.hard_fault(bus, pc, fault),
         }
-    }
-
-    #[inline]
-    fn spend(&mut self, bus: &mut Bus, cycles: u32) {
-        let cycles = cycles + bus.take_wait_cycles();
-        self.counters.cycles += u64::from(cycles);
-        bus.spend_cycles(cycles);
     }
 
     /// The value an instruction reads from the PC: its own address + 4 (A5.1.2).

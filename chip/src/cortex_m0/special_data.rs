@@ -4,11 +4,13 @@ use super::{Core, LR, Outcome, PC, SP};
 use crate::bus::Bus;
 
 /// Destination and first operand: bit 7 above bits 2 to 0.
+#[inline]
 fn destination(opcode: u16) -> usize {
     usize::from(opcode & 7 | opcode >> 4 & 8)
 }
 
 /// Second operand: bits 6 to 3.
+#[inline]
 fn source(opcode: u16) -> usize {
     usize::from(opcode >> 3 & 15)
 }
@@ -32,26 +34,31 @@ impl Core {
     }
 }
 
-pub(super) fn add(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn add(core: &mut Core, opcode: u16) -> Outcome {
     let sum = core.any_register(destination(opcode)).wrapping_add(core.any_register(source(opcode)));
     Ok(core.write_any_register(destination(opcode), sum))
 }
 
-pub(super) fn cmp(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn cmp(core: &mut Core, opcode: u16) -> Outcome {
     core.add_with_carry(core.any_register(destination(opcode)), !core.any_register(source(opcode)), true);
     Ok(1)
 }
 
-pub(super) fn mov(core: &mut Core, _: &mut Bus, opcode: u16) -> Outcome {
+#[inline]
+pub(super) fn mov(core: &mut Core, opcode: u16) -> Outcome {
     let value = core.any_register(source(opcode));
     Ok(core.write_any_register(destination(opcode), value))
 }
 
+#[inline]
 pub(super) fn bx(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     core.branch_exchange(bus, core.any_register(source(opcode)))?;
     Ok(2)
 }
 
+#[inline]
 pub(super) fn blx(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     let target = core.any_register(source(opcode));
     core.r[LR] = core.r[PC] | 1;

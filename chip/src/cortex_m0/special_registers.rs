@@ -12,13 +12,18 @@ const CONTROL: u16 = 20;
 impl Core {
     /// APSR flags in bits 31 to 28.
     pub(super) fn apsr(&self) -> u32 {
-        let Flags { n, z, c, v } = self.flags;
-        u32::from(n) << 31 | u32::from(z) << 30 | u32::from(c) << 29 | u32::from(v) << 28
+        let flags = self.flags;
+        let bit = |set: bool, n: u32| u32::from(set) << n;
+        bit(flags.n(), 31) | bit(flags.z(), 30) | bit(flags.c, 29) | bit(flags.v(), 28)
     }
 
     pub(super) fn set_apsr(&mut self, value: u32) {
-        let bit = |n: u32| value >> n & 1 != 0;
-        self.flags = Flags { n: bit(31), z: bit(30), c: bit(29), v: bit(28) };
+        self.flags = Flags {
+            negative: value,
+            nonzero: !value & 1 << 30,
+            c: value >> 29 & 1 != 0,
+            overflow: value << 3,
+        };
     }
 
     pub(super) fn read_special_register(&self, number: u16) -> Result<u32, Fault> {

@@ -39,18 +39,23 @@ struct Line {
     valid: u8,
 }
 
+/// The way used last comes first.
 #[derive(Clone, Copy, Debug, Default)]
 struct Set {
     ways: [Line; 2],
-    last_used: u8,
 }
 
 /// The XIP_CTRL block with its cache.
 #[derive(Clone, Debug)]
 pub(crate) struct Xip {
     control: u32,
-    hits: u32,
-    accesses: u32,
+    /// An access with one of these bits in its address goes past the cache.
+    bypass: u32,
+    /// Since creation, and when the program cleared the counters.
+    accesses: u64,
+    misses: u64,
+    accesses_cleared: u64,
+    hits_cleared: u64,
     sets: Box<[Set; SETS]>,
     flushed_at: Ticks,
 }
@@ -59,8 +64,11 @@ impl Default for Xip {
     fn default() -> Self {
         Xip {
             control: ENABLE | ERROR_ON_BAD_WRITE,
-            hits: 0,
+            bypass: NO_LOOKUP,
             accesses: 0,
+            misses: 0,
+            accesses_cleared: 0,
+            hits_cleared: 0,
             sets: Box::new([Set::default(); SETS]),
             flushed_at: Ticks::ZERO,
         }
@@ -74,31 +82,20 @@ fn place(address: u32) -> (usize, u16, u8) {
 }
 
 impl Xip {
-    /// Reads a word; returns whether the cache had it.
+    /// Reads a word; returns whether the cache had it. Nearly all words are in the way used last, which changes nothing.
     #[inline]
     pub fn access(&mut self, address: u32) -> bool {
-        self.accesses = self.accesses.saturating_add(1);
-        if self.has_in_way_used_last(address) {
-            self.hits = self.hits.saturating_add(1);
-            return true;
-        }
-        self.access_elsewhere(address)
-    }
-
-    /// Nearly all hits, and they change nothing in the cache.
-    #[inline]
-    fn has_in_way_used_last(&self, address: u32) -> bool {
+        self.accesses += 1;
         let (set, tag, half) = place(address);
-        let set = &self.sets[set];
-        let line = set.ways[usize::from(set.last_used & 1)];
-        line.tag == tag && line.valid & half != 0 && address & NO_LOOKUP == 0 && self.control & ENABLE != 0
+        let line = self.sets[set].ways[0];
+        line.tag == tag && line.valid & half != 0 && address & self.bypass == 0
+            || self.access_elsewhere(address)
     }
 
     fn access_elsewhere(&mut self, address: u32) -> bool {
-        let enabled = self.control & ENABLE != 0;
-        let hit = enabled && address & NO_LOOKUP == 0 && self.look_up(address);
-        self.hits = self.hits.saturating_add(u32::from(hit));
-        if !hit && enabled && address & NO_ALLOCATE == 0 {
+        let hit = address & self.bypass == 0 && self.look_up(address);
+        self.misses += u64::from(!hit);
+        if !hit && self.control & ENABLE != 0 && address & NO_ALLOCATE == 0 {
             self.fill(address);
         }
         hit
@@ -106,26 +103,23 @@ impl Xip {
 
     fn look_up(&mut self, address: u32) -> bool {
         let (set, tag, half) = place(address);
-        let set = &mut self.sets[set];
-        for (way, line) in (0..).zip(set.ways) {
-            if line.tag == tag && line.valid & half != 0 {
-                set.last_used = way;
-                return true;
-            }
+        let ways = &mut self.sets[set].ways;
+        let hit = ways.iter().position(|line| line.tag == tag && line.valid & half != 0);
+        if hit == Some(1) {
+            ways.swap(0, 1);
         }
-        false
+        hit.is_some()
     }
 
     fn fill(&mut self, address: u32) {
         let (set, tag, half) = place(address);
-        let set = &mut self.sets[set];
-        let same = set.ways.iter().position(|line| line.valid != 0 && line.tag == tag);
-        let free = || set.ways.iter().position(|line| line.valid == 0);
-        let way = same.or_else(free).unwrap_or(usize::from(set.last_used ^ 1));
-        let line = &mut set.ways[way];
-        let kept = if same.is_some() { line.valid } else { 0 };
-        *line = Line { tag, valid: kept | half };
-        set.last_used = way as u8;
+        let ways = &mut self.sets[set].ways;
+        let same = ways.iter().position(|line| line.valid != 0 && line.tag == tag);
+        let free = || ways.iter().position(|line| line.valid == 0);
+        let way = same.or_else(free).unwrap_or(1);
+        let kept = if same.is_some() { ways[way].valid } else { 0 };
+        ways[way] = Line { tag, valid: kept | half };
+        ways[..=way].rotate_right(1);
     }
 
     /// A write to a flash address: a matching entry of the cache is given up through the first alias. Returns whether the bus
@@ -154,9 +148,14 @@ impl Xip {
         self.flushed_at
     }
 
-    /// CTR_ACC and CTR_HIT.
+    /// CTR_ACC and CTR_HIT, which stop at their ends.
     pub fn counters(&self) -> (u32, u32) {
-        (self.accesses, self.hits)
+        let stop = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
+        (stop(self.accesses - self.accesses_cleared), stop(self.hits() - self.hits_cleared))
+    }
+
+    fn hits(&self) -> u64 {
+        self.accesses - self.misses
     }
 
     pub fn read(&self, offset: u32, now: Ticks) -> Option<u32> {
@@ -167,8 +166,8 @@ impl Xip {
             // No stream can be started.
             STREAM_CTR => 0,
             STAT => STREAM_FIFO_EMPTY | if now >= self.flushed_at { FLUSH_READY } else { 0 },
-            CTR_HIT => self.hits,
-            CTR_ACC => self.accesses,
+            CTR_HIT => self.counters().1,
+            CTR_ACC => self.counters().0,
             _ => return None,
         })
     }
@@ -179,11 +178,12 @@ impl Xip {
             CTRL => {
                 let value = write.onto(self.control) & (ENABLE | ERROR_ON_BAD_WRITE | POWER_DOWN);
                 self.control = if value & POWER_DOWN != 0 { value & !ENABLE } else { value };
+                self.bypass = if self.control & ENABLE != 0 { NO_LOOKUP } else { u32::MAX };
             }
             FLUSH if write.ones() & 1 != 0 => self.flush(flushed),
             FLUSH | STAT => {}
-            CTR_HIT => self.hits = 0,
-            CTR_ACC => self.accesses = 0,
+            CTR_HIT => self.hits_cleared = self.hits(),
+            CTR_ACC => self.accesses_cleared = self.accesses,
             _ => return Written::NotModelled,
         }
         Written::Done

@@ -206,9 +206,9 @@ impl<L: Line> Bus<L> {
         if is_there && again(|| self.running_crc(board))? == file.crc() {
             return Ok(Updated::Unchanged);
         }
-        self.send_program(board, file, &mut progress)?;
+        self.send_program(board, file, before.outcome, &mut progress)?;
         progress(UpdateProgress::Writing);
-        self.order(board, Update::Commit)?;
+        self.order(board, Update::Commit, before.outcome)?;
         let state = self.wait_for_program(board, WRITE_NS)?;
         if !state.running.is_trial() {
             let last_trial = state.last_trial;
@@ -220,7 +220,7 @@ impl<L: Line> Bus<L> {
         if !self.in_session(board) || again(|| self.running_crc(board))? != file.crc() {
             return Err(UpdateError::Lost { asked });
         }
-        self.order(board, Update::Confirm)?;
+        self.order(board, Update::Confirm, state.outcome)?;
         let state = self.wait_for_program(board, RESTART_NS)?;
         if state.running.is_trial() || again(|| self.running_crc(board))? != file.crc() {
             return Err(UpdateError::RolledBack { asked, last_trial: state.last_trial });
@@ -268,12 +268,13 @@ impl<L: Line> Bus<L> {
         &mut self,
         board: u8,
         file: &ProgramFile,
+        before: UpdateOutcome,
         progress: &mut impl FnMut(UpdateProgress),
     ) -> Result<(), UpdateError> {
         let bytes = [file.bytes(), &file.crc().to_le_bytes()].concat();
         let pieces: Vec<Update> = bytes.chunks(PIECE).map(piece).collect();
         let of = file.bytes().len();
-        self.order(board, Update::Begin)?;
+        self.order(board, Update::Begin, before)?;
         let (mut sent, mut failed) = (0, 0);
         let mut command_ns = 0;
         while let Some(piece) = pieces.get(sent) {
@@ -303,8 +304,8 @@ impl<L: Line> Bus<L> {
         Ok(())
     }
 
-    /// Something that can be said twice, until it is answered.
-    fn order(&mut self, board: u8, update: Update) -> Result<(), UpdateError> {
+    /// Something that can be said twice, until it is answered. `before`: what the board has said of the update before this one.
+    fn order(&mut self, board: u8, update: Update, before: UpdateOutcome) -> Result<(), UpdateError> {
         let mut refusal = UpdateReply::NeedsSession;
         for _ in 0..TRIES {
             self.ping_again(board)?;
@@ -318,7 +319,7 @@ impl<L: Line> Bus<L> {
                 }
                 // Lost, or the board restarts because of it.
                 Err(PageError::Exchange(ExchangeError::NoAnswer { .. })) if update != Update::Begin => {
-                    if self.is_obeyed(board, update) {
+                    if self.is_obeyed(board, update, before) {
                         return Ok(());
                     }
                 }
@@ -331,11 +332,9 @@ impl<L: Line> Bus<L> {
 
     /// Whether a commit or a confirmation whose answer is missing has arrived: then the board works on it, or is silent because it
     /// restarts.
-    fn is_obeyed(&mut self, board: u8, update: Update) -> bool {
+    fn is_obeyed(&mut self, board: u8, update: Update, before: UpdateOutcome) -> bool {
         match self.update_state(board) {
-            Ok(state) => {
-                state.outcome != UpdateOutcome::None || state.running.is_trial() == (update == Update::Commit)
-            }
+            Ok(state) => state.outcome != before || state.running.is_trial() == (update == Update::Commit),
             Err(PageError::Exchange(error)) => !error.something_came(),
             Err(_) => true,
         }

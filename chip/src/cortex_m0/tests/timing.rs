@@ -9,10 +9,10 @@ fn cycles_of(program: &[u16], address: u32) -> u64 {
     machine.core.r[0] = address;
     machine.core.r[14] = CODE | 1;
     machine.steps(program.len() - 1);
-    let before = machine.core.counters.cycles;
+    let before = machine.bus.cycles();
     machine.step();
     assert_eq!(machine.core.counters.hard_faults, 0);
-    machine.core.counters.cycles - before
+    machine.bus.cycles() - before
 }
 
 #[test]
@@ -50,12 +50,12 @@ fn the_io_port_is_fast_and_apb_is_slow() {
 fn calls_take_three_cycles_and_exception_entry_fifteen() {
     let mut machine = Machine::new(&[0xf000, 0xf800, NOP]);
     machine.step();
-    assert_eq!(machine.core.counters.cycles, 3);
+    assert_eq!(machine.bus.cycles(), 3);
     machine.enable_interrupt(0, 0);
     machine.pend(0);
     machine.step();
     assert_eq!(machine.pc(), handler(16));
-    assert_eq!(machine.core.counters.cycles, 18);
+    assert_eq!(machine.bus.cycles(), 18);
 }
 
 #[test]
