@@ -112,9 +112,8 @@ pub fn diagnose(
         let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
         let looked_at = slowly.as_ref().unwrap_or(&channels);
         let named = greybox::name(looked_at, &outcome.base, &|| progress("", 1));
-        // What the search has named from a base model that is far off stands only if it predicts better.
         if let Some(named) =
-            named.filter(|named| outcome.causes.is_empty() || predicts_better(&channels, named, &outcome))
+            named.filter(|named| outcome.causes.is_empty() || stands_instead(&channels, named, &outcome))
         {
             adopt(&mut outcome, &mut channels, named);
             rest = Rest::new(&channels, &outcome, change);
@@ -132,11 +131,15 @@ pub fn diagnose(
     Ok(diagnosis)
 }
 
-/// Does the effect that stands out by likelihood predict the choosing blocks better than what the search has named?
-fn predicts_better(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
+/// Does the effect that stands out by likelihood take the place of what the search has named from a base model that is far off? It does
+/// where it predicts the choosing blocks better, and where the search has named it among others: those take up what is left of a large error.
+fn stands_instead(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
     let searched: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
     let density = |models: &[Extended]| evidence(channels, models).log_density();
-    named.effect.as_ref().is_some_and(|effect| density(&effect.models) > density(&searched))
+    named.effect.as_ref().is_some_and(|effect| {
+        outcome.causes.iter().any(|cause| cause.effect == effect.effect)
+            || density(&effect.models) > density(&searched)
+    })
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.

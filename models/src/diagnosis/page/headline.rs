@@ -25,7 +25,8 @@ fn cause(cause: &Cause) -> String {
             std::iter::once(&cause.effect).chain(&cause.equivalent).map(|id| title(id)).collect();
         return format!("one of: {}", all.join(", "));
     }
-    let sure = cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p;
+    let likely = cause.probability.is_none_or(|p| p >= 0.5);
+    let sure = likely && cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p;
     format!("{}{}", if sure { "" } else { "probably " }, title(&cause.effect))
 }
 
@@ -45,6 +46,10 @@ mod tests {
     use std::collections::BTreeMap;
 
     fn found(low: f64, p_value: f64, equivalent: &[&str]) -> String {
+        of_probability(None, low, p_value, equivalent)
+    }
+
+    fn of_probability(probability: Option<f64>, low: f64, p_value: f64, equivalent: &[&str]) -> String {
         let gain = Gain {
             test_rmse_before_kpa: 2.0,
             test_rmse_after_kpa: 1.0,
@@ -59,7 +64,7 @@ mod tests {
             parameters: BTreeMap::new(),
             by_channel: BTreeMap::new(),
             p_value,
-            probability: None,
+            probability,
             gain,
         })
     }
@@ -69,6 +74,8 @@ mod tests {
         assert!(!found(0.3, 0.001, &[]).contains("probably"));
         assert!(found(-0.4, 0.001, &[]).starts_with("probably "));
         assert!(found(0.3, 0.04, &[]).starts_with("probably "));
+        assert!(!of_probability(Some(0.9), 0.3, 0.001, &[]).contains("probably"));
+        assert!(of_probability(Some(0.4), 0.3, 0.001, &[]).starts_with("probably "));
         assert!(found(0.3, 0.001, &["valve_hysteresis"]).starts_with("one of: "));
     }
 }

@@ -70,7 +70,8 @@ impl Report {
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         for cause in &mut self.causes {
             let with = |w: &&Weighed| w.missing.effects().iter().any(|&e| CATALOGUE[e].id == cause.effect);
-            cause.probability = Some(weighed.iter().filter(with).map(|w| w.probability).sum());
+            cause.probability =
+                Some(weighed.iter().filter(with).map(|w| w.probability).sum::<f64>().min(1.0));
         }
     }
 }
