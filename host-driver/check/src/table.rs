@@ -29,6 +29,15 @@ pub fn problems(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> 
             let place = name(board.board, Some(value.channel));
             let now = number(value, value.value);
             let text = match (value.before, &since) {
+                (Some(before), Some(since)) if value.value.is_none() => format!(
+                    "{place}: {} could not be measured, {} on {since} ({})",
+                    value.quantity.name(),
+                    number(value, Some(before)),
+                    value.note
+                ),
+                _ if value.value.is_none() => {
+                    format!("{place}: {} could not be measured ({})", value.quantity.name(), value.note)
+                }
                 (Some(_), Some(since)) if value.note.starts_with("leaks") => {
                     format!("{place} {} as on {since} ({now} now)", value.note)
                 }
@@ -123,19 +132,8 @@ mod tests {
     use super::*;
     use crate::Quantity;
 
-    #[test]
-    fn a_leak_is_told_in_a_sentence() {
-        let value = Value {
-            quantity: Quantity::Leak,
-            channel: 2,
-            value: Some(6.0),
-            interval: Some(0.3),
-            limits: (Some(0.5), Some(2.5)),
-            before: Some(1.5),
-            verdict_alone: Verdict::Pass,
-            verdict: Verdict::Warn,
-            note: "leaks 4.0 times as much".to_owned(),
-        };
+    /// A check of one value that is compared with the day before, and how its problems and its table read.
+    fn told(value: Value) -> (Vec<String>, String) {
         let board = BoardReport { board: 0, values: vec![value], aborted: None };
         let report = Report {
             started_utc: "2026-11-23T10:00:00Z".into(),
@@ -150,11 +148,51 @@ mod tests {
             Some(channel) => format!("board {board}, channel {channel}"),
             None => format!("board {board}"),
         };
+        (problems(&report, &name), table(&report, &name))
+    }
+
+    #[test]
+    fn what_could_not_be_measured_has_no_number() {
+        let value = |before: Option<f64>| Value {
+            quantity: Quantity::Threshold,
+            channel: 1,
+            value: None,
+            interval: None,
+            limits: (None, Some(30.0)),
+            before,
+            verdict_alone: Verdict::Warn,
+            verdict: Verdict::Warn,
+            note: "the pressure did not move".to_owned(),
+        };
         assert_eq!(
-            problems(&report, &name),
+            told(value(Some(5.25))).0,
+            [
+                "warn: board 0, channel 1: valve threshold could not be measured, 5.25 kPa on 3 November 2026 (the pressure did not move)"
+            ]
+        );
+        assert_eq!(
+            told(value(None)).0,
+            ["warn: board 0, channel 1: valve threshold could not be measured (the pressure did not move)"]
+        );
+    }
+
+    #[test]
+    fn a_leak_is_told_in_a_sentence() {
+        let (problems, table) = told(Value {
+            quantity: Quantity::Leak,
+            channel: 2,
+            value: Some(6.0),
+            interval: Some(0.3),
+            limits: (Some(0.5), Some(2.5)),
+            before: Some(1.5),
+            verdict_alone: Verdict::Pass,
+            verdict: Verdict::Warn,
+            note: "leaks 4.0 times as much".to_owned(),
+        });
+        assert_eq!(
+            problems,
             ["warn: board 0, channel 2 leaks 4.0 times as much as on 3 November 2026 (6.00 kPa/s now)"]
         );
-        let table = table(&report, &name);
         assert!(table.contains("leak              2        6.00      0.30  0.50 to 2.50 kPa/s"), "{table}");
     }
 }
