@@ -65,7 +65,7 @@ impl Band {
     }
 }
 
-/// Rates of simulated pressures, row by row, kPa/s: slopes over [`RATE_HALF_S`] on both sides, and at least from neighbour to neighbour. No
+/// Rates of simulated pressures, row by row, kPa/s: slopes over 25 ms on both sides, and at least from neighbour to neighbour. No
 /// slope reaches beyond a start: `starts` are the rows at which a stretch without a gap begins, ascending.
 #[must_use]
 pub fn rates_kpa_s(time_s: &[f64], kpa: &[f64], starts: &[usize]) -> Vec<f64> {
