@@ -62,6 +62,20 @@ fn the_resistance_behind_the_sensor_is_named() {
     }
 }
 
+/// The search alone names heat exchange in the first and three more causes in the second: a base model that is far off suggests them.
+#[test]
+fn what_a_model_suggests_that_is_far_off_is_not_named() {
+    let Some(data) = real_data("what_a_model_suggests_that_is_far_off_is_not_named") else { return };
+    for (valve, number) in [("solenoid", 1), ("pinch_valve", 8)] {
+        let rig = format!("{}/examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+        let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
+        let folder = Folder::new();
+        let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
+        assert_eq!(done.status, 0, "{}", done.stderr);
+        assert_eq!(named(&json(&folder.path("d/report.json"))), ["line_restriction"], "{valve} {number}");
+    }
+}
+
 /// Four runs of one ventilator with four settings of the lung (compliance 50, 20, 20, 20 ml/hPa; resistance 5, 5, 20, 50 hPa s/l): the
 /// resistance of each is told, in the order of the settings, and from the others' valves that of a run which was not there.
 #[test]

@@ -20,7 +20,7 @@ use crate::diagnosis::report::{
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
-use crate::diagnosis::settings;
+use crate::diagnosis::settings::{self, SETTINGS};
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -132,16 +132,18 @@ pub fn diagnose(
 }
 
 /// Does the effect that stands out by likelihood take the place of what the search has named from a base model that is far off? It does
-/// where it predicts the choosing blocks better, and where it is one of several that the search has named: the others take up what is
-/// left of a large error.
+/// where it predicts the choosing blocks better. Where the search has named it among others, which take up what is left of a large error,
+/// each of them must take as much of it as any name by likelihood must.
 fn stands_instead(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
+    let Some(effect) = &named.effect else { return false };
     let searched: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
     let density = |models: &[Extended]| evidence(channels, models).log_density();
-    named.effect.as_ref().is_some_and(|effect| {
-        let one_of_several =
-            outcome.causes.len() > 1 && outcome.causes.iter().any(|cause| cause.effect == effect.effect);
-        one_of_several || density(&effect.models) > density(&searched)
-    })
+    let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
+    let others = outcome.causes.iter().filter(|cause| cause.effect != effect.effect).count();
+    let among = others > 0 && others < outcome.causes.len();
+    // What is left when each of the others takes the least share of what those before it leave.
+    let most_left = (0..others).fold(error(&effect.models), |left, _| (1.0 - SETTINGS.greybox_worth) * left);
+    among && error(&searched) > most_left || density(&effect.models) > density(&searched)
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.

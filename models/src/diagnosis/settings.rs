@@ -106,6 +106,7 @@ settings! {
     flat: f64 = 0.8, "An interval wider than this factor of the value, or part of the bounds, determines nothing.", "Neither size nor sign could be used.";
     usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none.", "Chosen on hard rounds.";
     sure_gain: f64 = 0.05, "A cause whose gain may be smaller than this is only probable.", "Five times practical.";
+    sure_probability: f64 = 0.5, "A cause that is less probable than this is only probable.", "Something else is more so.";
     sure_p: f64 = 0.01, "A cause whose trace chance makes more often is only probable.", "The usual one.";
 }
 

@@ -78,6 +78,23 @@ pub struct Case {
     pub hard: Option<Hard>,
 }
 
+#[cfg(test)]
+impl Case {
+    /// A case of a moderate size with recorded drives, for tests of what is made of it.
+    pub fn moderate(kind: Kind, effects: &[&str]) -> Self {
+        Self {
+            number: 0,
+            kind,
+            effects: effects.iter().map(|&effect| effect.to_owned()).collect(),
+            arguments: Vec::new(),
+            size: "moderate".to_owned(),
+            seed: 1,
+            drive: true,
+            hard: None,
+        }
+    }
+}
+
 /// How a hard round's recording is made: by a rig with a background of imperfections, which its file describes wrongly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hard {

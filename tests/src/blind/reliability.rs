@@ -82,19 +82,6 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn case(kind: Kind, effects: &[&str]) -> Case {
-        Case {
-            hard: None,
-            number: 0,
-            kind,
-            effects: effects.iter().map(|e| (*e).to_owned()).collect(),
-            arguments: Vec::new(),
-            size: "moderate".to_owned(),
-            seed: 1,
-            drive: true,
-        }
-    }
-
     #[test]
     fn something_else_names_nothing_and_a_set_that_was_not_listed_had_no_probability() {
         let report = json!({ "alternatives": [
@@ -103,17 +90,17 @@ mod tests {
             { "causes": ["valve_lag"], "probability": 0.3 },
         ]});
         let mut nothing = Reliability::default();
-        nothing.add(&case(Kind::Null, &[]), &report);
-        nothing.add(&case(Kind::OffCatalogue, &["line_water"]), &report);
+        nothing.add(&Case::moderate(Kind::Null, &[]), &report);
+        nothing.add(&Case::moderate(Kind::OffCatalogue, &["line_water"]), &report);
         assert!(nothing.first.iter().all(|right| *right));
         assert!(nothing.brier.iter().all(|b| (b - 0.18).abs() < 1e-9), "{:?}", nothing.brier);
         let mut lag = Reliability::default();
-        lag.add(&case(Kind::Single, &["valve_lag"]), &report);
-        lag.add(&case(Kind::Single, &["supply_sag"]), &report);
+        lag.add(&Case::moderate(Kind::Single, &["valve_lag"]), &report);
+        lag.add(&Case::moderate(Kind::Single, &["supply_sag"]), &report);
         assert_eq!(lag.first, [false, false]);
         assert!((lag.brier[0] - 0.98).abs() < 1e-9 && (lag.brier[1] - 1.58).abs() < 1e-9, "{:?}", lag.brier);
         let mut none = Reliability::default();
-        none.add(&case(Kind::Null, &[]), &json!({ "alternatives": [] }));
+        none.add(&Case::moderate(Kind::Null, &[]), &json!({ "alternatives": [] }));
         assert!(none.brier.is_empty());
     }
 

@@ -184,19 +184,6 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn case(kind: Kind, effects: &[&str]) -> Case {
-        Case {
-            hard: None,
-            number: 0,
-            kind,
-            effects: effects.iter().map(|e| (*e).to_owned()).collect(),
-            arguments: Vec::new(),
-            size: "moderate".to_owned(),
-            seed: 1,
-            drive: true,
-        }
-    }
-
     fn report(causes: &[(&str, &[&str])]) -> Value {
         let causes: Vec<Value> =
             causes.iter().map(|(id, rivals)| json!({"effect": id, "equivalent": rivals})).collect();
@@ -205,7 +192,7 @@ mod tests {
 
     #[test]
     fn an_interval_covers_the_hidden_size_in_the_plants_unit() {
-        let mut hidden = case(Kind::Single, &["wall_creep"]);
+        let mut hidden = Case::moderate(Kind::Single, &["wall_creep"]);
         hidden.arguments = vec!["wall_creep=0.8".to_owned()];
         let with = |low: f64, high: f64| {
             json!({"causes": [{"effect": "wall_creep", "equivalent": [],
@@ -219,17 +206,17 @@ mod tests {
 
     #[test]
     fn every_outcome_is_told_from_the_others() {
-        let single = case(Kind::Single, &["valve_lag"]);
+        let single = Case::moderate(Kind::Single, &["valve_lag"]);
         assert_eq!(score(&single, &report(&[("valve_lag", &[])])), Outcome::Right);
         assert_eq!(score(&single, &report(&[("sensor_lag", &["valve_lag"])])), Outcome::Tied);
         assert_eq!(score(&single, &report(&[("a", &["b", "c", "valve_lag"])])), Outcome::Wrong);
         assert_eq!(score(&single, &report(&[])), Outcome::Missed);
         assert_eq!(score(&single, &report(&[("supply_sag", &[])])), Outcome::Wrong);
         assert_eq!(score(&single, &report(&[("valve_lag", &[]), ("supply_sag", &[])])), Outcome::Extra);
-        assert_eq!(score(&case(Kind::Null, &[]), &report(&[])), Outcome::Clean);
-        assert_eq!(score(&case(Kind::Null, &[]), &report(&[("valve_lag", &[])])), Outcome::Wrong);
-        assert_eq!(score(&case(Kind::OffCatalogue, &["x"]), &report(&[])), Outcome::Unnamed);
-        let pair = case(Kind::Pair, &["valve_lag", "supply_sag"]);
+        assert_eq!(score(&Case::moderate(Kind::Null, &[]), &report(&[])), Outcome::Clean);
+        assert_eq!(score(&Case::moderate(Kind::Null, &[]), &report(&[("valve_lag", &[])])), Outcome::Wrong);
+        assert_eq!(score(&Case::moderate(Kind::OffCatalogue, &["x"]), &report(&[])), Outcome::Unnamed);
+        let pair = Case::moderate(Kind::Pair, &["valve_lag", "supply_sag"]);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[]), ("supply_sag", &[])])), Outcome::Right);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[])])), Outcome::Wrong);
     }

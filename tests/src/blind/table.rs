@@ -220,16 +220,8 @@ mod tests {
     }
 
     fn table(report: &Value) -> Table {
-        let case = Case {
-            hard: None,
-            number: 3,
-            kind: Kind::Single,
-            effects: vec!["valve_lag".to_owned()],
-            arguments: vec!["valve_lag=0.02".to_owned()],
-            size: "moderate".to_owned(),
-            seed: 7,
-            drive: true,
-        };
+        let arguments = vec!["valve_lag=0.02".to_owned()];
+        let case = Case { number: 3, arguments, seed: 7, ..Case::moderate(Kind::Single, &["valve_lag"]) };
         Table { recordings: vec![Entry::new("r0c003", &case, report).unwrap()] }
     }
 

@@ -25,7 +25,7 @@ fn cause(cause: &Cause) -> String {
             std::iter::once(&cause.effect).chain(&cause.equivalent).map(|id| title(id)).collect();
         return format!("one of: {}", all.join(", "));
     }
-    let likely = cause.probability.is_none_or(|p| p >= 0.5);
+    let likely = cause.probability.is_none_or(|p| p >= SETTINGS.sure_probability);
     let sure = likely && cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p;
     format!("{}{}", if sure { "" } else { "probably " }, title(&cause.effect))
 }

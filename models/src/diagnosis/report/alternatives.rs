@@ -72,11 +72,15 @@ impl Report {
         }
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         for cause in &mut self.causes {
-            let with = |w: &&Weighed| w.missing.effects().iter().any(|&e| CATALOGUE[e].id == cause.effect);
-            cause.probability =
-                Some(weighed.iter().filter(with).fold(0.0, |sum, w| sum + w.probability).min(1.0));
+            cause.probability = Some(probability_of(&cause.effect, weighed));
         }
     }
+}
+
+/// Probability of all explanations with an effect.
+fn probability_of(id: &str, weighed: &[Weighed]) -> f64 {
+    let with = weighed.iter().filter(|w| w.missing.effects().iter().any(|&e| CATALOGUE[e].id == id));
+    with.fold(0.0, |sum, w| sum + w.probability).min(1.0)
 }
 
 /// Those that are worth a line.
@@ -91,4 +95,39 @@ pub fn listed<'a>(weighed: impl IntoIterator<Item = (&'a Missing, f64, f64)>) ->
             select_rmse_kpa,
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, with};
+    use crate::effects::catalogue::index_of;
+
+    #[test]
+    fn a_size_that_sound_rigs_have_is_no_cause_unless_a_channel_has_more() {
+        let (data, base) = channel(false);
+        let asymmetry = index_of("valve_asymmetry").unwrap();
+        let of = |ratio: f64| with(&data, &base, "valve_asymmetry", &[ratio]);
+        let channels = [data.clone(), data.clone()];
+        let beyond = |models: [Extended; 2]| is_beyond_usual(&channels, &models, asymmetry);
+        assert!(!beyond([of(0.95), of(1.05)]) && !beyond([base.clone(), base.clone()]));
+        assert!(beyond([of(0.95), of(0.7)]) && beyond([base.clone(), of(1.4)]));
+    }
+
+    #[test]
+    fn a_cause_is_as_probable_as_all_that_has_it_and_what_is_improbable_is_not_listed() {
+        let [lag, delay] = ["valve_lag", "transport_delay"].map(|id| index_of(id).unwrap());
+        let weighed = [
+            (Missing::Effects(vec![lag, delay]), 0.6),
+            (Missing::SomethingElse(vec![lag]), 0.3),
+            (Missing::Nothing, 0.0996),
+            (Missing::Effects(vec![delay]), 0.0004),
+        ]
+        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
+        assert!((probability_of("valve_lag", &weighed) - 0.9).abs() < 1e-12);
+        assert_eq!(probability_of("supply_sag", &weighed).to_bits(), 0.0_f64.to_bits());
+        let listed = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
+        let causes: Vec<_> = listed.iter().map(|a| a.causes.join("+")).collect();
+        assert_eq!(causes, ["valve_lag+transport_delay", "valve_lag+something_else", "none"]);
+    }
 }
