@@ -242,6 +242,10 @@ fn a_band_holds_what_another_recording_measured() {
         run(folder.root(), &["fit", "run.csv", "--model", "linear", "--starts", "1", "--out", "p.toml"]);
     assert_eq!(fit.status, 0, "{}", fit.stderr);
     std::fs::remove_file(folder.path("band.csv")).unwrap();
+    let same =
+        ["simulate", "later.csv", "--parameters", "d/extended.toml", "--out", "s.csv", "--band", "s.csv"];
+    let refused = run(folder.root(), &same);
+    assert!(refused.status == 2 && refused.stderr.contains("choose another name"), "{}", refused.stderr);
     let refused = simulate("p.toml");
     assert_ne!(refused.status, 0);
     assert!(refused.stderr.contains("no band") && refused.stderr.contains("diagnose"), "{}", refused.stderr);

@@ -67,6 +67,12 @@ struct ChannelOutput<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        if self.band.as_ref() == Some(&self.out) {
+            let out = self.out.display();
+            return Err(Failure::input(format!(
+                "--band {out}: that is where --out goes; choose another name"
+            )));
+        }
         let model = CalibratedModel::load(&self.parameters)?;
         // The rig the parameters were fitted with, unless another is given on purpose.
         let given = self.input.rig.is_some().then(|| self.input.load_rig()).transpose()?;
@@ -84,7 +90,7 @@ impl Args {
             });
             let band_holds = channel.band.as_ref().and_then(|band| band.holds);
             let held = band_holds.map_or_else(String::new, |share| {
-                format!(", of which its 95 % band holds {:.1} %", 100.0 * share)
+                format!("; its 95 % band holds {:.1} % of the measured pressures", 100.0 * share)
             });
             println!(
                 "{}: {}, {lowest_kpa:.2} to {highest_kpa:.2} kPa{judged}{held}",
