@@ -207,10 +207,10 @@ fn a_board_that_starts_anew_finds_its_sensors() {
 }
 
 #[test]
-fn parts_belong_to_native_boards() {
+fn parts_belong_to_boards_that_have_a_connector() {
     let refused = |rig: RigOptions| rig.build().err().unwrap().to_string();
     let beyond = RigOptions { boards: 2, imus: [2].into(), ..RigOptions::default() };
-    assert!(refused(beyond).starts_with("no native board at position 2, which is to have an IMU"));
+    assert!(refused(beyond).starts_with("no board at position 2 that can have an IMU"));
     let original = RigOptions { original: [0].into(), supply_sensors: [0].into(), ..RigOptions::default() };
     assert!(refused(original).contains("a supply sensor"));
     let all = RigOptions { boards: 3, original: [1].into(), ..RigOptions::default() }.with_all_sensors();
