@@ -9,7 +9,7 @@ use crate::cli::{board_parameters, board_update};
 use pneudrive_host::bus::{Bus, ExchangeError, PageError};
 use pneudrive_host::rig::Unit;
 use pneudrive_protocol::pages::{
-    About, Counter, Drives, Electronics, NowState, PostMortem, SensorPart, SensorState, Temperature, Voltage,
+    About, Counter, Drives, NowState, PostMortem, SensorPart, SensorState, Temperature, Voltage,
 };
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -37,6 +37,8 @@ struct StatusReport {
     chip_c: Option<f64>,
     /// The 5 V of its I2C connector; null without a supply sensor, which measures it.
     rail_v: Option<f64>,
+    #[serde(skip)]
+    tells_electronics: bool,
     /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing is known.
     post_mortem: Option<String>,
 }
@@ -139,8 +141,8 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         Err(error) => return Err(error),
     };
     let electronics = match persist(until, || bus.electronics(board)) {
-        Ok((electronics, _)) => electronics,
-        Err(PageError::NoSuchEntry { .. }) => Electronics::NONE,
+        Ok((electronics, _)) => Some(electronics),
+        Err(PageError::NoSuchEntry { .. }) => None,
         Err(error) => return Err(error),
     };
     Ok(StatusReport {
@@ -153,8 +155,9 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         drives: drives.share(),
         counters,
         sensors,
-        chip_c: electronics.chip_temperature.map(Temperature::celsius),
-        rail_v: electronics.rail_voltage.map(Voltage::volts),
+        chip_c: electronics.and_then(|known| known.chip_temperature).map(Temperature::celsius),
+        rail_v: electronics.and_then(|known| known.rail_voltage).map(Voltage::volts),
+        tells_electronics: electronics.is_some(),
         post_mortem: post_mortem.map(|record| record.to_string()),
     })
 }
@@ -207,8 +210,10 @@ fn print(report: &StatusReport, name: &str, unit: Unit) {
         Some(sensors) => print_sensors(sensors, unit),
         None => outln!("  sensors on the I2C connector: its firmware does not tell"),
     }
-    if let Some(chip_c) = report.chip_c {
-        outln!("  chip temperature: {chip_c:.1} C");
+    match report.chip_c {
+        Some(chip_c) => outln!("  chip temperature: {chip_c:.1} C"),
+        None if report.tells_electronics => outln!("  chip temperature: not measured so far, ask again"),
+        None => {}
     }
     if let Some(rail_v) = report.rail_v {
         outln!("  5 V of the I2C connector: {rail_v:.2} V");
