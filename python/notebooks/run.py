@@ -51,13 +51,17 @@ class Rule:
 
 
 def text_of(outputs) -> str:
-    """What a cell printed and showed, as text."""
-    texts = [output["text"] if output.output_type == "stream" else output.get("data", {}).get("text/plain", "") for output in outputs]
-    return PTY.sub("/dev/pts/N", "\n".join(texts))
+    """What a cell printed and showed, as text. A kernel hands on what is printed in pieces, as it comes."""
+    printed = "".join(output["text"] for output in outputs if output.output_type == "stream" and output.name == "stdout")
+    shown = [output.get("data", {}).get("text/plain", "") for output in outputs if output.output_type != "stream"]
+    return PTY.sub("/dev/pts/N", "\n".join([printed, *shown]))
 
 
 def kinds_of(outputs) -> list[str]:
-    return sorted(kind for output in outputs for kind in ([output.name] if output.output_type == "stream" else output.get("data", {})))
+    """`stdout`, however often, and the kinds of what is shown; warnings are the machine's."""
+    printed = {output.name for output in outputs if output.output_type == "stream" and output.name != "stderr"}
+    shown = [kind for output in outputs if output.output_type != "stream" for kind in output.get("data", {})]
+    return sorted([*printed, *shown])
 
 
 def differences(committed, made, rule: Rule, short: bool) -> list[str]:
@@ -68,8 +72,8 @@ def differences(committed, made, rule: Rule, short: bool) -> list[str]:
     # Where lengths differ, so do the words that depend on them.
     if not rule.applies(short):
         return [] if bool(before.strip()) == bool(after.strip()) else [f"text is {after!r}, committed {before!r}"]
-    # Columns are as wide as their numbers.
-    words = [re.sub(r"[\s─-]+", " ", NUMBER.sub("#", text)).strip() for text in (before, after)]
+    # Columns are as wide as their numbers, and arrays pad the numbers that have no sign.
+    words = [re.sub(r"[\s─-]+", "", NUMBER.sub("#", text)) for text in (before, after)]
     if words[0] != words[1]:
         return [f"text is {after!r}, committed {before!r}"]
     found = []

@@ -50,7 +50,7 @@ def check_package():
     assert np.all(np.diff(kpa) >= 0.0) and kpa[..., -1] > 120.0
 
 
-check_wheels(sys.argv[1])
 check_programs()
 check_package()
+check_wheels(sys.argv[1])
 print("3 passed")

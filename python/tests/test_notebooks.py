@@ -4,9 +4,9 @@ import importlib.util
 import sys
 from pathlib import Path
 
+import nbformat
 import pytest
 
-nbformat = pytest.importorskip("nbformat")
 NOTEBOOKS = Path(__file__).parent.parent / "notebooks"
 
 spec = importlib.util.spec_from_file_location("notebooks_run", NOTEBOOKS / "run.py")
@@ -36,6 +36,8 @@ LENGTH, MACHINE = run.Rule(numbers="length"), run.Rule(numbers="machine")
         (printed("in 0.31 s"), printed("in 2.55 s"), MACHINE, False),
         (shown("on /dev/pts/3"), shown("on /dev/pts/12"), run.Rule(), False),
         (shown("Figure", **{"image/png": "AAAA"}), shown("Figure", **{"image/png": "BBBB"}), run.Rule(), False),
+        (shown("array([-0.3, -0.3])"), shown("array([ 0.5, -0.3])"), run.Rule(absolute=5.0), False),
+        (printed("one 1"), [*printed("one"), *printed(" 1")], run.Rule(), False),
         ([], [], run.Rule(), False),
     ],
 )

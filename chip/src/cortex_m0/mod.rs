@@ -121,7 +121,7 @@ impl Core {
     pub fn new() -> Core {
         Core {
             r: [0; 16],
-            flags: Flags::default(),
+            flags: Flags { nonzero: 1, ..Flags::default() },
             banked_sp: 0,
             process_stack: false,
             primask: false,

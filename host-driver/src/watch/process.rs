@@ -160,7 +160,9 @@ fn listen(mut stream: impl Read + Send + 'static) -> JoinHandle<String> {
 
 /// Why a program ended.
 fn why(said: &str, otherwise: &str, ended: Option<ExitStatus>) -> String {
-    let last = said.lines().last().unwrap_or_default().trim_start_matches("error: ");
+    // The last line that says so is the error; what follows it is advice. Without one the last line has to do.
+    let error = said.lines().filter_map(|line| line.strip_prefix("error: ")).next_back();
+    let last = error.unwrap_or_else(|| said.lines().last().unwrap_or_default());
     match (last, otherwise, ended) {
         ("", "", Some(status)) => format!("pneudrive-model watch ended ({status}) without a word"),
         ("", "", None) => "pneudrive-model watch ended without a word".to_owned(),
@@ -201,5 +203,20 @@ impl Listener {
             Says::End | Says::Other => return,
         };
         (self.tell)(Notice { kind, board, text: line.text.clone() });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::why;
+
+    #[test]
+    fn the_error_is_told_and_not_the_advice_below_it() {
+        let refused = "error: invalid value '60' for '--learn <S>': at least 150\n\nFor more information, try '--help'.";
+        assert_eq!(why(refused, "", None), "invalid value '60' for '--learn <S>': at least 150");
+        assert_eq!(why("error: p.toml: cannot be read", "odd", None), "p.toml: cannot be read");
+        assert_eq!(why("memory is exhausted", "", None), "memory is exhausted");
+        assert_eq!(why("", "odd", None), "odd");
+        assert_eq!(why("", "", None), "pneudrive-model watch ended without a word");
     }
 }

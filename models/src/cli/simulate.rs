@@ -36,8 +36,8 @@ pub struct Args {
     /// Simulate the board's loop [default: as fitted; on if the drive is not in DATA]
     #[arg(long, value_enum, default_value_t = ControllerArg::Auto)]
     controller: ControllerArg,
-    /// Write the 95 % band around each simulated pressure, too: time, lowest and highest pressure of each channel. Models of `diagnose`
-    /// have one
+    /// Also write the 95 % band around each simulated pressure to this file: time, lowest and highest pressure of each channel. Models of
+    /// `diagnose` have one
     #[arg(long, value_name = "FILE.csv")]
     band: Option<PathBuf>,
     /// Pressure to start from where DATA has no measured one, kPa gauge

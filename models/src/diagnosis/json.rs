@@ -195,7 +195,7 @@ pub struct Cause {
     pub by_channel: BTreeMap<String, BTreeMap<String, Estimate>>,
     /// p-value of the gate, corrected for the whole catalogue.
     pub p_value: f64,
-    /// Probability of all explanations with it, where those were weighed.
+    /// Probability of all explanations with it, where those were weighed; not of what is modelled without a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
     /// What modelling it gains.

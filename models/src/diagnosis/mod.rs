@@ -12,8 +12,8 @@
 //!   -> report, design  report.json, report.html, extended.toml; next_experiment.csv
 //! ```
 //!
-//! Below all of them lie `channel` (what is simulated) and `likelihood` (how residuals are weighed). Imports go one way only: a folder
-//! uses those above it in this list, and these two.
+//! Below all of them lie `channel` (what is simulated), `likelihood` (how residuals are weighed) and `evidence` (how probable explanations
+//! are). Imports go one way only: a folder uses those above it in this list, and these three.
 
 mod channel;
 mod design;

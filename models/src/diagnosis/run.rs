@@ -132,13 +132,15 @@ pub fn diagnose(
 }
 
 /// Does the effect that stands out by likelihood take the place of what the search has named from a base model that is far off? It does
-/// where it predicts the choosing blocks better, and where the search has named it among others: those take up what is left of a large error.
+/// where it predicts the choosing blocks better, and where it is one of several that the search has named: the others take up what is
+/// left of a large error.
 fn stands_instead(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
     let searched: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
     let density = |models: &[Extended]| evidence(channels, models).log_density();
     named.effect.as_ref().is_some_and(|effect| {
-        outcome.causes.iter().any(|cause| cause.effect == effect.effect)
-            || density(&effect.models) > density(&searched)
+        let one_of_several =
+            outcome.causes.len() > 1 && outcome.causes.iter().any(|cause| cause.effect == effect.effect);
+        one_of_several || density(&effect.models) > density(&searched)
     })
 }
 

@@ -46,7 +46,8 @@ pub(super) fn simulate(
 
 /// The band around a simulated channel, and what it holds of the pressures that were measured.
 fn around(band: Band, recording: &Recording, simulated: &diagnosis::SimulatedChannel) -> SimulatedBand {
-    let rates = rates_kpa_s(&recording.time_s, &simulated.kpa);
+    let starts: Vec<usize> = recording.segments().iter().map(|rows| rows.start).collect();
+    let rates = rates_kpa_s(&recording.time_s, &simulated.kpa, &starts);
     let half_width_kpa: Vec<f64> = rates.iter().map(|rate| band.half_width_kpa(*rate)).collect();
     let measured = recording.channel(simulated.id).ok().and_then(|channel| channel.pressure_kpa.as_deref());
     let compared = measured.unwrap_or_default().iter().enumerate().filter(|(row, _)| simulated.usable[*row]);

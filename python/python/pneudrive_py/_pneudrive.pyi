@@ -107,9 +107,8 @@ class Diagnosis:
     @property
     def alternatives(self, /) -> Any:
         """
-        Explanations of several recordings of one machine, or of one of a known machine, the likeliest first: dictionaries with
-        ``causes`` (ids of effects, ``"none"``, ``"something_else"``), ``probability`` and ``select_rmse_kpa``. Empty otherwise: the
-        explanations of a single recording are not weighed by probabilities.
+        Explanations of the recordings, the most probable first: dictionaries with ``causes`` (ids of effects, ``"none"``,
+        ``"something_else"``), ``probability`` and ``select_rmse_kpa``, kPa.
         """
     @property
     def causes(self, /) -> Any:
@@ -1421,7 +1420,7 @@ def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | 
     Returns
     -------
     Diagnosis
-        Of a machine ``alternatives``, ``machine`` and ``extended_models`` hold more.
+        Of a machine ``machine`` and ``extended_models`` hold more.
 
     Raises
     ------

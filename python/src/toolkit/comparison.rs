@@ -114,7 +114,7 @@ impl Comparison {
         let Some((_, [time_s, _, measured_kpa])) = traced.first() else { return html! {} };
         let models = traced
             .iter()
-            .zip(Colour::RESULTS)
+            .zip(Colour::RESULTS.into_iter().cycle())
             .map(|((one, [_, rollout_kpa, _]), colour)| (one.model.clone(), colour, rollout_kpa.clone()))
             .collect();
         let channel = channel.to_string();

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use pneudrive_model::watch::WatchSettings;
 
-use super::rig::Kind;
+use super::rig::{Kind, STEP_NS};
 
 /// Seconds that are recorded and watched.
 const SECONDS: f64 = 30.0;
@@ -12,10 +12,11 @@ const SECONDS: f64 = 30.0;
 /// Prints the share of a core, with drives recorded and without.
 pub fn run() {
     for drive in [true, false] {
-        let kind = Kind { channels: 16, rate_hz: 1000.0, drive };
+        let kind = Kind { channels: 16, rate_hz: 1000.0, drive, step_ns: STEP_NS };
         let folder = tempfile::tempdir().unwrap();
         // Sixteen times the same valve: what it costs does not depend on the numbers.
-        let mut model = Kind { channels: 1, rate_hz: 100.0, drive }.calibrated(1, folder.path());
+        let mut model =
+            Kind { channels: 1, rate_hz: 100.0, drive, step_ns: STEP_NS }.calibrated(1, folder.path());
         let valve = model.channels["b0c0"].clone();
         for k in 0..16 {
             model.channels.insert(format!("b{}c{}", k / 4, k % 4), valve.clone());

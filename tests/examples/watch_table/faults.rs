@@ -6,7 +6,7 @@ use pneudrive_model::watch::{WatchSettings, Watcher};
 use pneudrive_sim::plant::Effect;
 use pneudrive_sim::record::Row;
 
-use super::rig::{Kind, first_change};
+use super::rig::{Kind, TUBE_STEP_NS, first_change};
 
 /// Changes of channel 1, by the sizes at which they are made.
 const FAULTS: [(&str, [f64; 4]); 17] = [
@@ -39,7 +39,7 @@ const OFF_S: f64 = 1.0;
 
 /// Prints a table: of how many rigs the change was found, the median delay, and of how many it got the right name. What is usual is
 /// learnt once a rig; after that the rig is off for a second, and comes back changed, with the movements of its first minutes.
-pub fn run(kind: Kind, seeds: Range<u64>) {
+pub fn run(kind: Kind, seeds: Range<u64>, only: &[String]) {
     let folder = tempfile::tempdir().unwrap();
     let healthy: Vec<(u64, Watcher)> = seeds
         .map(|seed| {
@@ -50,14 +50,16 @@ pub fn run(kind: Kind, seeds: Range<u64>) {
         })
         .collect();
     let local = FAULTS.iter().map(|(id, sizes)| (*id, "@b0c1", sizes));
-    for (id, place, sizes) in local.chain(RIG_FAULTS.iter().map(|(id, sizes)| (*id, "", sizes))) {
+    let all = local.chain(RIG_FAULTS.iter().map(|(id, sizes)| (*id, "", sizes)));
+    for (id, place, sizes) in all.filter(|(id, ..)| only.is_empty() || only.iter().any(|one| one == id)) {
+        let faulty = if id == "line_restriction" { Kind { step_ns: TUBE_STEP_NS, ..kind } } else { kind };
         let mut line = format!("| `{id}` |");
         for size in sizes {
             let fault: Effect = format!("{id}={size}{place}").parse().unwrap();
             let (mut delays, mut right) = (Vec::new(), 0);
             for (seed, watcher) in &healthy {
                 let mut watcher = watcher.clone();
-                let changed = kind.rows(*seed, PATIENCE_S, std::slice::from_ref(&fault));
+                let changed = faulty.rows(*seed, PATIENCE_S, std::slice::from_ref(&fault));
                 let later = changed.map(|row| Row { t_s: row.t_s + AT_S + OFF_S, ..row });
                 let Some(change) = first_change(kind, &mut watcher, later) else { continue };
                 delays.push(change.t_s - AT_S - OFF_S);

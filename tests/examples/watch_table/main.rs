@@ -1,7 +1,7 @@
 //! What `pneudrive-model watch` finds on virtual rigs: false alarms of healthy ones, and how long it takes for a change of which size.
 //!
-//! `watch_table healthy RIGS HOURS SEED [loop]` watches so many rigs for so many hours each; `watch_table faults RIGS SEED [loop]` makes
-//! each change at five sizes on so many rigs; `watch_table cost` measures what a row of 16 chambers at 1 kHz takes. With `loop` the
+//! `watch_table healthy RIGS HOURS SEED [loop]` watches so many rigs for so many hours each; `watch_table faults RIGS SEED [EFFECT..]
+//! [loop]` makes each change, or these, at four sizes on so many rigs; `watch_table cost` measures what a row of 16 chambers at 1 kHz takes. With `loop` the
 //! drives are not recorded. All are in docs/watch.md.
 
 #![allow(clippy::unwrap_used, reason = "a measurement that cannot be made is a failure")]
@@ -11,23 +11,28 @@ mod faults;
 mod healthy;
 mod rig;
 
-use rig::Kind;
+use rig::{Kind, STEP_NS};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let number = |place: usize| words.get(place).and_then(|word| word.parse::<f64>().ok());
     let drive = words.last().is_none_or(|word| word != "loop");
-    let kind = Kind { channels: 2, rate_hz: 100.0, drive };
+    let kind = Kind { channels: 2, rate_hz: 100.0, drive, step_ns: STEP_NS };
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // counts
     let count = |value: f64| value as u64;
     match (words.first().map(String::as_str), number(1), number(2), number(3)) {
         (Some("healthy"), Some(rigs), Some(hours), Some(seed)) => {
             healthy::run(Kind { channels: 1, ..kind }, count(seed)..count(seed + rigs), hours);
         }
-        (Some("faults"), Some(rigs), Some(seed), _) => faults::run(kind, count(seed)..count(seed + rigs)),
+        (Some("faults"), Some(rigs), Some(seed), _) => {
+            let only: Vec<String> = words.iter().skip(3).filter(|word| *word != "loop").cloned().collect();
+            faults::run(kind, count(seed)..count(seed + rigs), &only);
+        }
         (Some("cost"), ..) => cost::run(),
         _ => {
-            eprintln!("expected: healthy RIGS HOURS SEED [loop], faults RIGS SEED [loop], or cost");
+            eprintln!(
+                "expected: healthy RIGS HOURS SEED [loop], faults RIGS SEED [EFFECT..] [loop], or cost"
+            );
             std::process::exit(2);
         }
     }

@@ -17,7 +17,9 @@ const CALIBRATION_S: f64 = 120.0;
 /// Starts of each fit.
 const STARTS: usize = 4;
 /// Integration step of the plant, ns: a little longer than usual, since days are simulated.
-const STEP_NS: u64 = 62_500;
+pub const STEP_NS: u64 = 62_500;
+/// The same for a narrow tube, which is quicker than that.
+pub const TUBE_STEP_NS: u64 = 12_500;
 
 /// What rigs are like and how they are recorded.
 #[derive(Clone, Copy)]
@@ -28,6 +30,8 @@ pub struct Kind {
     pub rate_hz: f64,
     /// Is the drive recorded? Else the board's loop is simulated from commands.
     pub drive: bool,
+    /// Integration step of the plant where drives are recorded, ns.
+    pub step_ns: u64,
 }
 
 impl Kind {
@@ -38,7 +42,7 @@ impl Kind {
         let mut settings =
             RecordingSettings { plant, seed, seconds, rate_hz: self.rate_hz, ..RecordingSettings::default() };
         if self.drive {
-            settings.plant.step_ns = STEP_NS;
+            settings.plant.step_ns = self.step_ns;
             settings.control_loop = Loop::Row;
             settings.columns.drive = true;
         }

@@ -41,7 +41,7 @@ impl Reliability {
         self.brier.push(sets.iter().map(error).sum());
         let most = sets.iter().max_by(|a, b| a.1.total_cmp(b.1));
         self.first.push(most.is_some_and(|(set, _)| *set == hidden));
-        self.stated.extend(sets.iter().map(|(set, &p)| (p, *set == hidden)));
+        self.stated.extend(sets.iter().map(|(set, &p)| (p.min(1.0), *set == hidden)));
     }
 
     /// The diagram as a table, and the scores.
@@ -64,6 +64,8 @@ impl Reliability {
             }
             low = high;
         }
+        let unlisted = self.stated.iter().filter(|(p, right)| *right && *p <= 0.0).count();
+        text.push_str(&format!("\nHidden sets that were not listed: {unlisted}\n"));
         let n = self.brier.len().max(1) as f64;
         let first = self.first.iter().filter(|right| **right).count();
         text.push_str(&format!(
@@ -118,12 +120,14 @@ mod tests {
     #[test]
     fn the_diagram_counts_how_often_a_stated_probability_was_right() {
         let sure = Reliability {
-            stated: vec![(0.9, true), (0.9, true), (0.9, false), (0.1, false)],
+            stated: vec![(0.9, true), (0.9, true), (0.9, false), (0.1, false), (1.0, true), (0.0, true)],
             brier: vec![0.02, 0.02],
             first: vec![true, true],
         };
         let table = sure.table();
         assert!(table.contains("| 0.8 to 0.95 | 3 | 0.90 | 2 | 0.67 |"), "{table}");
+        assert!(table.contains("| 0.95 to 1 | 1 | 1.00 | 1 | 1.00 |"), "{table}");
+        assert!(table.contains("Hidden sets that were not listed: 1"), "{table}");
         assert!(table.contains("Brier score 0.020 over 2"), "{table}");
     }
 }

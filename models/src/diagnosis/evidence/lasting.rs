@@ -18,7 +18,9 @@ impl Lasting {
     #[must_use]
     pub fn of(data: &ChannelData) -> Self {
         let inputs = &data.inputs;
-        let between_s = inputs.duration_s / inputs.rows().max(1) as f64;
+        // Residuals are those of the compared rows, of a long recording every other or fewer.
+        let stride = data.rows.windows(2).map(|pair| pair[1] - pair[0]).min().unwrap_or(1).max(1);
+        let between_s = f64::from(stride) * inputs.duration_s / inputs.rows().max(1) as f64;
         Self { noise_kpa: data.noise_kpa, keep: (-between_s / SETTINGS.greybox_discrepancy_s).exp() }
     }
 

@@ -13,6 +13,9 @@ const DRAWS: usize = 2000;
 #[must_use]
 pub fn probabilities(all: &[&Evidence]) -> Vec<f64> {
     let units = all.first().map_or(0, |e| e.log_densities.len());
+    if units == 0 {
+        return vec![1.0 / all.len().max(1) as f64; all.len()];
+    }
     let mut rng = generator(6);
     let mut sums = vec![0.0; all.len()];
     for _ in 0..DRAWS {

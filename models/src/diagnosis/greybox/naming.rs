@@ -25,7 +25,8 @@ pub struct Named {
     pub base: Vec<Extended>,
     /// The effect that explains most and what cannot be told from it; nothing where likelihood and simulation do not agree.
     pub effect: Option<NamedEffect>,
-    /// All effects that gain where the models were not fitted, with their models.
+    /// Effects that gain enough on the blocks for fitting and something on those for selecting, likeliest first: number in the catalogue,
+    /// models channel by channel.
     pub contenders: Vec<(usize, Vec<Extended>)>,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! recordings (one channel in each) -> ties (what is the machine's, what the load's) -> objective, fit (all recordings together)
-//!   -> candidates (the catalogue, "something else", pairs) -> evidence (their densities on held-out parts, and probabilities)
+//!   -> candidates (the catalogue, "something else", pairs) -> evidence (their densities on held-out parts)
 //!   -> held_out (what is gained with the curves of the other recordings) -> search, report, run, page
 //! ```
 //!

@@ -10,6 +10,7 @@ use crate::data::Recording;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, compared_rows, halved, rows_of, split};
 use crate::diagnosis::discrepancy::{adequacy, dependences, significant};
 use crate::diagnosis::estimation::{ChannelStage, free_of};
+use crate::diagnosis::inference::band::Band;
 use crate::diagnosis::json::{
     Alternative, Baseline, BaselineChannel, Cause, Checks, Data, Estimate, MachineRecord, MachineReport,
     Report, SCHEMA, Symptom, Unexplained, Verdict,
@@ -85,7 +86,14 @@ impl Found<'_> {
     pub fn extended(&self, rig: &Rig) -> Vec<(String, ExtendedFile)> {
         let one = |r: usize| {
             let (data, models) = self.recorded(r);
-            (file_of(self.names, r), extended_file(&data, &models, rig))
+            let mut file = extended_file(&data, &models, rig);
+            // The final models were fitted to the parts where causes are chosen, too: errors there say little about other rows.
+            for (data, chosen) in data.iter().zip(&self.findings.last().models) {
+                if let Some(channel) = file.channels.get_mut(&data.id.to_string()) {
+                    channel.band = Band::of(data, &chosen.models[r]);
+                }
+            }
+            (file_of(self.names, r), file)
         };
         (0..self.names.len()).map(one).collect()
     }

@@ -1,7 +1,6 @@
 //! The search: the catalogue, and beside the best of it the catalogue again.
 
 use super::candidates::{Candidate, possible, with_effect, with_something_else};
-
 use super::held_out::HeldOut;
 use super::recordings::MachineChannel;
 use super::sizes::Sizes;

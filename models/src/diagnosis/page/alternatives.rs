@@ -1,6 +1,7 @@
 //! What else it could be.
 
 use crate::diagnosis::json::Report;
+use crate::diagnosis::report::alternatives::LEAST_PROBABLE;
 use crate::diagnosis::report::verdict;
 use crate::report::{Align, Markup, Table, significant};
 
@@ -26,7 +27,7 @@ pub fn markup(report: &Report, units: &str) -> Markup {
     }
     let caption = format!(
         "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap). \
-         Explanations less probable than 0.001 are left out."
+         Explanations less probable than {LEAST_PROBABLE} are left out."
     );
     table.caption(&caption).markup()
 }

@@ -11,7 +11,7 @@ use crate::effects::catalogue::CATALOGUE;
 /// Explanations that are listed.
 const LISTED: usize = 8;
 /// Explanations less probable than this are not listed.
-const LEAST_PROBABLE: f64 = 0.001;
+pub const LEAST_PROBABLE: f64 = 0.001;
 
 /// Weighs all explanations that a search has fitted, and beside them nothing at all and something smooth without a name; the most
 /// probable comes first. An effect in a size that sound rigs have is no cause: with it, nothing is missing. Since a calibration (`change`),
@@ -67,11 +67,14 @@ fn without(cause: &Found, outcome: &Outcome) -> Explanation {
 impl Report {
     /// Takes over the probabilities of explanations, and of each cause that of all explanations with it.
     pub fn weigh(&mut self, weighed: &[Weighed]) {
+        if weighed.is_empty() {
+            return;
+        }
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         for cause in &mut self.causes {
             let with = |w: &&Weighed| w.missing.effects().iter().any(|&e| CATALOGUE[e].id == cause.effect);
             cause.probability =
-                Some(weighed.iter().filter(with).map(|w| w.probability).sum::<f64>().min(1.0));
+                Some(weighed.iter().filter(with).fold(0.0, |sum, w| sum + w.probability).min(1.0));
         }
     }
 }

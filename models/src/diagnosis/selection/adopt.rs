@@ -1,4 +1,4 @@
-//! What the likelihood has found takes the place of what the search has not.
+//! What the likelihood has found takes the place of what the search has found, or has not.
 
 use super::candidate::Candidate;
 use super::search::{Outcome, staged};

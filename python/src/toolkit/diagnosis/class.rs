@@ -87,9 +87,8 @@ impl Diagnosis {
         Ok(Dict::new(dict))
     }
 
-    /// Explanations of several recordings of one machine, or of one of a known machine, the likeliest first: dictionaries with
-    /// ``causes`` (ids of effects, ``"none"``, ``"something_else"``), ``probability`` and ``select_rmse_kpa``. Empty otherwise: the
-    /// explanations of a single recording are not weighed by probabilities.
+    /// Explanations of the recordings, the most probable first: dictionaries with ``causes`` (ids of effects, ``"none"``,
+    /// ``"something_else"``), ``probability`` and ``select_rmse_kpa``, kPa.
     #[getter]
     fn alternatives<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &self.report().alternatives)

@@ -149,7 +149,7 @@ impl Reference {
 /// Returns
 /// -------
 /// Diagnosis
-///     Of a machine ``alternatives``, ``machine`` and ``extended_models`` hold more.
+///     Of a machine ``machine`` and ``extended_models`` hold more.
 ///
 /// Raises
 /// ------
