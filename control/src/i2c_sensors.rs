@@ -1,9 +1,9 @@
-//! The latest readings of the sensors on the I2C connector, for those who ask for them.
+//! The latest readings of the sensors on the I2C connector, and of the board's electronics, for those who ask for them.
 
 use crate::Micros;
 use pneudrive_protocol::pages::{
-    Acceleration, AngularRate, Entry, GaugePressure, SensorEntry, SensorPart, SensorState, SensorStatus,
-    SensorTimes, SupplyReading,
+    Acceleration, AngularRate, Electronics, Entry, GaugePressure, SensorEntry, SensorPart, SensorState,
+    SensorStatus, SensorTimes, SupplyReading, Temperature, Voltage,
 };
 
 /// The latest readings of a board's I2C sensors and when they were made.
@@ -28,6 +28,8 @@ pub struct I2cSensors {
     out_of_range: bool,
     imu: Part,
     motion: Motion,
+    rail: Option<Voltage>,
+    chip: Option<Temperature>,
     errors: u16,
     recoveries: u16,
 }
@@ -116,6 +118,8 @@ impl I2cSensors {
             out_of_range: false,
             imu: Part::NONE,
             motion: Motion::new([0; 3], [0; 3]),
+            rail: None,
+            chip: None,
             errors: 0,
             recoveries: 0,
         }
@@ -126,6 +130,7 @@ impl I2cSensors {
         self.supply.found(part);
         self.pressure = GaugePressure::from_pa(0);
         self.out_of_range = false;
+        self.rail = None;
     }
 
     /// It does not answer any more.
@@ -140,6 +145,16 @@ impl I2cSensors {
         if let Some(pressure) = pressure {
             self.pressure = pressure;
         }
+    }
+
+    /// Its converter measured the 5 V that the transducer is fed with, in the same moment.
+    pub fn rail_read(&mut self, rail: Voltage) {
+        self.rail = Some(rail);
+    }
+
+    /// The chip has measured its temperature.
+    pub fn chip_read(&mut self, temperature: Temperature) {
+        self.chip = Some(temperature);
     }
 
     /// An IMU was found. It has no reading yet.
@@ -209,6 +224,12 @@ impl I2cSensors {
             }
             .to_entry(),
         }
+    }
+
+    /// What the board knows of its electronics at `now`. A voltage is as old as the supply pressure.
+    pub fn electronics(&self, now: Micros) -> Electronics {
+        let is_live = self.supply.state(now) == SensorState::Live;
+        Electronics { chip_temperature: self.chip, rail_voltage: self.rail.filter(|_| is_live) }
     }
 
     fn motion_words(&self, now: Micros) -> [Entry; 2] {

@@ -49,6 +49,7 @@ extern crate std;
 mod agreement;
 mod board;
 mod channel;
+mod chip_thermometer;
 mod config;
 mod control_loop;
 mod damage;
@@ -77,6 +78,7 @@ mod transducer;
 pub mod update;
 
 pub use board::Board;
+pub use chip_thermometer::ChipThermometer;
 pub use config::{BoardConfig, ConfigError};
 pub use control_loop::{ControlLoop, Step};
 pub use drive::{DirPwm, Direction, ValveDrive};

@@ -25,6 +25,7 @@ impl BusPort {
             PageEntry::LineRate => self.line_rate().state().to_entry(),
             PageEntry::SetLineRate(rate) => self.line_rate().change(rate, in_session).to_entry(),
             PageEntry::Sensor(entry) => self.sensors().entry(entry, now),
+            PageEntry::Electronics => self.sensors().electronics(now).to_entry(),
             PageEntry::Program(entry) => self.update.entry(entry),
             PageEntry::Update(update) => self.update.update(update, in_session).to_entry(),
         })

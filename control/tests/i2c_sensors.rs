@@ -7,13 +7,17 @@ mod common;
 use common::Bench;
 use pneudrive_control::{I2cSensors, Micros, Motion};
 use pneudrive_protocol::pages::{
-    Acceleration, AngularRate, Entry, GaugePressure, PageEntry, SensorEntry, SensorPart, SensorState,
-    SensorStatus, SensorTimes, SupplyReading,
+    Acceleration, AngularRate, Electronics, Entry, GaugePressure, PageEntry, SensorEntry, SensorPart,
+    SensorState, SensorStatus, SensorTimes, SupplyReading, Temperature, Voltage,
 };
 use pneudrive_protocol::{AnswerDecoder, Echo, Heard, PageRequest, Sequence};
 
 fn ask(bench: &mut Bench, entry: SensorEntry) -> Entry {
-    let request = PageRequest::new(bench.board.address(), PageEntry::Sensor(entry), Sequence::new(7));
+    ask_page(bench, PageEntry::Sensor(entry))
+}
+
+fn ask_page(bench: &mut Bench, entry: PageEntry) -> Entry {
+    let request = PageRequest::new(bench.board.address(), entry, Sequence::new(7));
     let answers = bench.raw_bytes(&request.encode());
     bench.wait_us(150);
     let mut decoder = AnswerDecoder::for_page(request, Echo::Absent);
@@ -112,4 +116,34 @@ fn a_broken_transducer_is_said_to_be_one() {
     assert_eq!(status(&mut bench).supply_state, SensorState::OutOfRange);
     bench.wait_us(101_000);
     assert_eq!(supply(&mut bench).state, SensorState::Stale);
+}
+
+/// A temperature stays; a voltage is as old as the supply pressure, and does not need one.
+#[test]
+fn temperature_and_voltage_are_told() {
+    let mut bench = Bench::running();
+    let told = |bench: &mut Bench| {
+        let Electronics { chip_temperature, rail_voltage } =
+            Electronics::from_entry(ask_page(bench, PageEntry::Electronics)).unwrap();
+        (chip_temperature.map(Temperature::celsius), rail_voltage.map(Voltage::volts))
+    };
+    assert_eq!(told(&mut bench), (None, None));
+    sensors(&mut bench).chip_read(Temperature::from_steps(386));
+    assert_eq!(told(&mut bench), (Some(27.2), None));
+
+    let read = Micros::new(bench.now_us);
+    sensors(&mut bench).supply_found(SensorPart::Ads1115);
+    sensors(&mut bench).supply_read(read, None);
+    sensors(&mut bench).rail_read(Voltage::from_uv(3_100_000));
+    assert_eq!(told(&mut bench), (Some(27.2), Some(3.1)), "too low for its transducer");
+    bench.wait_us(101_000);
+    assert_eq!(told(&mut bench), (Some(27.2), None), "it is old");
+
+    let read = Micros::new(bench.now_us);
+    sensors(&mut bench).supply_read(read, Some(GaugePressure::from_pa(612_340)));
+    assert_eq!(told(&mut bench), (Some(27.2), Some(3.1)));
+    sensors(&mut bench).supply_lost();
+    sensors(&mut bench).supply_found(SensorPart::Ads1115);
+    sensors(&mut bench).supply_read(read, Some(GaugePressure::from_pa(612_340)));
+    assert_eq!(told(&mut bench), (Some(27.2), None), "of another converter");
 }

@@ -12,6 +12,9 @@ const _: () =
 /// take 128 us.
 pub const OVERSAMPLING: usize = 16;
 
+/// Control steps between two readings of the chip's temperature, of which sixteen make a mean: one a second.
+pub const TEMPERATURE_EVERY_STEPS: u32 = 64;
+
 /// Full scale of the supply pressure's transducer on the I2C connector, Pa above the atmosphere: 10 bar.
 pub const SUPPLY_FULL_SCALE_PA: i32 = 1_000_000;
 

@@ -2,9 +2,9 @@
 
 use crate::sensors::Sensors;
 use crate::valves::Valve;
-use crate::{bus, shared};
+use crate::{bus, config, shared};
 use embassy_time::{Duration, Ticker};
-use pneudrive_control::{ControlLoop, DirPwm, Micros};
+use pneudrive_control::{ChipThermometer, ControlLoop, DirPwm, Micros};
 
 /// One control step every `period`, at absolute times.
 #[embassy_executor::task]
@@ -14,6 +14,7 @@ pub async fn run(
     mut sensors: Sensors,
     mut valves: [Valve; 4],
 ) -> ! {
+    let mut thermometer = ChipThermometer::new();
     let mut ticker = Ticker::every(Duration::from_micros(period.get()));
     loop {
         ticker.next().await;
@@ -33,5 +34,12 @@ pub async fn run(
             shared.liveness.control_ran();
         });
         bus::look_after_line_rate();
+        // After the valves, while the converter has nothing else to do: the step that needs it is a period away.
+        if step.report.status.steps.is_multiple_of(config::TEMPERATURE_EVERY_STEPS)
+            && let Ok(code) = sensors.chip_temperature()
+            && let Some(temperature) = thermometer.reading(code)
+        {
+            shared::with(|shared| shared.port.sensors().chip_read(temperature));
+        }
     }
 }

@@ -69,6 +69,7 @@ impl Hardware {
                     Channel::new_pin(p.PIN_28, Pull::None),
                     Channel::new_pin(p.PIN_29, Pull::None),
                 ],
+                temperature: p.ADC_TEMP_SENSOR,
                 readings: p.DMA_CH2,
             },
             i2c: Lines { block: p.I2C0, sda: p.PIN_4, scl: p.PIN_5 },

@@ -69,6 +69,9 @@ impl JointState {
     pub const ROS_TYPE: &str = "sensor_msgs/msg/JointState";
     /// What tells this definition from others of that name (REP 2016), in ROS 2 Jazzy and later.
     pub const ROS_TYPE_HASH: &str = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
+    /// What states have of a board's sensors, behind `b{n}_`: supply pressure, kPa gauge; temperature of the chip, degrees Celsius; the I2C
+    /// connector's 5 V.
+    pub const SENSORS: [&str; 3] = ["supply_kpa", "chip_c", "rail_v"];
     /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
     pub const DEFINITION: &str = "\
 std_msgs/Header header
@@ -94,11 +97,11 @@ uint32 nanosec
     }
 
     /// As [`state`](Self::state), with what is asked for in pages behind: the drives of the four valves, -1 (vent fully) to 1 (fill
-    /// fully), then the supply pressure, kPa gauge.
-    pub fn state_with(joint: u16, bus: usize, drives: bool, supply: bool) -> Self {
+    /// fully), then the [`SENSORS`](Self::SENSORS).
+    pub fn state_with(joint: u16, bus: usize, drives: bool, sensors: bool) -> Self {
         let mut name = Self::state(joint, bus).name;
         name.extend((0..CHANNELS).filter(|_| drives).map(|k| format!("b{joint}_u{k}")));
-        name.extend(supply.then(|| format!("b{joint}_supply_kpa")));
+        name.extend(Self::SENSORS.iter().filter(|_| sensors).map(|sensor| format!("b{joint}_{sensor}")));
         Self::of(name, bus)
     }
 
@@ -251,7 +254,8 @@ mod tests {
         let with_drives = JointState::state_with(5, 1, true, false);
         assert_eq!((with_drives.name[7].as_str(), with_drives.name[11].as_str()), ("b5_cmd3_kpa", "b5_u3"));
         assert_eq!(with_drives.effort.len(), 12);
-        assert_eq!(JointState::state_with(5, 1, true, true).name[12], "b5_supply_kpa");
+        let with_all = JointState::state_with(5, 1, true, true);
+        assert_eq!(with_all.name[12..], ["b5_supply_kpa", "b5_chip_c", "b5_rail_v"]);
         assert_eq!(JointState::state_with(5, 1, false, true).name[8], "b5_supply_kpa");
         assert_eq!(JointState::state_with(5, 1, false, false).name, state.name);
     }

@@ -4,7 +4,7 @@
 
 mod support;
 
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames, PageError};
 use pneudrive_host::line::{Line, SerialOptions, SerialPort};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
 use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
@@ -92,6 +92,23 @@ fn a_board_that_knows_sessions_is_in_one_after_its_ping() {
 }
 
 /// Requests 0 ping, 1 session, 2.. commands. Whether a request or its answer was lost, the next one has another number.
+/// A session begins with a command; a page asked for before that is none of it, and is not lost.
+#[test]
+fn a_page_may_be_asked_for_before_the_first_command() {
+    let shared = board();
+    let mut bus = host(&shared, &[], &[]);
+    bus.ping(0).unwrap();
+    let error = bus.about(0).unwrap_err();
+    assert!(
+        matches!(error, PageError::NoSuchEntry { .. }),
+        "answered, by a board that has only sessions: {error}"
+    );
+    assert!(bus.in_session(0));
+    bus.exchange(0, counts(200)).unwrap();
+    assert!(matches!(bus.about(0), Err(PageError::NoSuchEntry { .. })));
+    assert_eq!(obeyed(&shared).last(), Some(&Some(1)));
+}
+
 #[test]
 fn what_is_lost_is_not_repeated() {
     for (requests, answers) in [(&[4_usize, 7, 8][..], &[][..]), (&[][..], &[4, 7, 8][..])] {

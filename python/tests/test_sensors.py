@@ -32,6 +32,11 @@ def test_a_poller_has_supply_and_imu_and_so_has_its_history():
     np.testing.assert_allclose(sensors["acceleration_m_s2"], [[0.0, 0.0, 9.807]] * 2, atol=0.1)
     np.testing.assert_allclose(sensors["angular_rate_rad_s"], np.zeros((2, 3)), atol=0.02)
     rows = len(history["t_s"])
+    np.testing.assert_allclose(sensors["chip_c"], 27.2)
+    np.testing.assert_allclose(sensors["rail_v"], 5.0)
+    for name, value in (("chip_c", 27.2), ("rail_v", 5.0)):
+        told = history[name][np.isfinite(history[name])]
+        assert history[name].shape == (rows, 2) and 0 < len(told) < rows and (told == value).all()
     assert history["supply_kpa"].shape == (rows, 2)
     assert history["acceleration_m_s2"].shape == history["angular_rate_rad_s"].shape == (rows, 2, 3)
     read = np.isfinite(history["supply_kpa"][:, 1])

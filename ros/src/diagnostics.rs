@@ -134,7 +134,7 @@ impl BusReport {
             hardware_id: format!("{port} board {}", board.board),
             values: Vec::new(),
         };
-        status
+        let status = status
             .with("state", format!("{:?}", board.state).to_lowercase())
             .with("packets", format!("{:?}", board.frames).to_lowercase())
             .with("answered", board.answered)
@@ -147,7 +147,17 @@ impl BusReport {
             .with("commands refused: not a number", commands.not_finite)
             .with("commands refused: out of range", commands.out_of_range)
             .with("commands refused: stale", commands.stale)
-            .with("command timeouts", commands.timeouts)
+            .with("command timeouts", commands.timeouts);
+        let Some(sensors) = &board.sensors else { return status };
+        let known = [
+            ("supply pressure (kPa)", sensors.supply_kpa),
+            ("chip temperature (C)", sensors.chip_c),
+            ("5 V of the I2C connector (V)", sensors.rail_v),
+        ];
+        known.into_iter().fold(status, |status, (key, value)| match value {
+            Some(value) => status.with(key, format!("{value:.2}")),
+            None => status,
+        })
     }
 }
 

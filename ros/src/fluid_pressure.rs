@@ -2,27 +2,16 @@
 
 use crate::channel_names::ChannelNames;
 use crate::pressure::{Command, Part, PressureMessage};
-use pneudrive_host::messages::{Header, Time};
+use pneudrive_host::messages::{FluidPressure, Header, Time};
 use pneudrive_protocol::CHANNELS;
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 const PA_PER_KPA: f64 = 1_000.0;
 
-/// A pressure, Pa gauge.
+/// A chamber's pressure, Pa gauge; frame `joint_{n}_chamber_{k}_gauge`.
 ///
 /// The definition of the message calls its value absolute. Boards measure against the atmosphere and nothing here knows how high that
 /// is, so the value is gauge pressure, and `frame_id` ends in `_gauge` to say so.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct FluidPressure {
-    /// When the board was asked; frame `joint_{n}_chamber_{k}_gauge`.
-    pub header: Header,
-    /// Pa gauge.
-    pub fluid_pressure: f64,
-    /// 0: not known.
-    pub variance: f64,
-}
-
 impl PressureMessage for FluidPressure {
     const PARTS: &'static [Part] = &[Part::Chamber(0), Part::Chamber(1), Part::Chamber(2), Part::Chamber(3)];
 

@@ -179,8 +179,8 @@ fn fresh(stamp: Time, now_ns: u64, max_age_ns: u64) -> Result<(), Refusal> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fluid_pressure::FluidPressure;
     use crate::pressure::PressureMessage;
+    use pneudrive_host::messages::FluidPressure;
     use pneudrive_host::messages::JointState;
     use pneudrive_host::poller::ChannelLimit;
 

@@ -9,7 +9,7 @@ mod strangers;
 
 use board::{IMU_ADDRESS, PRESSURE_PA, SUPPLY_ADDRESS, SensorBoard};
 use pneudrive_chip::{Level, Ticks};
-use pneudrive_protocol::pages::{SensorEntry, SensorPart, SensorState, SensorStatus};
+use pneudrive_protocol::pages::{Electronics, SensorPart, SensorState, SensorStatus, Temperature, Voltage};
 use strangers::Stranger;
 
 const MS: Ticks = Ticks::from_millis(1);
@@ -67,6 +67,59 @@ fn a_board_without_sensors_has_none() {
     let mut board = SensorBoard::without_parts();
     board.run(MS * 2_500);
     assert_eq!(board.status(), SensorStatus::NONE);
+}
+
+/// Degrees Celsius and V, as far as they are known.
+fn told(electronics: Electronics) -> (Option<f64>, Option<f64>) {
+    let Electronics { chip_temperature, rail_voltage } = electronics;
+    (chip_temperature.map(Temperature::celsius), rail_voltage.map(Voltage::volts))
+}
+
+/// 16 readings of the chip's sensor, one in 64 ms; 0.706 V at 27 degrees Celsius, 1.721 mV less for each degree more.
+#[test]
+fn the_chip_tells_its_temperature_and_the_rail() {
+    let mut board = SensorBoard::booted();
+    board.run(MS * 60);
+    assert_eq!(told(board.electronics()), (None, Some(5.02)), "no mean so far");
+    for celsius in [27.0, -20.0, 85.0] {
+        let volts = 0.706 - 0.001_721 * (celsius - 27.0);
+        board.bench.chip.set_adc(4, (volts / 3.3 * 4_096.0_f64).round() as u16);
+        board.run(MS * 2_100);
+        let (measured, rail) = told(board.electronics());
+        let measured = measured.expect("a mean");
+        // Half a code is 0.24 degrees, half a step of the page 0.1.
+        assert!((measured - celsius).abs() < 0.35, "{measured} degrees instead of {celsius}");
+        assert_eq!(rail, Some(5.02));
+    }
+    board.set_voltages(1_000_000, 3_210_000);
+    board.run(MS * 45);
+    assert_eq!(told(board.electronics()).1, Some(3.21), "too low for the transducer, and told");
+    board.bench.chip.detach_i2c(0, SUPPLY_ADDRESS);
+    board.run(MS * 90);
+    let (celsius, rail) = told(board.electronics());
+    assert!(celsius.is_some() && rail.is_none(), "{celsius:?} {rail:?}");
+    let unmodelled: Vec<_> = board.bench.chip.unmodelled_accesses().collect();
+    assert!(unmodelled.is_empty(), "{unmodelled:?}");
+}
+
+/// The loop that reads the temperature, too, takes its samples when the others do.
+#[test]
+fn the_pressures_are_sampled_in_step_whether_the_temperature_is_read_or_not() {
+    let mut board = SensorBoard::without_parts();
+    board.run(MS * 100);
+    let (mut sampled, mut read) = (Vec::new(), 0);
+    let readings = |board: &SensorBoard| board.bench.chip.adc_conversions(4).count;
+    let before = readings(&board);
+    for _ in 0..1_000 {
+        board.run(MS);
+        sampled.push(board.bench.chip.adc_conversions(0).last_sampled);
+        read = readings(&board) - before;
+    }
+    assert!((15..=16).contains(&read), "{read} readings in a second");
+    let off = |pair: &[Ticks]| (pair[1].saturating_sub(pair[0]).as_micros() - 1_000.0).abs();
+    let worst_us = sampled.windows(2).map(off).fold(0.0, f64::max);
+    println!("sampling with the temperature read: the worst interval is {worst_us:.2} us off");
+    assert!(worst_us < 25.0, "{worst_us} us");
 }
 
 #[test]
@@ -218,8 +271,7 @@ fn sensor_pages_are_answered_within_20_us() {
     board.run(MS * 2_000);
     let mut delays = Vec::new();
     for n in 0..1_500_u64 {
-        let entry = SensorEntry::ALL[n as usize % SensorEntry::ALL.len()];
-        delays.push(board.ask(entry).1);
+        delays.push(board.ask_page(board::entry(n)).1);
         board.run(Ticks::new(n * 7 % 20_011));
     }
     board::print_delays("sensor pages", &mut delays);

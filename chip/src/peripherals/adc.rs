@@ -21,13 +21,15 @@ const INTS: u32 = 0x20;
 
 /// CS.
 const EN: u32 = 1 << 0;
+/// The temperature sensor has power.
+const TS_EN: u32 = 1 << 1;
 const START_ONCE: u32 = 1 << 2;
 const START_MANY: u32 = 1 << 3;
 const READY: u32 = 1 << 8;
 const ERR: u32 = 1 << 9;
 const ERR_STICKY: u32 = 1 << 10;
 const AINSEL: u32 = 7 << 12;
-const CS_STORED: u32 = EN | 1 << 1 | START_MANY | AINSEL | 0x1f << 16;
+const CS_STORED: u32 = EN | TS_EN | START_MANY | AINSEL | 0x1f << 16;
 
 /// FCS.
 const FIFO_EN: u32 = 1 << 0;
@@ -47,6 +49,8 @@ const FIFO_DEPTH: usize = 4;
 const CONVERSION_CYCLES: u64 = 96;
 /// Inputs: GPIO26 to 29 and the temperature sensor.
 pub(crate) const CHANNELS: usize = 5;
+/// The temperature sensor's.
+const TEMPERATURE: usize = 4;
 /// Temperature sensor at 27 degrees Celsius: 0.706 V of 3.3 V (4.9.5).
 const ROOM_TEMPERATURE: u16 = 876;
 
@@ -231,7 +235,8 @@ impl Adc {
     /// Samples the selected input and starts converting it. `done` is never while clk_adc stands still.
     fn convert(&mut self, sampled: Ticks, done: Ticks) {
         let channel = self.channel();
-        let value = self.inputs.get(channel).copied().unwrap_or(0);
+        let without_power = channel == TEMPERATURE && self.control & TS_EN == 0;
+        let value = self.inputs.get(channel).copied().filter(|_| !without_power).unwrap_or(0);
         if done != Ticks::NEVER {
             self.converting = Some(Conversion { channel, value, sampled, done });
         }

@@ -4,7 +4,7 @@ use super::{Failure, Found, Master, in_time};
 use crate::{config, shared};
 use embedded_ads111x::{ADS111x, ADS111xConfig, DataRate, InputMultiplexer, Mode, ProgramableGainAmplifier};
 use pneudrive_control::Transducer;
-use pneudrive_protocol::pages::{GaugePressure, SensorPart};
+use pneudrive_protocol::pages::{GaugePressure, SensorPart, Voltage};
 
 /// ADDR at ground.
 const ADDRESS: u8 = 0x48;
@@ -41,10 +41,13 @@ impl Supply {
     pub(super) async fn read(&mut self, master: &mut Master<'_>) -> Result<(), Failure> {
         let Self::Found(found) = self else { return Ok(()) };
         match in_time(measure(master, found.address)).await {
-            Ok(pressure) => {
+            Ok((pressure, rail)) => {
                 found.failures = 0;
                 let now = shared::now();
-                shared::with(|shared| shared.port.sensors().supply_read(now, pressure));
+                shared::with(|shared| {
+                    shared.port.sensors().supply_read(now, pressure);
+                    shared.port.sensors().rail_read(rail);
+                });
                 Ok(())
             }
             Err(failure) => {
@@ -73,10 +76,10 @@ async fn is_there(master: &mut Master<'_>) -> Result<bool, Failure> {
     Ok([read[0] & 0x7f, read[1]] == IDLE)
 }
 
-/// The share of the transducer's supply: `None` if that is none that it gives.
+/// The pressure by the output's share of the transducer's supply, `None` if that is none that it gives; and that supply.
 ///
 /// Each conversion is asked for with the whole configuration, so that one that has lost its power meanwhile measures the same.
-async fn measure(master: &mut Master<'_>, address: u8) -> Result<Option<GaugePressure>, Failure> {
+async fn measure(master: &mut Master<'_>, address: u8) -> Result<(Option<GaugePressure>, Voltage), Failure> {
     let config = ADS111xConfig::default()
         .pga(ProgramableGainAmplifier::V6_144)
         .mode(Mode::Signle)
@@ -84,7 +87,8 @@ async fn measure(master: &mut Master<'_>, address: u8) -> Result<Option<GaugePre
     let Ok(mut converter) = ADS111x::new(master, address, config) else { return Err(Failure::Part) };
     let output = converter.read_single_voltage(Some(InputMultiplexer::AIN0GND)).await?;
     let supply = converter.read_single_voltage(Some(InputMultiplexer::AIN1GND)).await?;
-    Ok(TRANSDUCER.pressure(microvolts(output), microvolts(supply)))
+    let supply = microvolts(supply);
+    Ok((TRANSDUCER.pressure(microvolts(output), supply), Voltage::from_uv(supply)))
 }
 
 /// The driver gives volts as the only floating-point numbers of this program.

@@ -4,8 +4,8 @@ use super::transaction::Question;
 use super::{Bus, ExchangeError, Frames};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::{
-    About, Acceleration, AngularRate, Counter, Drives, Entry, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem,
-    SensorEntry, SensorStatus, SupplyReading, number_in,
+    About, Acceleration, AngularRate, Counter, Drives, Electronics, Entry, NO_SUCH_ENTRY, NowState,
+    PageEntry, PostMortem, SensorEntry, SensorStatus, SupplyReading, number_in,
 };
 use pneudrive_protocol::{Address, Format, PageRequest};
 use thiserror::Error;
@@ -135,6 +135,15 @@ impl<L: Line> Bus<L> {
     /// As for [`sensors`](Self::sensors).
     pub fn angular_rate(&mut self, board: u8) -> Result<(AngularRate, u64), PageError> {
         self.sensor(board, SensorEntry::AngularRate, AngularRate::from_entry)
+    }
+
+    /// Temperature of the chip and voltage of the I2C connector at `board`, and when it was asked, ns on the line's clock.
+    ///
+    /// # Errors
+    /// As for [`page`](Self::page); [`PageError::NoSuchEntry`] from firmware of before this page.
+    pub fn electronics(&mut self, board: u8) -> Result<(Electronics, u64), PageError> {
+        let reply = self.page(board, PageEntry::Electronics)?;
+        Ok((read(board, PageEntry::Electronics, Electronics::from_entry(reply.words))?, reply.sent_ns))
     }
 
     fn sensor<T>(

@@ -91,9 +91,13 @@ impl HostSession {
         next
     }
 
-    /// The same for a page request. Those that are lost must not use up the window.
+    /// The same for a page request. Those that are lost must not use up the window; and a board that has given a session is in it only
+    /// when it has obeyed a command in it, and does not hear pages of it before.
     pub(super) fn seal_page(&mut self, now_ns: u64) -> Option<Seal> {
         let State::Begun { sent, answered, .. } = self.state else { return None };
+        if answered == RequestNumber::default() {
+            return None;
+        }
         (sent.since(answered) < u32::from(RequestNumber::WINDOW) / 2).then(|| self.seal_request(now_ns))?
     }
 
@@ -202,8 +206,11 @@ mod tests {
     #[test]
     fn pages_leave_half_of_the_window_to_requests() {
         let mut session = begun();
+        assert_eq!(session.seal_page(0), None, "the board is not in it so far");
+        assert_eq!(number(&mut session), Some(1));
+        session.was_answered(RequestNumber::new(1));
         let pages = (0..20).filter(|_| session.seal_page(0).is_some()).count();
-        assert_eq!((pages, number(&mut session)), (4, Some(5)));
+        assert_eq!((pages, number(&mut session)), (4, Some(6)));
     }
 
     #[test]

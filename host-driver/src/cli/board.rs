@@ -8,7 +8,9 @@ use crate::cli::setup::Setup;
 use crate::cli::{board_parameters, board_update};
 use pneudrive_host::bus::{Bus, ExchangeError, PageError};
 use pneudrive_host::rig::Unit;
-use pneudrive_protocol::pages::{About, Counter, Drives, NowState, PostMortem, SensorPart, SensorState};
+use pneudrive_protocol::pages::{
+    About, Counter, Drives, NowState, PostMortem, SensorPart, SensorState, Temperature, Voltage,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -31,6 +33,12 @@ struct StatusReport {
     counters: BTreeMap<&'static str, u32>,
     /// What is on its I2C connector; null where its firmware does not tell.
     sensors: Option<SensorReport>,
+    /// Of its chip, degrees Celsius; null where its firmware does not tell, and in its first second.
+    chip_c: Option<f64>,
+    /// The 5 V of its I2C connector; null without a supply sensor, which measures it.
+    rail_v: Option<f64>,
+    #[serde(skip)]
+    tells_electronics: bool,
     /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing is known.
     post_mortem: Option<String>,
 }
@@ -132,6 +140,11 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         Err(PageError::NoSuchEntry { .. }) => None,
         Err(error) => return Err(error),
     };
+    let electronics = match persist(until, || bus.electronics(board)) {
+        Ok((electronics, _)) => Some(electronics),
+        Err(PageError::NoSuchEntry { .. }) => None,
+        Err(error) => return Err(error),
+    };
     Ok(StatusReport {
         port: bus.line().path().display().to_string(),
         board,
@@ -142,6 +155,9 @@ fn ask(bus: &mut Bus, board: u8, wait_s: f64) -> Result<StatusReport, PageError>
         drives: drives.share(),
         counters,
         sensors,
+        chip_c: electronics.and_then(|known| known.chip_temperature).map(Temperature::celsius),
+        rail_v: electronics.and_then(|known| known.rail_voltage).map(Voltage::volts),
+        tells_electronics: electronics.is_some(),
         post_mortem: post_mortem.map(|record| record.to_string()),
     })
 }
@@ -193,6 +209,14 @@ fn print(report: &StatusReport, name: &str, unit: Unit) {
     match &report.sensors {
         Some(sensors) => print_sensors(sensors, unit),
         None => outln!("  sensors on the I2C connector: its firmware does not tell"),
+    }
+    match report.chip_c {
+        Some(chip_c) => outln!("  chip temperature: {chip_c:.1} C"),
+        None if report.tells_electronics => outln!("  chip temperature: not measured so far, ask again"),
+        None => {}
+    }
+    if let Some(rail_v) = report.rail_v {
+        outln!("  5 V of the I2C connector: {rail_v:.2} V");
     }
     match &report.post_mortem {
         Some(record) => outln!("  last reset by the watchdog: {record}"),

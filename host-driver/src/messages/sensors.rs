@@ -3,12 +3,12 @@
 use super::{Header, Time};
 use serde::{Deserialize, Serialize};
 
-/// `sensor_msgs/msg/FluidPressure`: a supply pressure.
+/// `sensor_msgs/msg/FluidPressure`: a supply pressure, or what the ROS node sends of one chamber.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct FluidPressure {
-    /// When it was measured, and where: `joint_0_supply`.
+    /// When it was measured, and where: `joint_0_supply`; `joint_0_chamber_1_gauge` of a chamber.
     pub header: Header,
-    /// **Absolute** pressure, Pa, as the message's definition wants it.
+    /// Pa. **Absolute**, as the message's definition wants it, of a supply; gauge where the frame says so.
     pub fluid_pressure: f64,
     /// 0: not known.
     pub variance: f64,

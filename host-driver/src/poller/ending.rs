@@ -3,7 +3,7 @@
 use super::{BoardState, Pace, Polling};
 use crate::bus::ExchangeError;
 use crate::line::{Line, LineError};
-use crate::statistics::{BoardStatistics, HistogramBin, Statistics};
+use crate::statistics::{BoardStatistics, HistogramBin, SensorFigures, Statistics};
 
 impl<L: Line> Polling<L> {
     /// What the run has been like so far.
@@ -33,8 +33,9 @@ impl<L: Line> Polling<L> {
             cpu_share: if wall_ns == 0 { 0.0 } else { cpu_ns as f64 / wall_ns as f64 },
             boards: boards
                 .iter()
-                .map(|(row, counters, without)| {
-                    BoardStatistics::new(row, *counters, *without, self.bus.frames(row.board), now_ns)
+                .map(|(row, counters, without)| BoardStatistics {
+                    sensors: self.options.sensors.map(|_| SensorFigures::new(&row.sensors, now_ns)),
+                    ..BoardStatistics::new(row, *counters, *without, self.bus.frames(row.board), now_ns)
                 })
                 .collect(),
         }

@@ -1,75 +1,10 @@
 //! A board is asked for the sensors on its I2C connector, between two polls.
 
 use super::page_share::PageSchedule;
-use super::{Event, PageShare, Polling};
+use super::{ElectronicsReading, Event, Motion, PageShare, Polling, SupplyPressure};
 use crate::bus::{ExchangeError, Frames, PageError};
 use crate::line::{Line, LineError};
-use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus};
-
-/// A supply pressure that a board has measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SupplyPressure {
-    /// Above the atmosphere, kPa.
-    pub kpa: f64,
-    /// When it was measured, to a ms, ns on the line's clock: the board was asked later.
-    pub measured_ns: u64,
-}
-
-impl SupplyPressure {
-    /// An older one is not shown to people, ns: longer than the seconds between two questions where boards are asked seldom.
-    pub const OLD_NS: u64 = 10_000_000_000;
-
-    /// How old it is at `now_ns`, ns.
-    pub fn age_ns(&self, now_ns: u64) -> u64 {
-        now_ns.saturating_sub(self.measured_ns)
-    }
-
-    /// What people are shown at `now_ns`, kPa gauge: nothing that is [old](Self::OLD_NS).
-    pub fn shown_kpa(&self, now_ns: u64) -> Option<f64> {
-        (self.age_ns(now_ns) <= Self::OLD_NS).then_some(self.kpa)
-    }
-}
-
-/// What a board's IMU has measured, along and about its own axes x, y and z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
-    /// Acceleration, gravity included, m/s^2.
-    pub acceleration_m_s2: [f64; 3],
-    /// Angular rate, rad/s.
-    pub angular_rate_rad_s: [f64; 3],
-    /// When the board was asked, ns on the line's clock: it had measured at most 100 ms before.
-    pub asked_ns: u64,
-}
-
-/// The last readings of a board's sensors. `None` where it has none, or it is not live.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BoardSensors {
-    /// The supply pressure. It does not get newer by being looked at.
-    pub supply: Option<SupplyPressure>,
-    /// Acceleration and angular rate.
-    pub motion: Option<Motion>,
-    /// Whether `supply` is of this cycle.
-    pub supply_is_new: bool,
-    /// Whether `motion` is of this cycle.
-    pub motion_is_new: bool,
-}
-
-impl BoardSensors {
-    /// The supply pressure, if it is of this cycle.
-    pub fn new_supply(&self) -> Option<SupplyPressure> {
-        self.supply.filter(|_| self.supply_is_new)
-    }
-
-    /// Acceleration and angular rate, if they are of this cycle.
-    pub fn new_motion(&self) -> Option<Motion> {
-        self.motion.filter(|_| self.motion_is_new)
-    }
-
-    /// The same readings in the next cycle.
-    pub(super) fn grow_old(&mut self) {
-        (self.supply_is_new, self.motion_is_new) = (false, false);
-    }
-}
+use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus, Temperature, Voltage};
 
 /// What is asked for next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,15 +12,20 @@ enum Turn {
     Status,
     Supply,
     Motion,
+    Electronics,
 }
 
-/// Decides for one board: what it has is asked for in turn, and now and then what it has.
+/// Decides for one board: what it has is asked for in turn, and now and then what it has, and how warm it is.
 #[derive(Debug, Clone)]
 pub(super) struct SensorSchedule {
     pages: PageSchedule,
     /// What it said last, and when, ns.
     status: Option<(SensorStatus, u64)>,
-    /// Whether it was asked for that last.
+    /// When it is to be asked for temperature and voltage, ns.
+    electronics_from_ns: u64,
+    /// Whether the last question was for one of these, and not for a reading.
+    seldom_was_last: bool,
+    /// Which of the two was asked for last.
     status_was_last: bool,
     motion_was_last: bool,
 }
@@ -93,17 +33,30 @@ pub(super) struct SensorSchedule {
 impl SensorSchedule {
     /// Parts may be plugged in, or out: asked so often, ns.
     const STATUS_EVERY_NS: u64 = 1_000_000_000;
+    /// A mean takes a board so long, ns.
+    const ELECTRONICS_EVERY_NS: u64 = 1_000_000_000;
+    /// Firmware that does not know the question may be brought a new one, ns.
+    const UNKNOWN_AGAIN_NS: u64 = 60_000_000_000;
 
     pub(super) fn new(share: Option<PageShare>) -> Self {
-        Self { pages: PageSchedule::new(share), status: None, status_was_last: false, motion_was_last: false }
+        Self {
+            pages: PageSchedule::new(share),
+            status: None,
+            electronics_from_ns: 0,
+            seldom_was_last: false,
+            status_was_last: false,
+            motion_was_last: false,
+        }
     }
 
     /// What the board, which has answered a poll, is to be asked for now.
     fn due(&mut self, now_ns: u64) -> Option<Turn> {
         self.pages.due(now_ns).then(|| {
             let turn = self.turn(now_ns);
-            self.status_was_last = turn == Turn::Status;
-            if turn != Turn::Status {
+            self.seldom_was_last = matches!(turn, Turn::Status | Turn::Electronics);
+            if self.seldom_was_last {
+                self.status_was_last = turn == Turn::Status;
+            } else {
                 self.motion_was_last = turn == Turn::Motion;
             }
             turn
@@ -112,12 +65,18 @@ impl SensorSchedule {
 
     fn turn(&self, now_ns: u64) -> Turn {
         let Some((status, at_ns)) = self.status else { return Turn::Status };
-        let is_old = now_ns.saturating_sub(at_ns) >= Self::STATUS_EVERY_NS;
+        let (supply, imu) = (status.supply != SensorPart::None, status.imu != SensorPart::None);
         // However seldom a board is asked, every second question is for a reading.
-        if is_old && !self.status_was_last {
-            return Turn::Status;
+        if !self.seldom_was_last || !(supply || imu) {
+            let status_is_due = now_ns.saturating_sub(at_ns) >= Self::STATUS_EVERY_NS;
+            match (status_is_due, now_ns >= self.electronics_from_ns) {
+                (true, true) if self.status_was_last => return Turn::Electronics,
+                (true, _) => return Turn::Status,
+                (false, true) => return Turn::Electronics,
+                (false, false) => {}
+            }
         }
-        match (status.supply != SensorPart::None, status.imu != SensorPart::None) {
+        match (supply, imu) {
             (false, false) => Turn::Status,
             (true, false) => Turn::Supply,
             (false, true) => Turn::Motion,
@@ -130,10 +89,26 @@ impl SensorSchedule {
     fn has(&mut self, status: SensorStatus, now_ns: u64) -> bool {
         let parts = |s: &SensorStatus| (s.supply, s.supply_state, s.imu, s.imu_state);
         let before = self.status.replace((status, now_ns));
-        if status.supply == SensorPart::None && status.imu == SensorPart::None {
+        self.rest(now_ns);
+        before.is_none_or(|(before, _)| parts(&before) != parts(&status))
+    }
+
+    /// It was asked for temperature and voltage, and is again after `pause_ns`.
+    fn electronics_asked(&mut self, now_ns: u64, pause_ns: u64) {
+        self.electronics_from_ns = now_ns + pause_ns;
+        self.rest(now_ns);
+    }
+
+    /// A board that has no parts, and has said so, has a pause.
+    fn rest(&mut self, now_ns: u64) {
+        let has_nothing =
+            |status: SensorStatus| (status.supply, status.imu) == (SensorPart::None, SensorPart::None);
+        let is_known = self.status.is_some_and(|(status, at_ns)| {
+            has_nothing(status) && now_ns.saturating_sub(at_ns) < Self::STATUS_EVERY_NS
+        });
+        if is_known && now_ns < self.electronics_from_ns {
             self.pages.pause(now_ns);
         }
-        before.is_none_or(|(before, _)| parts(&before) != parts(&status))
     }
 }
 
@@ -150,6 +125,7 @@ impl<L: Line> Polling<L> {
             Turn::Status => self.ask_what_there_is(index),
             Turn::Supply => self.ask_for_supply(index),
             Turn::Motion => self.ask_for_motion(index),
+            Turn::Electronics => self.ask_for_electronics(index),
         };
         match asked {
             Ok(()) => self.sensors[index].pages.answered(),
@@ -202,6 +178,26 @@ impl<L: Line> Polling<L> {
         sensors.motion_is_new = sensors.motion.is_some();
         Ok(())
     }
+
+    fn ask_for_electronics(&mut self, index: usize) -> Result<(), PageError> {
+        let asked = self.bus.electronics(self.rows[index].board);
+        let now_ns = self.bus.line().now_ns();
+        let sensors = &mut self.rows[index].sensors;
+        let (pause_ns, reading) = match asked {
+            Ok((electronics, asked_ns)) => {
+                let chip_c = electronics.chip_temperature.map(Temperature::celsius);
+                let rail_v = electronics.rail_voltage.map(Voltage::volts);
+                let reading = ElectronicsReading { chip_c, rail_v, asked_ns };
+                (SensorSchedule::ELECTRONICS_EVERY_NS, Some(reading))
+            }
+            // Firmware of before this page tells the others.
+            Err(PageError::NoSuchEntry { .. }) => (SensorSchedule::UNKNOWN_AGAIN_NS, None),
+            Err(error) => return Err(error),
+        };
+        (sensors.electronics, sensors.electronics_is_new) = (reading, reading.is_some());
+        self.sensors[index].electronics_asked(now_ns, pause_ns);
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -224,6 +220,9 @@ mod tests {
                 Turn::Status => drop(schedule.has(status, poll * MS)),
                 Turn::Motion => schedule.pages.asked_for_more(),
                 Turn::Supply => {}
+                Turn::Electronics => {
+                    schedule.electronics_asked(poll * MS, SensorSchedule::ELECTRONICS_EVERY_NS)
+                }
             }
             schedule.pages.answered();
             turns.push((poll, turn));
@@ -238,20 +237,24 @@ mod tests {
     #[test]
     fn both_are_read_in_turn_and_an_imu_takes_two_pages() {
         let turns = turns(0.1, 2_000, status(SensorPart::Ads1115, SensorPart::Bmi323));
-        let [status, supply, motion] = [Turn::Status, Turn::Supply, Turn::Motion].map(|t| count(&turns, t));
-        assert_eq!(status, 2);
-        assert_eq!(status + supply + 2 * motion, 200, "{supply} {motion}");
+        let [status, electronics, supply, motion] =
+            [Turn::Status, Turn::Electronics, Turn::Supply, Turn::Motion].map(|t| count(&turns, t));
+        assert_eq!((status, electronics), (2, 2));
+        // The second page of the last one is made up for later.
+        let pages = status + electronics + supply + 2 * motion;
+        assert!((200..=201).contains(&pages), "{supply} {motion}");
         assert!(supply.abs_diff(motion) <= 1, "{supply} {motion}");
     }
 
     #[test]
     fn only_what_there_is_is_asked_for() {
         let supply = turns(0.5, 2_000, status(SensorPart::Ads1115, SensorPart::None));
-        assert_eq!((count(&supply, Turn::Supply), count(&supply, Turn::Motion)), (998, 0));
+        assert_eq!((count(&supply, Turn::Supply), count(&supply, Turn::Motion)), (996, 0));
         let imu = turns(0.5, 2_000, status(SensorPart::None, SensorPart::Bmi323));
-        assert_eq!((count(&imu, Turn::Supply), count(&imu, Turn::Motion)), (0, 499));
+        assert_eq!((count(&imu, Turn::Supply), count(&imu, Turn::Motion)), (0, 498));
         let none = turns(0.5, 4_000, SensorStatus::NONE);
-        let expected: Vec<_> = [0, 1_000, 2_000, 3_000].map(|poll| (poll, Turn::Status)).into();
+        let seconds = [0, 1_002, 2_004, 3_006];
+        let expected = seconds.map(|poll| [(poll, Turn::Status), (poll + 2, Turn::Electronics)]).concat();
         assert_eq!(none, expected, "once a second");
     }
 
@@ -260,7 +263,8 @@ mod tests {
     fn who_is_asked_seldom_is_asked_for_readings_too() {
         let turns = turns(1.0 / 700.0, 14_000, status(SensorPart::Ads1115, SensorPart::Bmi323));
         assert!(count(&turns, Turn::Supply) >= 3 && count(&turns, Turn::Motion) >= 3, "{turns:?}");
-        assert!(count(&turns, Turn::Status) <= turns.len() / 2 + 1, "{turns:?}");
+        let seldom = count(&turns, Turn::Status) + count(&turns, Turn::Electronics);
+        assert!(count(&turns, Turn::Electronics) >= 3 && seldom <= turns.len() / 2 + 1, "{turns:?}");
     }
 
     #[test]

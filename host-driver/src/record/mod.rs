@@ -28,6 +28,7 @@ mod format;
 mod notes;
 mod recorder;
 mod rows;
+mod sensor_columns;
 mod switch;
 mod writer;
 

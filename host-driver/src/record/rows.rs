@@ -2,9 +2,10 @@
 
 use super::PageColumns;
 use super::codes::Codes;
+use super::sensor_columns::{self, SENSOR_COLUMNS};
 use crate::Calibration;
 use crate::notices::Notice;
-use crate::poller::{BoardCommand, Motion, Row, SupplyPressure};
+use crate::poller::{BoardCommand, ElectronicsReading, Motion, Row, SupplyPressure};
 use pneudrive_protocol::pages::Drives;
 use pneudrive_protocol::{CHANNELS, Counts};
 use serde::Serialize;
@@ -21,6 +22,7 @@ pub(super) struct Sample {
     /// Readings of this cycle.
     pub(super) supply: Option<SupplyPressure>,
     pub(super) motion: Option<Motion>,
+    pub(super) electronics: Option<ElectronicsReading>,
 }
 
 /// What a board answered.
@@ -70,6 +72,7 @@ impl Batch {
             drives: board.drives.map(|reading| reading.drives),
             supply: board.sensors.new_supply(),
             motion: board.sensors.new_motion(),
+            electronics: board.sensors.new_electronics(),
         }));
     }
 
@@ -175,32 +178,13 @@ impl Formatter {
                     drive_cells(text, sample.drives);
                 }
                 if self.pages.sensors {
-                    sensor_cells(text, sample);
+                    sensor_columns::append(text, sample);
                 }
             }
             text.push(b'\n');
         }
         events.for_each(|(_, event)| event_line(event, text));
     }
-}
-
-/// Columns of the sensors on a board's I2C connector, behind `b{n}_`.
-const SENSOR_COLUMNS: [&str; 7] =
-    ["supply_kpa", "ax_m_s2", "ay_m_s2", "az_m_s2", "gx_rad_s", "gy_rad_s", "gz_rad_s"];
-
-/// Appends a supply pressure, an acceleration and an angular rate, with as many digits as pages have.
-fn sensor_cells(text: &mut Vec<u8>, sample: &Sample) {
-    // Writing to a Vec does not fail.
-    let _ = match sample.supply {
-        Some(supply) => write!(text, ",{:.2}", supply.kpa),
-        None => write!(text, ","),
-    };
-    let _ = match sample.motion {
-        Some(Motion { acceleration_m_s2: [ax, ay, az], angular_rate_rad_s: [gx, gy, gz], .. }) => {
-            write!(text, ",{ax:.2},{ay:.2},{az:.2},{gx:.4},{gy:.4},{gz:.4}")
-        }
-        None => write!(text, ",,,,,,"),
-    };
 }
 
 /// Appends four drives, -1 to 1: a drive count is 1/400, so four digits are all there are.
@@ -267,6 +251,7 @@ mod tests {
         let sensors = BoardSensors {
             supply: Some(SupplyPressure { kpa: 549.87, measured_ns: 8 }),
             motion: Some(motion),
+            electronics: Some(ElectronicsReading { chip_c: Some(41.8), rail_v: None, asked_ns: 9 }),
             motion_is_new: true,
             ..BoardSensors::default()
         };
@@ -278,7 +263,11 @@ mod tests {
             reading,
             drives: (outcome == Outcome::Fresh)
                 .then(|| DriveReading { drives: Drives::new([400, -400, 0, 1]), asked_ns: 9 }),
-            sensors: BoardSensors { supply_is_new: outcome == Outcome::Fresh, ..sensors },
+            sensors: BoardSensors {
+                supply_is_new: outcome == Outcome::Fresh,
+                electronics_is_new: outcome == Outcome::Fresh,
+                ..sensors
+            },
             state: BoardState::Present,
         };
         let mut batch = Batch::default();
@@ -320,8 +309,7 @@ b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1
         let pages = PageColumns { drives: false, sensors: true };
         let with_sensors = Formatter::new(&[0], &Calibration::default(), pages);
         let header = String::from_utf8(with_sensors.header()).unwrap();
-        let names =
-            ",b0_p3_kpa,b0_supply_kpa,b0_ax_m_s2,b0_ay_m_s2,b0_az_m_s2,b0_gx_rad_s,b0_gy_rad_s,b0_gz_rad_s\n";
+        let names = ",b0_p3_kpa,b0_supply_kpa,b0_ax_m_s2,b0_ay_m_s2,b0_az_m_s2,b0_gx_rad_s,b0_gy_rad_s,b0_gz_rad_s,b0_chip_c,b0_rail_v\n";
         assert!(header.ends_with(names), "{header}");
         let mut batch = Batch::default();
         for (cycle, outcome) in [(0, Outcome::Fresh), (1, Outcome::Lost)] {
@@ -332,8 +320,8 @@ b1_cmd0_kpa,b1_cmd1_kpa,b1_cmd2_kpa,b1_cmd3_kpa,b1_p0_kpa,b1_p1_kpa,b1_p2_kpa,b1
         let text = String::from_utf8(text).unwrap();
         let motion = "0.01,-9.81,0.00,1.0000,-0.0025,0.0000";
         let ends: Vec<_> = text.lines().map(|line| line.split_once(",689.812,").unwrap().1).collect();
-        assert_eq!(ends[0], format!("-0.337,0.505,199.975,-86.184,549.87,{motion}"));
-        // The old supply pressure is none of this cycle.
-        assert_eq!(ends[1], format!(",,,,,{motion}"));
+        assert_eq!(ends[0], format!("-0.337,0.505,199.975,-86.184,549.87,{motion},41.8,"));
+        // The old supply pressure and temperature are none of this cycle.
+        assert_eq!(ends[1], format!(",,,,,{motion},,"));
     }
 }

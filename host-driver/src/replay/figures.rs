@@ -47,6 +47,7 @@ impl Figures {
                 rows_without_reading: without,
                 frames: Frames::Unknown,
                 zero_kpa_confirmed: None,
+                sensors: None,
             });
         let boards: Vec<_> = boards.collect();
         Statistics {

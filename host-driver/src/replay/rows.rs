@@ -28,6 +28,8 @@ pub struct RecordedBoard {
     pub command_kpa: [f64; CHANNELS],
     /// What it answered, kPa gauge; `None` where it gave no answer in this cycle.
     pub kpa: Option<[f64; CHANNELS]>,
+    /// The supply pressure that it measured, kPa gauge; `None` where none came in this cycle.
+    pub supply_kpa: Option<f64>,
 }
 
 /// The rows of a recording. It is read while it is gone through, so that its length does not matter.
@@ -60,7 +62,7 @@ impl Iterator for Rows {
 impl RecordedBoard {
     /// A board that is not in the row.
     pub(super) fn silent(board: u8) -> Self {
-        Self { board, command_kpa: [0.0; CHANNELS], kpa: None }
+        Self { board, command_kpa: [0.0; CHANNELS], kpa: None, supply_kpa: None }
     }
 
     /// What was commanded, in the counts that `calibration` makes of it.
@@ -87,19 +89,23 @@ fn counts(board: u8, kpa: [f64; CHANNELS], calibration: &Calibration) -> [Counts
 /// What a column such as `b0_p3_kpa` is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    Command,
-    Pressure,
+    Command(usize),
+    Pressure(usize),
+    Supply,
 }
 
-/// Kind, board and channel of a column's name; `None` for other columns.
-fn column(name: &str) -> Option<(Kind, u8, usize)> {
+/// Kind, with its channel, and board of a column's name; `None` for other columns.
+fn column(name: &str) -> Option<(Kind, u8)> {
     let name = name.strip_prefix('b')?.strip_suffix("_kpa")?;
     let (board, rest) = name.split_once('_')?;
-    let (kind, channel) = match rest.strip_prefix("cmd") {
-        Some(channel) => (Kind::Command, channel),
-        None => (Kind::Pressure, rest.strip_prefix('p')?),
-    };
     let plain = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    let channel = channel.parse().ok().filter(|&one: &usize| plain(channel) && one < CHANNELS)?;
-    Some((kind, board.parse().ok().filter(|_| plain(board))?, channel))
+    let channel = |text: &str| text.parse().ok().filter(|&one: &usize| plain(text) && one < CHANNELS);
+    let kind = if rest == "supply" {
+        Kind::Supply
+    } else if let Some(command) = rest.strip_prefix("cmd") {
+        Kind::Command(channel(command)?)
+    } else {
+        Kind::Pressure(channel(rest.strip_prefix('p')?)?)
+    };
+    Some((kind, board.parse().ok().filter(|_| plain(board))?))
 }

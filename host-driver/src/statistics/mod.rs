@@ -2,9 +2,11 @@
 
 mod cycles;
 mod durations;
+mod sensors;
 
 pub(crate) use cycles::CycleStatistics;
 pub(crate) use durations::Durations;
+pub use sensors::SensorFigures;
 
 use crate::bus::{Counters, Frames};
 use crate::poller::{BoardRow, BoardState};
@@ -87,7 +89,7 @@ impl HistogramBin {
 }
 
 /// One board's share of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BoardStatistics {
     /// The board's number.
     pub board: u8,
@@ -108,6 +110,8 @@ pub struct BoardStatistics {
     /// Whether it confirmed 0 kPa at the end: by a checked answer, or (a board of the original kind) by its readings. `None` as
     /// long as the run lasts.
     pub zero_kpa_confirmed: Option<bool>,
+    /// Its sensors' last readings; `None` where it is not asked for them.
+    pub sensors: Option<SensorFigures>,
 }
 
 impl BoardStatistics {
@@ -128,6 +132,7 @@ impl BoardStatistics {
             rows_without_reading,
             frames,
             zero_kpa_confirmed: None,
+            sensors: None,
         }
     }
 }

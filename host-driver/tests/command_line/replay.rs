@@ -39,6 +39,26 @@ fn a_recording_is_shown_with_its_events_names_and_unit_and_without_a_port() {
     assert!(stderr.contains("vented from the keyboard"), "{stderr}");
 }
 
+/// Told now and then, it stays in the view until it is old.
+#[test]
+fn a_recorded_supply_is_shown_with_its_board() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let rows = (0..200).map(|row| {
+        let supply = if row == 2 { "549.66" } else { "" };
+        format!("{:.2},50,60,70,80,49.7,60.6,70.7,80.8,{supply}\n", 0.1 * f64::from(row))
+    });
+    let names = "t_s,b0_cmd0_kpa,b0_cmd1_kpa,b0_cmd2_kpa,b0_cmd3_kpa,b0_p0_kpa,b0_p1_kpa,b0_p2_kpa,b0_p3_kpa";
+    fs::write(&file, format!("{names},b0_supply_kpa\n{}", rows.collect::<String>())).unwrap();
+    let (code, stdout, stderr) =
+        run(&["replay", file.to_str().unwrap(), "--view", "--plain", "--speed", "4"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let lines: Vec<_> = stdout.lines().filter(|line| line.contains("b0 49.7/")).collect();
+    let shown = |line: &&str| line.ends_with(" supply 549.7");
+    assert!(lines.iter().any(shown), "{stdout}");
+    assert!(!lines.last().is_none_or(shown), "after 10 s it is old: {stdout}");
+}
+
 #[test]
 fn a_recording_is_commanded_again_from_its_first_row_on() {
     let boards = PtyBoards::start(2);

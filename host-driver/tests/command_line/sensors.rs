@@ -1,6 +1,7 @@
 //! `--sensors` and `--sessions`, of virtual boards on a machine that may be busy.
 
 use crate::program::{program, refused, run, table};
+use crate::schema::{RUN, conforms};
 use std::fs;
 
 const PATIENT: [&str; 6] = ["--port", "sim", "--wait", "60", "--allowance-us", "100000"];
@@ -17,6 +18,8 @@ fn a_board_tells_what_is_on_its_i2c_connector() {
     assert!((sensors["supply_kpa"].as_f64().unwrap() - 550.0).abs() < 3.0, "{stdout}");
     assert!((sensors["acceleration_m_s2"][2].as_f64().unwrap() - 9.807).abs() < 0.1, "{stdout}");
     assert!(sensors["angular_rate_rad_s"][0].as_f64().unwrap().abs() < 0.02, "{stdout}");
+    assert_eq!(json["rail_v"], 5.0, "{stdout}");
+    assert!(json["chip_c"].is_null() || json["chip_c"] == 27.2, "its first second may not be over: {stdout}");
 
     let (code, text, stderr) = run(&[&["board", "status"], &PATIENT[..], &["--unit", "bar"]].concat());
     assert_eq!(code, Some(0), "{stderr}");
@@ -39,10 +42,28 @@ fn a_run_records_its_sensors_and_shows_the_supply() {
     assert!(text.contains(event) && text.contains("\"kind\":\"sensors\""), "{text}");
     let mut rows = table(&text);
     assert!(rows.next().unwrap().ends_with(
-        ",b0_u3,b0_supply_kpa,b0_ax_m_s2,b0_ay_m_s2,b0_az_m_s2,b0_gx_rad_s,b0_gy_rad_s,b0_gz_rad_s"
+        ",b0_u3,b0_supply_kpa,b0_ax_m_s2,b0_ay_m_s2,b0_az_m_s2,b0_gx_rad_s,b0_gy_rad_s,b0_gz_rad_s,b0_chip_c,b0_rail_v"
     ));
     let supply: Vec<f64> = rows.filter_map(|row| row.split(',').nth(13)?.parse().ok()).collect();
     assert!(supply.len() > 5 && supply.iter().all(|kpa| (kpa - 550.0).abs() < 3.0), "{supply:?}");
+}
+
+/// The last readings; a run without `--sensors` has none.
+#[test]
+fn the_json_of_a_run_has_its_sensors() {
+    let more = ["--rate", "100", "--duration", "4", "--sensors", "0.5", "--json"];
+    let (code, stdout, stderr) = run(&[&PATIENT[..], &more].concat());
+    assert_eq!(code, Some(0), "{stderr}");
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    conforms(&json, RUN);
+    let sensors = &json["boards"][0]["sensors"];
+    assert!((sensors["supply_kpa"].as_f64().unwrap() - 550.0).abs() < 3.0, "{stdout}");
+    assert!(sensors["supply_age_s"].as_f64().is_some(), "{stdout}");
+    assert!((sensors["acceleration_m_s2"][2].as_f64().unwrap() - 9.807).abs() < 0.1, "{stdout}");
+    assert_eq!((&sensors["chip_c"], &sensors["rail_v"]), (&27.2.into(), &5.0.into()), "{stdout}");
+    let (_, stdout, _) = run(&[&PATIENT[..], &["--rate", "100", "--duration", "1", "--json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!(json["boards"][0].get("sensors"), Some(&serde_json::Value::Null), "{stdout}");
 }
 
 #[test]

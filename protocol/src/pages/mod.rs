@@ -32,6 +32,7 @@
 //! | | 1 to 3 | go to that [`LineRate`]: a [`LineRateAnswer`] |
 //! | 10 to 19, set | 0 to 19 | a [`Parameter`] to the value (page - 10) x 10,404 + word 2 x 102 + word 3: a [`ChangeAnswer`] |
 //! | 30, sensors | 0 to 4 | what is on the I2C connector: see [`SensorEntry`] |
+//! | 31, electronics | 0 | chip temperature and rail voltage ([`Electronics`]) |
 //! | 38, program | 0 | an [`UpdateState`] |
 //! | | 1, 2 | three-byte pieces received; CRC-32 of the running program ([`UpdateEntry`]) |
 //! | 39, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
@@ -46,6 +47,7 @@
 mod about;
 mod change;
 mod counter;
+mod electronics;
 mod line_rate;
 mod now;
 mod packets;
@@ -58,6 +60,7 @@ mod update;
 pub use about::{About, ChipKind};
 pub use change::{Change, ChangeAnswer, CommitOutcome, ParameterSource, StoreState};
 pub use counter::Counter;
+pub use electronics::{Electronics, Temperature, Voltage};
 pub use line_rate::{LineRate, LineRateAnswer, LineRateState, RateReturn};
 pub use now::{ChannelNow, Drives, NowState, StateNow};
 pub use packets::{PageAnswer, PageRequest};
@@ -109,6 +112,8 @@ pub enum PageEntry {
     SetLineRate(LineRate),
     /// Of the sensors on the I2C connector.
     Sensor(SensorEntry),
+    /// [`Electronics`].
+    Electronics,
     /// Of the program: see [`UpdateEntry`].
     Program(UpdateEntry),
     /// An [`UpdateAnswer`].
@@ -117,6 +122,7 @@ pub enum PageEntry {
 
 impl PageEntry {
     const LINE_RATE_PAGE: u8 = 9;
+    const ELECTRONICS_PAGE: u8 = 31;
 
     /// Page and entry in it, as they stand in a request.
     pub const fn numbers(self) -> (u8, u8) {
@@ -140,6 +146,7 @@ impl PageEntry {
             Self::LineRate => (Self::LINE_RATE_PAGE, 0),
             Self::SetLineRate(rate) => (Self::LINE_RATE_PAGE, rate as u8),
             Self::Sensor(entry) => (SensorEntry::PAGE, entry as u8),
+            Self::Electronics => (Self::ELECTRONICS_PAGE, 0),
             Self::Program(entry) => (UpdateEntry::PAGE, entry as u8),
             Self::Update(update) => return update.words(),
         };
@@ -172,6 +179,9 @@ impl PageEntry {
         }
         if page == SensorEntry::PAGE {
             return SensorEntry::of_number(entry).map(Self::Sensor);
+        }
+        if page == Self::ELECTRONICS_PAGE {
+            return if entry == 0 { Some(Self::Electronics) } else { None };
         }
         if page == UpdateEntry::PAGE {
             return UpdateEntry::of_number(entry).map(Self::Program);
@@ -233,7 +243,7 @@ mod tests {
         let sensors = SensorEntry::ALL.len();
         // Of the numbers with both digits 0 as many are three bytes.
         let update = 3 + 3 + (1 << 24) / (102 * 102) + 1;
-        let entries = 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate;
+        let entries = 2 + Counter::ALL.len() + 1 + PostMortem::WORDS + 102 + parameters + line_rate + 1;
         assert_eq!(known.len(), entries + sensors + update);
         for (numbers, entry) in known {
             assert_eq!(entry.numbers(), numbers);

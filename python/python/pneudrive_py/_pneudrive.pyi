@@ -461,7 +461,9 @@ class Poller:
         -------
         dict
             ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
-            (num_devices, 3), along and about the axes of the IMU, gravity included. NaN where a board has no such part, or it is not live.
+            (num_devices, 3), along and about the axes of the IMU, gravity included; ``chip_c`` and ``rail_v``: shape (num_devices,),
+            temperature of the board's chip, degrees Celsius, and voltage of its connector's 5 V, both asked for once a second. NaN where a
+            board has no such part, or it is not live.
         """
     def history(self, /) -> dict[str, NDArray[float64]]:
         """
@@ -472,8 +474,8 @@ class Poller:
         dict
             ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
             (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
-            ``supply_kpa``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where
-            they were not read in that cycle.
+            ``supply_kpa``, ``chip_c`` and ``rail_v``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape
+            (n, num_devices, 3), NaN where they were not read in that cycle.
         """
     def join(self, /, timeout: SupportsFloat | SupportsIndex | None = None) -> bool:
         """

@@ -258,8 +258,8 @@ impl Poller {
     /// dict
     ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
     ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
-    ///     ``supply_kpa``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where
-    ///     they were not read in that cycle.
+    ///     ``supply_kpa``, ``chip_c`` and ``rail_v``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape
+    ///     (n, num_devices, 3), NaN where they were not read in that cycle.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let session = self.session()?;
         let samples = py.detach(|| session.history().samples());
@@ -295,7 +295,9 @@ impl Poller {
     /// -------
     /// dict
     ///     ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
-    ///     (num_devices, 3), along and about the axes of the IMU, gravity included. NaN where a board has no such part, or it is not live.
+    ///     (num_devices, 3), along and about the axes of the IMU, gravity included; ``chip_c`` and ``rail_v``: shape (num_devices,),
+    ///     temperature of the board's chip, degrees Celsius, and voltage of its connector's 5 V, both asked for once a second. NaN where a
+    ///     board has no such part, or it is not live.
     fn get_sensors<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         let session = self.session()?;
         let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();

@@ -4,7 +4,7 @@ use super::history::Sample;
 use crate::errors::{CommandError, PneuDriveError};
 use crate::types::Dict;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
-use pneudrive_host::poller::{BoardSensors, Motion, PageShare};
+use pneudrive_host::poller::{BoardSensors, ElectronicsReading, Motion, PageShare};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -26,6 +26,8 @@ pub struct Reading {
     pub supply_kpa: f64,
     pub acceleration_m_s2: [f64; AXES],
     pub angular_rate_rad_s: [f64; AXES],
+    pub chip_c: f64,
+    pub rail_v: f64,
 }
 
 impl Reading {
@@ -33,26 +35,40 @@ impl Reading {
         supply_kpa: f64::NAN,
         acceleration_m_s2: [f64::NAN; AXES],
         angular_rate_rad_s: [f64::NAN; AXES],
+        chip_c: f64::NAN,
+        rail_v: f64::NAN,
     };
 
-    fn of(supply_kpa: Option<f64>, motion: Option<Motion>) -> Self {
+    fn of(supply_kpa: Option<f64>, motion: Option<Motion>, electronics: Option<ElectronicsReading>) -> Self {
+        let electric =
+            |of: fn(ElectronicsReading) -> Option<f64>| electronics.and_then(of).unwrap_or(f64::NAN);
         Self {
             supply_kpa: supply_kpa.unwrap_or(f64::NAN),
             acceleration_m_s2: motion.map_or([f64::NAN; AXES], |motion| motion.acceleration_m_s2),
             angular_rate_rad_s: motion.map_or([f64::NAN; AXES], |motion| motion.angular_rate_rad_s),
+            chip_c: electric(|reading| reading.chip_c),
+            rail_v: electric(|reading| reading.rail_v),
         }
     }
 
     /// The last one of a poller.
     pub fn last(sensors: &BoardSensors) -> Self {
-        Self::of(sensors.supply.map(|supply| supply.kpa), sensors.motion)
+        Self::of(sensors.supply.map(|supply| supply.kpa), sensors.motion, sensors.electronics)
     }
 
     /// What came in a cycle.
     pub fn new(sensors: &BoardSensors) -> Self {
-        Self::of(sensors.new_supply().map(|supply| supply.kpa), sensors.new_motion())
+        let supply_kpa = sensors.new_supply().map(|supply| supply.kpa);
+        Self::of(supply_kpa, sensors.new_motion(), sensors.new_electronics())
     }
 }
+
+/// Readings that are one number, by their names.
+const NUMBERS: [(&str, fn(&Reading) -> f64); 3] = [
+    ("supply_kpa", |reading| reading.supply_kpa),
+    ("chip_c", |reading| reading.chip_c),
+    ("rail_v", |reading| reading.rail_v),
+];
 
 /// The readings of all boards: shapes (boards,) and (boards, 3).
 pub fn as_dict<'py>(py: Python<'py>, readings: &[Reading]) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
@@ -61,7 +77,9 @@ pub fn as_dict<'py>(py: Python<'py>, readings: &[Reading]) -> PyResult<Dict<'py,
     };
     let rows = |of: fn(&Reading) -> [f64; AXES]| readings.iter().map(|one| of(one).to_vec()).collect();
     let dict = PyDict::new(py);
-    dict.set_item("supply_kpa", PyArray1::from_iter(py, readings.iter().map(|one| one.supply_kpa)))?;
+    for (name, of) in NUMBERS {
+        dict.set_item(name, PyArray1::from_iter(py, readings.iter().map(of)))?;
+    }
     dict.set_item("acceleration_m_s2", matrix(rows(|one| one.acceleration_m_s2))?)?;
     dict.set_item("angular_rate_rad_s", matrix(rows(|one| one.angular_rate_rad_s))?)?;
     Ok(Dict::new(dict))
@@ -74,17 +92,26 @@ pub fn add_to<'py>(
     samples: &[Sample],
     boards: usize,
 ) -> PyResult<()> {
-    let supply = PyArray2::zeros(py, [samples.len(), boards], false);
+    for (name, of) in NUMBERS {
+        let table = PyArray2::zeros(py, [samples.len(), boards], false);
+        {
+            let mut table = table.readwrite();
+            let mut table = table.as_array_mut();
+            for (n, sample) in samples.iter().enumerate() {
+                for board in 0..boards {
+                    table[[n, board]] = of(sample.sensors.get(board).unwrap_or(&Reading::NONE));
+                }
+            }
+        }
+        history.set_item(name, table)?;
+    }
     let [acceleration, rate] = [0, 1].map(|_| PyArray3::zeros(py, [samples.len(), boards, AXES], false));
     {
-        let (mut supply, mut acceleration, mut rate) =
-            (supply.readwrite(), acceleration.readwrite(), rate.readwrite());
-        let (mut supply, mut acceleration, mut rate) =
-            (supply.as_array_mut(), acceleration.as_array_mut(), rate.as_array_mut());
+        let (mut acceleration, mut rate) = (acceleration.readwrite(), rate.readwrite());
+        let (mut acceleration, mut rate) = (acceleration.as_array_mut(), rate.as_array_mut());
         for (n, sample) in samples.iter().enumerate() {
             for board in 0..boards {
                 let reading = sample.sensors.get(board).unwrap_or(&Reading::NONE);
-                supply[[n, board]] = reading.supply_kpa;
                 for axis in 0..AXES {
                     acceleration[[n, board, axis]] = reading.acceleration_m_s2[axis];
                     rate[[n, board, axis]] = reading.angular_rate_rad_s[axis];
@@ -92,7 +119,6 @@ pub fn add_to<'py>(
             }
         }
     }
-    history.set_item("supply_kpa", supply)?;
     history.set_item("acceleration_m_s2", acceleration)?;
     history.set_item("angular_rate_rad_s", rate)
 }

@@ -68,6 +68,8 @@ def test_sensors_have_topics_of_their_own():
         gravity = imu.linear_acceleration
         assert (gravity.x, gravity.y, gravity.z) == pytest.approx((0, 0, 9.807), abs=0.1)
         assert imu.orientation_covariance[0] == -1
+        said = {"chip temperature (C)": "27.20", "5 V of the I2C connector (V)": "5.00"}
+        until("its electronics", lambda: said.items() <= peer.diagnostics.get(JOINT_0, (None, None, {}))[2].items())
         assert node.end() == 0, node.said
 
 

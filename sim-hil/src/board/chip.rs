@@ -1,3 +1,5 @@
+use super::chip_parts::ChipParts;
+use super::i2c_world::I2cConfig;
 use super::pin_map::{BUS_UART, DIR, PRESSURE, PWM, SWITCH};
 use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_chip::{Chip, ElfError, Level, LineErrors, Ticks};
@@ -21,6 +23,7 @@ pub struct ChipBoard {
     powered: bool,
     drives: [f64; 4],
     sensors: SensorWiring,
+    parts: ChipParts,
     sending: VecDeque<Character>,
 }
 
@@ -54,11 +57,12 @@ impl ChipBoard {
     /// Positions that the two-way address switch can be set to.
     pub const POSITIONS: usize = 4;
 
-    /// Powers a board whose address switch stands at `position`, 0 to 3, which is also its place in the rig.
+    /// Powers a board whose address switch stands at `position`, 0 to 3, which is also its place in the rig, with these parts on its
+    /// I2C connector.
     ///
     /// # Errors
     /// The file is no program for this chip.
-    pub fn from_elf(elf: &[u8], position: u8, line: Line) -> Result<Self, ElfError> {
+    pub fn from_elf(elf: &[u8], position: u8, line: Line, i2c: I2cConfig) -> Result<Self, ElfError> {
         let mut chip = Chip::from_elf(elf)?;
         for (bit, pin) in SWITCH.into_iter().enumerate() {
             let closed = position >> bit & 1 == 1;
@@ -67,6 +71,9 @@ impl ChipBoard {
         for pin in DIR.into_iter().chain(PWM) {
             chip.set_pin_input(pin, Level::High);
         }
+        ChipParts::wire(&mut chip);
+        let parts = ChipParts::new(i2c, position);
+        parts.power_on(&mut chip);
         Ok(Self {
             chip,
             address: Address::of_board(position),
@@ -84,6 +91,7 @@ impl ChipBoard {
                 conversions: 0,
                 converting_ns: 0,
             },
+            parts,
             sending: VecDeque::new(),
         })
     }
@@ -97,6 +105,7 @@ impl ChipBoard {
         for (channel, code) in PRESSURE.into_iter().zip(codes) {
             self.chip.set_adc(channel, code);
         }
+        self.parts.renew(&mut self.chip, self.sensors.renew_ns, air);
         self.sensors.renew_ns += self.sensors.period_ns;
     }
 
@@ -206,5 +215,6 @@ impl BusNode for ChipBoard {
         self.advanced_to_ns = now_ns;
         self.sensors = SensorWiring { renew_ns: now_ns, converting_ns: now_ns, ..self.sensors };
         self.chip.power_cycle();
+        self.parts.power_on(&mut self.chip);
     }
 }

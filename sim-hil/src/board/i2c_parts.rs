@@ -1,57 +1,45 @@
-//! Parts on a native board's I2C connector: a supply sensor and an IMU.
+//! Parts on a native board's I2C connector, a supply sensor and an IMU, and the chip's own temperature sensor.
 
-use crate::bus::{Air, JointNow};
-use crate::plant::noise::{Purpose, normal, stream};
-use pneudrive_control::{I2cSensors, Micros, Motion};
-use pneudrive_protocol::pages::{Acceleration, AngularRate, GaugePressure, SensorPart};
-use rand_chacha::ChaCha8Rng;
-
-/// What is on a board's I2C connector. Nothing by default.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct I2cConfig {
-    /// A transducer for the supply pressure, behind an ADS1115.
-    pub supply: bool,
-    /// An IMU of the kind BMI323, on the end plate of the board's joint.
-    pub imu: bool,
-    /// Of their noise, which also depends on the board's position.
-    pub seed: u64,
-}
+use super::i2c_world::{I2cConfig, I2cWorld};
+use crate::bus::Air;
+use pneudrive_control::{ChipThermometer, I2cSensors, Micros, Motion};
+use pneudrive_protocol::pages::{Acceleration, AngularRate, GaugePressure, SensorPart, Voltage};
 
 /// The parts, and when they are read.
 #[derive(Debug)]
 pub(super) struct I2cParts {
     config: I2cConfig,
-    supply_noise: ChaCha8Rng,
-    imu_noise: ChaCha8Rng,
+    world: I2cWorld,
+    thermometer: ChipThermometer,
     next_supply_ns: u64,
     next_imu_ns: u64,
+    next_temperature_ns: u64,
 }
 
 impl I2cParts {
     /// As often as the firmware reads them, ns.
     const SUPPLY_EVERY_NS: u64 = 20_000_000;
     const IMU_EVERY_NS: u64 = 10_000_000;
-    /// Standard deviation of a reading of the supply, Pa: 0.03 % of a transducer of 1 MPa.
-    const SUPPLY_NOISE_PA: f64 = 300.0;
-    /// The BMI323's noise densities of 180 ug and 0.007 degrees/s per root Hz, over 50 Hz: m/s^2 and rad/s.
-    const ACCELERATION_NOISE: f64 = 0.0125;
-    const RATE_NOISE: f64 = 0.000_86;
-    const GRAVITY_M_S2: f64 = 9.806_65;
+    const TEMPERATURE_EVERY_NS: u64 = 64_000_000;
+    /// What the temperature sensor reads at 27 degrees Celsius, which the emulated chip has, too.
+    const TEMPERATURE_CODE: u16 = 876;
+    /// What feeds the transducer.
+    pub(super) const RAIL_UV: i32 = 5_000_000;
 
     pub(super) fn new(config: I2cConfig, position: u8) -> Self {
-        // Place 0 of the supply sensor's noise is that of recordings without a bus.
-        let noise = |purpose| stream(config.seed, purpose, usize::from(position) + 1);
         Self {
             config,
-            supply_noise: noise(Purpose::SupplySensor),
-            imu_noise: noise(Purpose::Imu),
+            world: I2cWorld::new(config.seed, position),
+            thermometer: ChipThermometer::new(),
             next_supply_ns: 0,
             next_imu_ns: 0,
+            next_temperature_ns: 0,
         }
     }
 
     /// The board has started, and finds them.
-    pub(super) fn found_by(&self, sensors: &mut I2cSensors) {
+    pub(super) fn found_by(&mut self, sensors: &mut I2cSensors) {
+        self.thermometer = ChipThermometer::new();
         if self.config.supply {
             sensors.supply_found(SensorPart::Ads1115);
         }
@@ -61,28 +49,17 @@ impl I2cParts {
     }
 
     /// Reads what is due at `now_ns`, which is `clock` for the board.
-    pub(super) fn read(
-        &mut self,
-        position: u8,
-        now_ns: u64,
-        clock: Micros,
-        air: &mut dyn Air,
-        sensors: &mut I2cSensors,
-    ) {
+    pub(super) fn read(&mut self, now_ns: u64, clock: Micros, air: &mut dyn Air, sensors: &mut I2cSensors) {
         if self.config.supply && now_ns >= self.next_supply_ns {
             self.next_supply_ns = now_ns + Self::SUPPLY_EVERY_NS;
-            let noise = Self::SUPPLY_NOISE_PA * normal(&mut self.supply_noise);
+            let pa = self.world.supply_pa(now_ns, air);
             // A saturating cast.
-            let pressure =
-                air.supply_pa(now_ns).map(|pa| GaugePressure::from_pa((pa + noise).round() as i32));
-            sensors.supply_read(clock, pressure);
+            sensors.supply_read(clock, pa.map(|pa| GaugePressure::from_pa(pa.round() as i32)));
+            sensors.rail_read(Voltage::from_uv(Self::RAIL_UV));
         }
         if self.config.imu && now_ns >= self.next_imu_ns {
             self.next_imu_ns = now_ns + Self::IMU_EVERY_NS;
-            let (acceleration, rate) = felt(air.joint(position, now_ns));
-            let acceleration =
-                acceleration.map(|a| a + Self::ACCELERATION_NOISE * normal(&mut self.imu_noise));
-            let rate = rate.map(|w| w + Self::RATE_NOISE * normal(&mut self.imu_noise));
+            let (acceleration, rate) = self.world.motion(now_ns, air);
             let steps = |values: [f64; 3], per_unit: i16| {
                 values.map(|value| (value * f64::from(per_unit)).round() as i16)
             };
@@ -94,54 +71,11 @@ impl I2cParts {
                 ),
             );
         }
-    }
-}
-
-/// Acceleration, m/s^2, and angular rate, rad/s, on the end plate of a joint that stands upright: z along its axis, bent by `q_u`
-/// about x, then by `q_v` about the new y. Gravity alone: what the plate itself is accelerated by is left out.
-fn felt(joint: JointNow) -> ([f64; 3], [f64; 3]) {
-    let [(su, cu), (sv, cv)] = joint.angles_rad.map(f64::sin_cos);
-    let [wu, wv] = joint.rates_rad_s;
-    let acceleration = [-sv * cu, su, cv * cu].map(|share| share * I2cParts::GRAVITY_M_S2);
-    (acceleration, [wu * cv, wv, wu * sv])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const G: f64 = I2cParts::GRAVITY_M_S2;
-
-    fn near(a: [f64; 3], b: [f64; 3]) {
-        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} {b:?}");
-    }
-
-    #[test]
-    fn gravity_is_felt_along_the_plates_own_axes() {
-        let at = |angles_rad| felt(JointNow { angles_rad, rates_rad_s: [0.0; 2] }).0;
-        near(at([0.0, 0.0]), [0.0, 0.0, G]);
-        let quarter = std::f64::consts::FRAC_PI_2;
-        near(at([quarter, 0.0]), [0.0, G, 0.0]);
-        near(at([0.0, quarter]), [-G, 0.0, 0.0]);
-        let tilted = at([0.3, -0.2]);
-        assert!((tilted.iter().map(|a| a * a).sum::<f64>().sqrt() - G).abs() < 1e-12);
-    }
-
-    /// The rate is that at which gravity turns in the plate's axes: a' = a x w.
-    #[test]
-    fn the_rate_is_that_of_the_turning_plate() {
-        let (angles, rates, step) = ([0.4, -0.3], [0.7, -1.1], 1e-6);
-        let (before, w) = felt(JointNow { angles_rad: angles, rates_rad_s: rates });
-        let later = [0, 1].map(|axis| angles[axis] + step * rates[axis]);
-        let (after, _) = felt(JointNow { angles_rad: later, rates_rad_s: rates });
-        let turned = [
-            before[1] * w[2] - before[2] * w[1],
-            before[2] * w[0] - before[0] * w[2],
-            before[0] * w[1] - before[1] * w[0],
-        ];
-        for axis in 0..3 {
-            let slope = (after[axis] - before[axis]) / step;
-            assert!((slope - turned[axis]).abs() < 1e-4, "{axis}: {slope} {}", turned[axis]);
+        if now_ns >= self.next_temperature_ns {
+            self.next_temperature_ns = now_ns + Self::TEMPERATURE_EVERY_NS;
+            if let Some(mean) = self.thermometer.reading(Self::TEMPERATURE_CODE) {
+                sensors.chip_read(mean);
+            }
         }
     }
 }

@@ -6,7 +6,9 @@
 
 mod air;
 mod chip;
+mod chip_parts;
 mod i2c_parts;
+mod i2c_world;
 mod memory_flash;
 mod native;
 mod original;
@@ -15,7 +17,7 @@ mod turnaround;
 
 pub use air::PlantAir;
 pub use chip::ChipBoard;
-pub use i2c_parts::I2cConfig;
+pub use i2c_world::I2cConfig;
 pub use native::{NativeBoard, NativeBoardConfig};
 pub use original::OriginalBoard;
 pub use turnaround::Turnaround;

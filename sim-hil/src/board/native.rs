@@ -1,5 +1,6 @@
 use super::Turnaround;
-use super::i2c_parts::{I2cConfig, I2cParts};
+use super::i2c_parts::I2cParts;
+use super::i2c_world::I2cConfig;
 use super::memory_flash::MemoryFlash;
 use crate::bus::{Air, BusNode, Character, Heard, Line};
 use pneudrive_control::{
@@ -78,7 +79,7 @@ impl NativeBoard {
         line: Line,
     ) -> Result<Self, ConfigError> {
         let flash = MemoryFlash::new();
-        let parts = I2cParts::new(config.i2c, position);
+        let mut parts = I2cParts::new(config.i2c, position);
         let mut board = Board::new(config.control, address)?;
         parts.found_by(board.port().sensors());
         Ok(Self {
@@ -129,7 +130,7 @@ impl NativeBoard {
         let drives = self.board.control_step(clock, samples);
         let coil = drives.map(|drive| f64::from(DirPwm::from(drive).coil()) / f64::from(DirPwm::DUTY_MAX));
         air.drive(self.position, step_ns, coil);
-        self.parts.read(self.position, step_ns, clock, air, self.board.port().sensors());
+        self.parts.read(step_ns, clock, air, self.board.port().sensors());
         self.next_step_ns += self.start.config().loop_period.get() * 1_000;
         if self.answer_ends_ns.is_none() {
             let _ = self.board.port().line_rate_due(clock);

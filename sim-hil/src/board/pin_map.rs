@@ -4,6 +4,16 @@
 //! divider brings the sensor's 0 to 5 V to the ADC's 0 to 3.3 V in proportion, both supplies being each other's
 //! reference: the ADC's 12-bit code is the sensor's share of its supply.
 
+/// I2C block of the connector.
+pub(super) const I2C_BLOCK: usize = 0;
+/// Its data line.
+pub(super) const I2C_SDA: usize = 4;
+/// Its clock line.
+pub(super) const I2C_SCL: usize = 5;
+/// The supply pressure's converter, ADDR at ground.
+pub(super) const SUPPLY_ADDRESS: u8 = 0x48;
+/// The IMU, SDO at ground.
+pub(super) const IMU_ADDRESS: u8 = 0x68;
 /// UART of the bus.
 pub(super) const BUS_UART: usize = 0;
 /// DIR pins of valves 0 to 3.

@@ -37,11 +37,11 @@ pub(super) struct RunArgs {
     /// These boards behave as the original's firmware does, faults included: numbers separated by commas, or all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     original: Option<BoardsArg>,
-    /// These native boards measure the supply pressure: numbers separated by commas, or all
-    #[arg(long, value_name = "BOARDS", value_parser = parse_boards, conflicts_with = "firmware")]
+    /// These boards measure the supply pressure: numbers separated by commas, or all
+    #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     supply_sensor: Option<BoardsArg>,
-    /// These native boards have an IMU, on the end plate of their joint: numbers separated by commas, or all
-    #[arg(long, value_name = "BOARDS", value_parser = parse_boards, conflicts_with = "firmware")]
+    /// These boards have an IMU, on the end plate of their joint: numbers separated by commas, or all
+    #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     imu: Option<BoardsArg>,
     /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at 1 Mbaud
     #[arg(long, value_name = "ELF", conflicts_with_all = ["turnaround_us", "original_loop"])]

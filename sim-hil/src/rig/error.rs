@@ -23,9 +23,9 @@ pub enum RigError {
         /// Boards of the rig.
         boards: usize,
     },
-    /// A part on the I2C connector of something that is no native board.
+    /// A part on the I2C connector of a board that has none.
     #[error(
-        "no native board at position {position}, which is to have {what}: there are {boards} boards, and emulated chips and boards of the original kind have none"
+        "no board at position {position} that can have {what}: there are {boards} boards, and those of the original kind have none"
     )]
     Part {
         /// The part.

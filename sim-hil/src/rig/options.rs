@@ -59,9 +59,9 @@ pub struct RigOptions {
     /// Positions of boards that behave as the original's firmware does, with its faults
     /// ([`OriginalBoard`]): whatever `control`, `turnaround` and `firmware` say. None by default.
     pub original: BTreeSet<u8>,
-    /// Positions of native boards with a sensor of the supply pressure on their I2C connector. None by default.
+    /// Positions of boards with a sensor of the supply pressure on their I2C connector. None by default.
     pub supply_sensors: BTreeSet<u8>,
-    /// Positions of native boards with an IMU on their I2C connector. None by default.
+    /// Positions of boards with an IMU on their I2C connector. None by default.
     pub imus: BTreeSet<u8>,
     /// The plant; `channels` is set to four a board.
     pub plant: PlantParameters,
@@ -100,8 +100,8 @@ impl RigOptions {
     /// The same rig, with supply sensor and IMU on every board that can have them.
     #[must_use]
     pub fn with_all_sensors(self) -> Self {
-        let native = |n: &u8| self.firmware.is_none() && !self.original.contains(n);
-        let boards: BTreeSet<u8> = (0..=u8::MAX).take(self.boards).filter(native).collect();
+        let ours = |n: &u8| !self.original.contains(n);
+        let boards: BTreeSet<u8> = (0..=u8::MAX).take(self.boards).filter(ours).collect();
         Self { supply_sensors: boards.clone(), imus: boards, ..self }
     }
 
@@ -131,9 +131,7 @@ impl RigOptions {
             return Err(RigError::Original { position, boards: self.boards });
         }
         for (what, positions) in [("a supply sensor", &self.supply_sensors), ("an IMU", &self.imus)] {
-            let foreign = |&position: &u8| {
-                position > last || self.original.contains(&position) || self.firmware.is_some()
-            };
+            let foreign = |&position: &u8| position > last || self.original.contains(&position);
             if let Some(position) = positions.iter().copied().find(|position| foreign(position)) {
                 return Err(RigError::Part { what, position, boards: self.boards });
             }
@@ -170,6 +168,10 @@ impl RigOptions {
         Ok(nominal_toml(&self.plant, &ControlSettings::from(&self.control))?)
     }
 
+    fn i2c(&self, n: u8) -> I2cConfig {
+        I2cConfig { supply: self.supply_sensors.contains(&n), imu: self.imus.contains(&n), seed: self.seed }
+    }
+
     fn chip_board(
         &self,
         Firmware(elf): &Firmware,
@@ -182,7 +184,7 @@ impl RigOptions {
         if self.boards > ChipBoard::POSITIONS {
             return Err(RigError::FirmwareBoards { boards: self.boards });
         }
-        Ok(Box::new(ChipBoard::from_elf(elf, n, line)?))
+        Ok(Box::new(ChipBoard::from_elf(elf, n, line, self.i2c(n))?))
     }
 
     fn native_board(&self, n: u8, line: Line) -> Result<Box<dyn BusNode + Send>, RigError> {
@@ -196,11 +198,7 @@ impl RigOptions {
         // Crystals start when they start: the boards' loops are spread over the period.
         let period_ns = control.loop_period.get() * 1_000;
         let phase_ns = u64::from(n) * period_ns * 3 / 11 % period_ns;
-        let i2c = I2cConfig {
-            supply: self.supply_sensors.contains(&n),
-            imu: self.imus.contains(&n),
-            seed: self.seed,
-        };
+        let i2c = self.i2c(n);
         let config = NativeBoardConfig { control, turnaround, phase_ns, i2c, ..NativeBoardConfig::default() };
         Ok(Box::new(NativeBoard::new(config, Address::of_board(n), n, line)?))
     }

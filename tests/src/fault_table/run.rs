@@ -12,7 +12,7 @@ use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling};
 use pneudrive_protocol::{Address, Baud, Echo};
-use pneudrive_sim::board::{ChipBoard, NativeBoard, NativeBoardConfig};
+use pneudrive_sim::board::{ChipBoard, I2cConfig, NativeBoard, NativeBoardConfig};
 use pneudrive_sim::bus::{self, BusNode};
 use pneudrive_sim::fault::FaultInjector;
 
@@ -168,7 +168,7 @@ fn rig(boards: Boards, faults: &[&str], truth: &SharedTruth) -> bus::Bus {
     match boards {
         Boards::Native => faulty_rig(DEVICES, faults, truth),
         Boards::Chips => on_a_line(DEVICES, faults, truth, |n, line| {
-            Box::new(ChipBoard::from_elf(firmware::elf(), n, line).unwrap())
+            Box::new(ChipBoard::from_elf(firmware::elf(), n, line, I2cConfig::default()).unwrap())
         }),
     }
 }

@@ -3,7 +3,8 @@
 use pneudrive_chip::Ticks;
 use pneudrive_chip::parts::{Ads1115, Bmi323};
 use pneudrive_protocol::pages::{
-    Acceleration, AngularRate, Entry, PageEntry, SensorEntry, SensorStatus, SensorTimes, SupplyReading,
+    Acceleration, AngularRate, Electronics, Entry, PageEntry, SensorEntry, SensorStatus, SensorTimes,
+    SupplyReading,
 };
 use pneudrive_protocol::{Address, AnswerDecoder, Echo, Heard, PageRequest, Sequence};
 use system_tests::chip_bench::{BOOT, ChipBench, DIR, packet};
@@ -100,12 +101,20 @@ impl SensorBoard {
         part.expect("plugged").set_motion(acceleration, rate);
     }
 
+    /// Asks for an entry of the sensors' page.
+    ///
+    /// # Panics
+    /// As [`ask_page`](Self::ask_page).
+    pub fn ask(&mut self, entry: SensorEntry) -> (Entry, Ticks) {
+        self.ask_page(PageEntry::Sensor(entry))
+    }
+
     /// Asks for an entry; gives its words and how long the board took.
     ///
     /// # Panics
     /// If it does not answer in time, or with a pause.
-    pub fn ask(&mut self, entry: SensorEntry) -> (Entry, Ticks) {
-        let request = PageRequest::new(Address::of_board(0), PageEntry::Sensor(entry), Sequence::new(3));
+    pub fn ask_page(&mut self, entry: PageEntry) -> (Entry, Ticks) {
+        let request = PageRequest::new(Address::of_board(0), entry, Sequence::new(3));
         let answer = self.bench.exchange_bytes(&request.encode());
         let answer = answer.unwrap_or_else(|| panic!("{entry:?} was not answered"));
         assert!(
@@ -118,6 +127,10 @@ impl SensorBoard {
             Some(Heard::Answer(words)) => (words, answer.delay),
             other => panic!("{entry:?}: {other:?}"),
         }
+    }
+
+    pub fn electronics(&mut self) -> Electronics {
+        Electronics::from_entry(self.ask_page(PageEntry::Electronics).0).expect("electronics")
     }
 
     pub fn status(&mut self) -> SensorStatus {
@@ -169,7 +182,7 @@ impl SensorBoard {
             let answer = self.bench.exchange(packet(0, commands)).expect("an answer");
             assert!((EARLIEST..=LATEST).contains(&answer.delay), "{} us", answer.delay.as_micros());
             delays.push(answer.delay);
-            delays.push(self.ask(SensorEntry::ALL[n as usize % 5]).1);
+            delays.push(self.ask_page(entry(n)).1);
             if self.hang_every_ms.is_some_and(|every| n % every == 0) {
                 self.bench.chip.hold_i2c_sda(0, 1 + n as u32 % 9);
             }
@@ -180,6 +193,12 @@ impl SensorBoard {
         let off = |pair: &[Ticks]| (pair[1].saturating_sub(pair[0]).as_micros() - 1_000.0).abs();
         (delays, edges.windows(2).map(off).fold(0.0, f64::max))
     }
+}
+
+/// All that boards tell of sensors and electronics, in turn.
+pub fn entry(n: u64) -> PageEntry {
+    let number = n as usize % (SensorEntry::ALL.len() + 1);
+    SensorEntry::ALL.get(number).map_or(PageEntry::Electronics, |entry| PageEntry::Sensor(*entry))
 }
 
 pub fn print_delays(what: &str, delays: &mut [Ticks]) {

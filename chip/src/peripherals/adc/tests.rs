@@ -178,3 +178,15 @@ fn a_conversion_that_fails_says_so_until_the_sticky_flag_is_cleared() {
     set(&mut adc, CS, EN | ERR_STICKY, 2 * CONVERSION);
     assert_eq!(get(&mut adc, CS) & (ERR | ERR_STICKY), 0);
 }
+
+#[test]
+fn the_temperature_sensor_measures_while_it_has_power() {
+    let mut adc = adc();
+    let mut convert = |control, now: u64| {
+        set(&mut adc, CS, EN | control | START_ONCE | select(4), now);
+        adc.advance(Ticks::new(now + CONVERSION));
+        get(&mut adc, RESULT)
+    };
+    assert_eq!(convert(TS_EN, 1_000), 876, "27 degrees Celsius");
+    assert_eq!(convert(0, 2_000), 0);
+}

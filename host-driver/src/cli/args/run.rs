@@ -61,7 +61,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
     pub drives: Option<PageShare>,
     /// Ask boards for a page of the sensors on their I2C connector after this share of the polls, above 0 to 1; recordings get columns
-    /// b0_supply_kpa and b0_ax_m_s2 to b0_gz_rad_s
+    /// b0_supply_kpa, b0_ax_m_s2 to b0_gz_rad_s, b0_chip_c and b0_rail_v
     ///
     /// Supply pressure and IMU, if a board has them, are asked for in turn: the supply takes a page, an IMU two. Each page takes the bus as long
     /// as a poll. With --drives both shares add up. Cells are empty where a board was not asked.

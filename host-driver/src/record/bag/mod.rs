@@ -23,7 +23,7 @@ use super::format::Form;
 use super::recorder::RecordedBus;
 use super::rows::{Batch, RecordedEvent};
 use crate::Calibration;
-use crate::messages::{Log, Time};
+use crate::messages::{JointState, Log, Time};
 use crate::record::{Description, PageColumns, RecorderOptions};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
@@ -136,11 +136,18 @@ impl Form for Bag {
                 // NaN where the board was not asked for them in this cycle.
                 let drives = sample.drives.map_or([f64::NAN; CHANNELS], Drives::share);
                 let drives = drives.into_iter().take(if self.pages.drives { CHANNELS } else { 0 });
-                let supply = self.pages.sensors.then(|| sample.supply.map_or(f64::NAN, |supply| supply.kpa));
+                let electronics = sample.electronics;
+                let sensors = [
+                    sample.supply.map(|supply| supply.kpa),
+                    electronics.and_then(|electronics| electronics.chip_c),
+                    electronics.and_then(|electronics| electronics.rail_v),
+                ];
+                let sensors = sensors.map(|value| value.unwrap_or(f64::NAN)).into_iter();
+                let sensors = sensors.take(if self.pages.sensors { JointState::SENSORS.len() } else { 0 });
                 topics
                     .state
                     .message
-                    .fill(stamp, pressures.into_iter().chain(command).chain(drives).chain(supply));
+                    .fill(stamp, pressures.into_iter().chain(command).chain(drives).chain(sensors));
                 topics.state.write(&mut self.writer, log_ns, &mut self.buffer)?;
                 self.extent.add(log_ns);
                 let dated = |at_ns: u64| Time::from_unix_ns(at_ns + bus.unix_offset_ns);

@@ -47,11 +47,12 @@ fn board(state: &JointState) -> Option<RecordedBoard> {
     let mut found: Option<RecordedBoard> = None;
     let mut pressures = 0;
     for (name, &kpa) in state.name.iter().zip(&state.effort) {
-        let Some((kind, board, channel)) = column(name) else { continue };
+        let Some((kind, board)) = column(name) else { continue };
         let found = found.get_or_insert(RecordedBoard::silent(board));
         match kind {
-            Kind::Command => found.command_kpa[channel] = kpa,
-            Kind::Pressure => {
+            Kind::Command(channel) => found.command_kpa[channel] = kpa,
+            Kind::Supply => found.supply_kpa = Some(kpa).filter(|kpa| kpa.is_finite()),
+            Kind::Pressure(channel) => {
                 pressures += 1;
                 if kpa.is_finite() {
                     found.kpa.get_or_insert_default()[channel] = kpa;

@@ -18,6 +18,7 @@ struct Columns {
     board: u8,
     command: [Option<usize>; CHANNELS],
     pressure: [Option<usize>; CHANNELS],
+    supply: Option<usize>,
 }
 
 impl Table {
@@ -30,15 +31,17 @@ impl Table {
             let name = name.trim_start_matches('\u{feff}');
             if name == "t_s" {
                 time = Some(place);
-            } else if let Some((kind, board, channel)) = column(name) {
+            } else if let Some((kind, board)) = column(name) {
                 let columns = boards.entry(board).or_insert(Columns {
                     board,
                     command: [None; CHANNELS],
                     pressure: [None; CHANNELS],
+                    supply: None,
                 });
                 match kind {
-                    Kind::Command => columns.command[channel] = Some(place),
-                    Kind::Pressure => columns.pressure[channel] = Some(place),
+                    Kind::Command(channel) => columns.command[channel] = Some(place),
+                    Kind::Pressure(channel) => columns.pressure[channel] = Some(place),
+                    Kind::Supply => columns.supply = Some(place),
                 }
             }
         }
@@ -65,6 +68,7 @@ impl Table {
                 command_kpa: columns.command.map(|place| value(place).unwrap_or(0.0)),
                 // A channel without a column is at 0 kPa where the others have something.
                 kpa: pressures.iter().any(Option::is_some).then(|| pressures.map(|kpa| kpa.unwrap_or(0.0))),
+                supply_kpa: value(columns.supply),
             }
         };
         Some(RecordedRow { t_s: value(Some(self.time))?, boards: self.boards.iter().map(board).collect() })

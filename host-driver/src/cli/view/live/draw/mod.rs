@@ -127,6 +127,9 @@ fn title(board: &BoardRow, model: &Model, index: usize, width: u16) -> Line<'sta
         let unit = model.session.setup.unit;
         line.push_span(Span::raw(format!(", supply {} {}", unit.number(kpa), unit.name())));
     }
+    if let Some(chip_c) = board.sensors.electronics.and_then(|e| e.chip_c).filter(|_| width >= 100) {
+        line.push_span(Span::raw(format!(", chip {chip_c:.0} C")));
+    }
     let figures = model.statistics.as_ref().and_then(|s| s.boards.iter().find(|b| b.board == board.board));
     if let Some(figures) = figures.filter(|figures| figures.lost + figures.rows_without_reading > 0) {
         let without = match figures.rows_without_reading {

@@ -4,7 +4,8 @@ use crate::cli::setup::Setup;
 use crate::cli::view::Session;
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::{
-    BoardSensors, ChannelLimit, Limits, Outcome, Override, Reading, Snapshot, SupplyPressure,
+    BoardSensors, ChannelLimit, ElectronicsReading, Limits, Outcome, Override, Reading, Snapshot,
+    SupplyPressure,
 };
 use pneudrive_host::rig::{Rig, Unit};
 use pneudrive_host::statistics::Statistics;
@@ -173,6 +174,10 @@ fn the_supply_is_with_its_board() {
     soon.session.setup.unit = Unit::Bar;
     has(&screen(&soon, 80, 24), &["supply 5.497 bar"]);
     assert!(!screen(&with_supply(11_000_000_000), 80, 24).contains("supply"));
+    let electronics = ElectronicsReading { chip_c: Some(41.8), rail_v: None, asked_ns: 0 };
+    soon.snapshot.boards[0].sensors.electronics = Some(electronics);
+    has(&screen(&soon, 100, 24), &["supply 5.497 bar, chip 42 C"]);
+    assert!(!screen(&soon, 80, 24).contains("chip"), "there is no room for it");
 }
 
 #[test]
