@@ -76,6 +76,7 @@ impl Rig {
             }),
             recording: Some(Recording { switch, folder: folder.path().into(), ending: ending.into() }),
             whole_run: None,
+            watch: None,
             lines: None,
             notice: Box::new(move |line| heard.lock().unwrap().push(line)),
         };

@@ -64,8 +64,8 @@ class Program:
 class Run:
     """Virtual boards, a host that polls them, and the address of its page."""
 
-    def __init__(self, devices, args):
-        self.sim = Program([BIN / "pneudrive-sim", "--devices", devices], "stdout")
+    def __init__(self, devices, args, sim_args=()):
+        self.sim = Program([BIN / "pneudrive-sim", "--devices", devices, *sim_args], "stdout")
         self.port = self.sim.line(r"^(/\S+)$").group(1)
         # Answers may take long on a busy machine; that is no loss here.
         host = [BIN / "pneudrive-host", "--port", self.port, "--devices", devices, "--allowance-us", 300_000, "--plain"]
@@ -80,11 +80,11 @@ class Run:
 
 @pytest.fixture
 def start():
-    """Starts a run: `start(devices, *host_arguments)`."""
+    """Starts a run: `start(devices, *host_arguments, sim_args=())`."""
     runs = []
 
-    def begin(devices, *args):
-        runs.append(Run(devices, args))
+    def begin(devices, *args, sim_args=()):
+        runs.append(Run(devices, args, sim_args))
         return runs[-1]
 
     yield begin

@@ -2,6 +2,7 @@
 
 import http.server
 import os
+import re
 import signal
 import threading
 from pathlib import Path
@@ -64,6 +65,53 @@ def test_numbers_move(start, visit):
         return found;
     }""")
     assert colours["measured"] > 20 and colours["command"] > 20, colours
+
+
+WATCH = """#!/bin/sh
+say() { echo '{"schema":"pneudrive-watch/1","text":"'"$1"'",'"$2"'}'; }
+say "it begins" '"kind":"begin","channels":["b0c0","b0c1"]'
+read -r first_row
+while [ ! -e LEARNT ]; do sleep 0.1; done
+say "learnt" '"kind":"learnt","channel":"b0c0"'
+say "learnt" '"kind":"learnt","channel":"b0c1"'
+while [ ! -e CHANGED ]; do sleep 0.1; done
+say "channel b0c1 has changed" '"kind":"changed","channel":"b0c1","t_s":700,"since_s":641.2,"explanations":[{"effect":"exhaust_leak","probability":0.83}]'
+cat > /dev/null
+"""
+
+
+@pytest.mark.parametrize("size", ["1280x800", "375x740"])
+def test_sensors_and_the_watch_stand_in_the_head(start, visit, tmp_path, size):
+    """What boards measure beside their chambers, and what a watch says: here a program that says what its real one would."""
+    program, learnt, changed = tmp_path / "watch", tmp_path / "learnt", tmp_path / "changed"
+    program.write_text(WATCH.replace("LEARNT", str(learnt)).replace("CHANGED", str(changed)))
+    program.chmod(0o755)
+    parameters = tmp_path / "rig.fit.toml"
+    parameters.touch()
+    watch = ["--watch", parameters, "--watch-program", program]
+    run = start(1, "--command", "100", "--sensors", 0.5, *watch, sim_args=["--supply-sensor", "all"])
+    width, height = map(int, size.split("x"))
+    page = visit(run.url, viewport={"width": width, "height": height})
+    sensors, watched = page.locator("[data-board='0'] .sensors"), page.locator("#watch")
+    expect(sensors).to_have_text(re.compile(r"^supply 5\d\d\.\d kPa, chip \d\d \u00b0C\s*$"))
+    expect(watched).to_have_text("watch learns (0 of 2)")
+    learnt.touch()
+    expect(watched).to_have_text("watched")
+    expect(watched).not_to_have_class("bad")
+    changed.touch()
+    expect(watched).to_have_text("b0c1 CHANGED since 641 s: exhaust_leak 83 %")
+    expect(watched).to_have_class("bad")
+    expect(page.locator("#log li", has_text="channel b0c1 has changed")).to_have_count(1)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    picture(page, f"watch-{size}")
+
+
+def test_nothing_is_said_of_sensors_and_a_watch_that_are_not_there(start, visit):
+    run = start(1, "--command", "100")
+    page = visit(run.url)
+    until_pressure(page, "0.0", "kpa > 90")
+    expect(page.locator("#watch")).to_be_hidden()
+    expect(page.locator("[data-board='0'] .sensors")).to_have_text("")
 
 
 def test_who_comes_later_sees_the_last_minute(start, visit):

@@ -111,9 +111,9 @@ class Board {
     this.scale = labels?.scale_kpa ?? null;
     this.armed = false;
     this.state = element("span", { className: "pill" });
-    this.supply = element("span", { className: "supply" });
+    this.sensors = element("span", { className: "sensors" });
     this.losses = element("span");
-    this.text = element("small", {}, this.supply, this.losses);
+    this.text = element("small", {}, this.sensors, this.losses);
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
@@ -157,7 +157,9 @@ class Board {
     this.state.className = "pill " + kind;
     this.root.classList.toggle("old", picture.p.every((kpa, channel) => kpa === null && !picture.fault[channel]));
     this.age = picture.age;
-    this.supply.textContent = picture.supply === undefined ? "" : "supply " + unit.text(picture.supply) + " ";
+    const supply = picture.supply === undefined ? [] : ["supply " + unit.text(picture.supply)];
+    const chip = picture.chip_c === undefined ? [] : ["chip " + picture.chip_c.toFixed(0) + " \u00b0C"];
+    this.sensors.textContent = [...supply, ...chip].join(", ") + " ";
     this.showArming();
     this.chambers.forEach((chamber) => chamber.show(picture));
   }

@@ -91,6 +91,11 @@ function showFigures(figures) {
     at("cpu").textContent = (100 * run.cpu_share).toFixed(0) + " % CPU";
     page.boards.forEach((board, n) => board.figures(run.boards[n]));
   }
+  at("watch-figure").hidden = !figures.watch;
+  if (figures.watch) {
+    at("watch").textContent = at("watch").title = figures.watch.words;
+    at("watch").className = figures.watch.warning ? "bad" : "";
+  }
   const recording = figures.recording;
   if (!recording) return;
   page.recordingFailed = recording.failed && !recording.running ? recording.last : null;

@@ -50,7 +50,9 @@ mod stream;
 pub use access::{Token, TokenError};
 pub use labels::{BoardLabel, Labels, UnitLabel};
 pub use recordings::{MadeRecording, RecordingStatus, Recordings};
-pub use run::{BoardMoment, BoardState, Commanding, Moment, ReadingMoment, Refusal, Run, SetPoint};
+pub use run::{
+    BoardMoment, BoardState, Commanding, Moment, ReadingMoment, Refusal, Run, SetPoint, WatchMoment,
+};
 pub use server::{Listener, Server};
 
 use std::path::PathBuf;

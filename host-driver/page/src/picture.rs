@@ -82,6 +82,9 @@ pub(crate) struct BoardPicture {
     /// Supply pressure, kPa, where it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     supply: Option<f64>,
+    /// Temperature of the chip, degrees Celsius, where it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chip_c: Option<f64>,
 }
 
 impl Picture {
@@ -113,6 +116,7 @@ impl BoardPicture {
             p: std::array::from_fn(pressure),
             fault: faulty,
             supply: board.supply_kpa.map(round),
+            chip_c: board.chip_c.map(round),
         }
     }
 }
@@ -143,6 +147,7 @@ mod tests {
             command_kpa: [0.0, 99.816, 0.0, 774.8],
             target_kpa: [0.0, 150.0, 0.0, 774.8],
             supply_kpa: None,
+            chip_c: None,
             reading: Some(ReadingMoment { age_ns, kpa: [-0.34, 99.82, 199.97, 689.8], faulty }),
         };
         serde_json::to_string(&BoardPicture::new(&board, old_after_ns(hz))).unwrap()
@@ -157,16 +162,17 @@ mod tests {
     }
 
     #[test]
-    fn a_supply_that_is_measured_is_with_its_board() {
+    fn what_else_a_board_measures_is_with_it() {
         let board = BoardMoment {
             state: BoardState::Present,
             command_kpa: [0.0; CHANNELS],
             target_kpa: [0.0; CHANNELS],
             supply_kpa: Some(549.66),
+            chip_c: Some(41.28),
             reading: None,
         };
         let text = serde_json::to_string(&BoardPicture::new(&board, 0)).unwrap();
-        assert!(text.ends_with(r#","supply":549.7}"#), "{text}");
+        assert!(text.ends_with(r#","supply":549.7,"chip_c":41.3}"#), "{text}");
     }
 
     #[test]

@@ -12,6 +12,9 @@ pub trait Run: Send + Sync + 'static {
     /// `baud`, `cycle_us.p99`, `lost`, `exchanges`, `rejected`, `cpu_share` and `boards` of them.
     fn statistics(&self) -> serde_json::Value;
 
+    /// How a watch of the rig stands; `None` where nothing is watched.
+    fn watch(&self) -> Option<WatchMoment>;
+
     /// Lines about what has happened since the last call.
     fn lines(&self) -> Vec<String>;
 
@@ -96,6 +99,8 @@ pub struct BoardMoment {
     pub target_kpa: [f64; CHANNELS],
     /// Supply pressure that it has measured lately, kPa gauge; `None` where it has no such sensor, or is not asked.
     pub supply_kpa: Option<f64>,
+    /// Temperature of its chip, degrees Celsius; `None` where it does not tell, or is not asked.
+    pub chip_c: Option<f64>,
     /// Its last answer; `None` before the first.
     pub reading: Option<ReadingMoment>,
 }
@@ -109,6 +114,15 @@ pub struct ReadingMoment {
     pub kpa: [f64; CHANNELS],
     /// Channels whose sensor the board calls faulty.
     pub faulty: [bool; CHANNELS],
+}
+
+/// How a watch of the rig stands.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct WatchMoment {
+    /// In a few words.
+    pub words: String,
+    /// Whether somebody should look after the rig.
+    pub warning: bool,
 }
 
 /// A pressure to be commanded.

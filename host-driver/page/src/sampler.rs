@@ -3,6 +3,7 @@
 use crate::picture::Picture;
 use crate::recordings::RecordingStatus;
 use crate::reply::text;
+use crate::run::WatchMoment;
 use crate::server::Shared;
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -16,6 +17,7 @@ const FIGURES_EVERY: u32 = 15;
 #[derive(Debug, Serialize)]
 struct Figures {
     statistics: serde_json::Value,
+    watch: Option<WatchMoment>,
     recording: Option<RecordingStatus>,
 }
 
@@ -73,7 +75,7 @@ pub(crate) fn run(server: &Shared) {
 
 fn figures(server: &Shared) -> String {
     let recording = server.options.recordings.as_ref().map(|recordings| recordings.status());
-    text(&Figures { statistics: server.run.statistics(), recording })
+    text(&Figures { statistics: server.run.statistics(), watch: server.run.watch(), recording })
 }
 
 #[cfg(test)]

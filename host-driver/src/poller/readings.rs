@@ -46,6 +46,13 @@ pub struct ElectronicsReading {
     pub asked_ns: u64,
 }
 
+impl ElectronicsReading {
+    /// The chip's temperature that people are shown at `now_ns`, degrees Celsius: none that is as old as a supply pressure may not be.
+    pub fn shown_chip_c(&self, now_ns: u64) -> Option<f64> {
+        self.chip_c.filter(|_| now_ns.saturating_sub(self.asked_ns) <= SupplyPressure::OLD_NS)
+    }
+}
+
 /// The last readings of a board's sensors. `None` where it has none, or it is not live.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BoardSensors {

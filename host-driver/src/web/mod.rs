@@ -20,7 +20,8 @@ use crate::Calibration;
 use crate::line::Clock;
 use crate::poller::{Commanding, Monitor, Override};
 use crate::record::{RecordError, RecordingSummary};
-use pneudrive_page::{Moment, PageOptions, Refusal, Run, SetPoint};
+use crate::watch::WatchStatus;
+use pneudrive_page::{Moment, PageOptions, Refusal, Run, SetPoint, WatchMoment};
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -48,6 +49,8 @@ pub struct WebOptions {
     pub recording: Option<Recording>,
     /// File to which the whole run is recorded anyway.
     pub whole_run: Option<PathBuf>,
+    /// How a watch of the rig stands. `None`: nothing is watched.
+    pub watch: Option<WatchStatus>,
     /// Lines about what happens on the bus, to be shown on the page.
     pub lines: Option<Mutex<Receiver<String>>>,
     /// Gets a line about everything that was done from the page. Called on the server's threads.
@@ -71,6 +74,7 @@ struct PolledRun {
     boards: Vec<u8>,
     calibration: Calibration,
     overriding: Option<Override>,
+    watch: Option<WatchStatus>,
     lines: Option<Mutex<Receiver<String>>>,
     notice: Box<dyn Fn(String) + Send + Sync>,
 }
@@ -112,6 +116,7 @@ impl Listener {
             boards: options.boards,
             calibration: options.calibration,
             overriding: options.overriding,
+            watch: options.watch,
             lines: options.lines,
             notice: options.notice,
         };
@@ -142,6 +147,11 @@ impl Run for PolledRun {
     fn statistics(&self) -> serde_json::Value {
         // Statistics are plain figures, which JSON always holds.
         serde_json::to_value(self.monitor.statistics()).unwrap_or_default()
+    }
+
+    fn watch(&self) -> Option<WatchMoment> {
+        let state = self.watch.as_ref()?.state();
+        Some(WatchMoment { words: state.words(), warning: state.is_warning() })
     }
 
     fn lines(&self) -> Vec<String> {

@@ -57,6 +57,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
         command_kpa: calibration.command_kpa(row.board, row.command),
         target_kpa: calibration.command_kpa(row.board, row.wanted),
         supply_kpa: row.sensors.supply.and_then(|supply| supply.shown_kpa(now_ns)),
+        chip_c: row.sensors.electronics.and_then(|electronics| electronics.shown_chip_c(now_ns)),
         reading: row.reading.map(|reading| ReadingMoment {
             age_ns: reading.age_ns(now_ns),
             kpa: reading.kpa,
@@ -69,7 +70,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::poller::{BoardSensors, Outcome, Reading, SupplyPressure, VENTED};
+    use crate::poller::{BoardSensors, ElectronicsReading, Outcome, Reading, SupplyPressure, VENTED};
 
     /// The poller's states and the page's have the same names, in figures and pictures, and none is left over.
     #[test]
@@ -101,6 +102,7 @@ mod tests {
             drives: None,
             sensors: BoardSensors {
                 supply: Some(SupplyPressure { kpa: 549.66, measured_ns: 1_000 }),
+                electronics: Some(ElectronicsReading { chip_c: Some(41.3), rail_v: None, asked_ns: 1_000 }),
                 ..BoardSensors::default()
             },
             state: BoardState::Doubtful,
@@ -118,9 +120,9 @@ mod tests {
         let reading = board.reading.unwrap();
         assert_eq!((reading.age_ns, reading.faulty), (500, [false, false, true, true]));
         assert_eq!(tenths(reading.kpa)[1], 998);
-        assert_eq!(board.supply_kpa, Some(549.66));
+        assert_eq!((board.supply_kpa, board.chip_c), (Some(549.66), Some(41.3)));
         let later = of(&snapshot, 11_000_000_000, &calibration, None).unwrap();
-        assert_eq!(later.boards[0].supply_kpa, None, "it is old");
+        assert_eq!((later.boards[0].supply_kpa, later.boards[0].chip_c), (None, None), "they are old");
         overriding.vent();
         assert_eq!(commanding(Some(&overriding)), pneudrive_page::Commanding::Vented);
         assert!(of(&Snapshot::default(), 0, &calibration, None).is_none(), "before the first cycle");

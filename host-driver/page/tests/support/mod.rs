@@ -4,7 +4,7 @@
 
 use pneudrive_page::{
     BoardMoment, BoardState, Commanding, Control, Listener, Moment, PageOptions, Refusal, Run, Server,
-    SetPoint, Token,
+    SetPoint, Token, WatchMoment,
 };
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
@@ -55,6 +55,7 @@ impl Run for FakeRun {
                 command_kpa,
                 target_kpa: command_kpa,
                 supply_kpa: None,
+                chip_c: None,
                 reading: None,
             }],
         })
@@ -63,6 +64,11 @@ impl Run for FakeRun {
     fn statistics(&self) -> serde_json::Value {
         note(&self.lookers);
         serde_json::json!({ "lost": 0 })
+    }
+
+    fn watch(&self) -> Option<WatchMoment> {
+        note(&self.lookers);
+        Some(WatchMoment { words: "watch learns (1 of 4)".into(), warning: false })
     }
 
     fn lines(&self) -> Vec<String> {

@@ -156,6 +156,7 @@ fn start(
         control: None,
         recording: None,
         whole_run: None,
+        watch: None,
         lines: None,
         notice: Box::new(|_| {}),
     };

@@ -61,6 +61,7 @@ pub fn prepare(
         control,
         recording,
         whole_run: None,
+        watch: None,
         lines: Some(Mutex::new(events.listen())),
         notice: Box::new(move |line| notices.happened(Notice::new(NoticeKind::Page, line))),
     };
@@ -157,6 +158,7 @@ impl Prepared {
     pub fn serve(mut self, session: &Session, monitor: Monitor, events: &Events) -> Result<Server, Failure> {
         self.options.port.clone_from(&session.port);
         self.options.whole_run.clone_from(&session.recording);
+        self.options.watch.clone_from(&session.watch);
         let address = self.listener.address();
         if !address.ip().is_loopback() {
             events.say(format!(
