@@ -9,6 +9,7 @@
 
 mod imu;
 mod lines;
+mod part;
 mod supply;
 
 use crate::shared;
@@ -18,6 +19,7 @@ use embassy_time::{Duration, Ticker, Timer, with_timeout};
 use imu::Imu;
 pub use lines::Lines;
 use lines::Master;
+use part::Sensor;
 use supply::Supply;
 
 const PERIOD: Duration = Duration::from_millis(10);
@@ -29,8 +31,6 @@ const SUPPLY_EVERY: u32 = 2;
 const TIMEOUT: Duration = Duration::from_millis(25);
 /// After that, lines that somebody holds for ever are tried again.
 const PAUSE: Duration = Duration::from_secs(1);
-/// Failures in a row after which a part is not there any more.
-const FAILURES: u8 = 3;
 
 /// Why something that was asked of a part did not happen.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -55,30 +55,10 @@ async fn in_time<T>(of_part: impl Future<Output = Result<T, Failure>>) -> Result
     with_timeout(TIMEOUT, of_part).await.unwrap_or(Err(Failure::Bus))
 }
 
-/// Where a part is, and how it has been doing.
-#[derive(Clone, Copy)]
-struct Found {
-    address: u8,
-    failures: u8,
-}
-
-impl Found {
-    const fn at(address: u8) -> Self {
-        Self { address, failures: 0 }
-    }
-
-    /// Counts a failure of the part. Gives whether that was one too many.
-    fn fails(&mut self) -> bool {
-        shared::with(|shared| shared.port.sensors().error());
-        self.failures += 1;
-        self.failures >= FAILURES
-    }
-}
-
 /// Looks after the sensors for ever.
 #[task]
 pub async fn run(mut lines: Lines) -> ! {
-    let (mut supply, mut imu) = (Supply::Absent, Imu::Absent);
+    let (mut supply, mut imu) = (Sensor::<Supply>::ABSENT, Sensor::<Imu>::ABSENT);
     let mut ticker = Ticker::every(PERIOD);
     let mut periods = 0_u32;
     loop {
@@ -106,8 +86,8 @@ pub async fn run(mut lines: Lines) -> ! {
 async fn round(
     master: &mut Master<'_>,
     periods: u32,
-    supply: &mut Supply,
-    imu: &mut Imu,
+    supply: &mut Sensor<Supply>,
+    imu: &mut Sensor<Imu>,
 ) -> Result<(), Failure> {
     if periods.is_multiple_of(SEARCH_EVERY) {
         imu.look(master).await?;

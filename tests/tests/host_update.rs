@@ -69,45 +69,116 @@ fn an_update_arrives_whole_over_a_bad_line() {
     }
 }
 
-/// Commit and confirmation are each said once more if they were lost, and not if only their answers were: the board works on them, and
-/// would refuse a second one. Lost is each of the exchanges that follow the last piece, and that follow the new program's first answer.
+/// Commit and confirmation are each said once more if they were lost. Lost is each of the exchanges that follow the last piece, and that
+/// follow the new program's first answer; one, and as many as last a third of a second.
 #[test]
-fn whichever_exchange_is_lost_at_the_end_the_update_is_done() {
-    for lost in [Lost::Request, Lost::Answer] {
-        for others in 0..4 {
-            let mut bus = chips(1, &[]);
-            let loser = bus.line().loser();
-            let mut losses = 0;
-            let done = bus.update_board(0, &next(), |progress| {
-                if matches!(progress, UpdateProgress::Writing | UpdateProgress::Confirming) {
-                    losses += usize::from(loser.has_struck());
-                    loser.lose_after(others, 1, lost);
-                }
-            });
-            let which = format!("{lost:?} after {others} others");
-            assert_eq!(done, Ok(Updated::Done), "{which}");
-            assert_eq!((losses, loser.has_struck()), (2, true), "{which}");
-            assert_eq!(bus.update_state(0).unwrap().running, Running::Second, "{which}");
-            assert_eq!(bus.running_crc(0), Ok(next().crc()), "{which}");
-        }
+fn whichever_request_is_lost_at_the_end_the_update_is_done() {
+    losses_at_the_end(Lost::Request);
+}
+
+/// The same, and they are not said again if only their answers were lost: the board works on them, and would refuse a second one.
+#[test]
+fn whichever_answer_is_lost_at_the_end_the_update_is_done() {
+    losses_at_the_end(Lost::Answer);
+}
+
+fn losses_at_the_end(lost: Lost) {
+    for (others, count) in [(0, 1), (1, 1), (2, 1), (3, 1), (4, 1), (0, 30), (2, 30)] {
+        let mut bus = chips(1, &[]);
+        let loser = bus.line().loser();
+        let mut losses = 0;
+        let done = bus.update_board(0, &next(), |progress| {
+            if matches!(progress, UpdateProgress::Writing | UpdateProgress::Confirming) {
+                losses += usize::from(loser.has_struck());
+                loser.lose_after(others, count, lost);
+            }
+        });
+        let which = format!("{lost:?}, {count} after {others} others");
+        assert_eq!(done, Ok(Updated::Done), "{which}");
+        assert_eq!((losses, loser.has_struck()), (2, true), "{which}");
+        assert_eq!(bus.update_state(0).unwrap().running, Running::Second, "{which}");
+        assert_eq!(bus.running_crc(0), Ok(next().crc()), "{which}");
     }
 }
 
-/// The board has obeyed and the host hears nothing of it for a third of a second, the answer to its question neither: it takes the
-/// silence for the restart that it has asked for, and finds the program.
+/// An update during which so many exchanges in a row are lost after so many others that follow `at`.
+fn updated_with_losses(
+    bus: &mut Bus<VirtualBus>,
+    at: UpdateProgress,
+    others: u32,
+    count: u32,
+    lost: Lost,
+) -> Result<Updated, UpdateError> {
+    let loser = bus.line().loser();
+    bus.update_board(0, &next(), |progress| {
+        if progress == at {
+            loser.lose_after(others, count, lost);
+        }
+    })
+}
+
+/// The commit is lost, and all that follows it until the board has ended the session.
 #[test]
-fn silence_after_a_commit_is_a_restart() {
+fn a_board_that_hears_nothing_for_long_before_the_commit_has_forgotten_the_program() {
+    let mut bus = chips(1, &[]);
+    let result = updated_with_losses(&mut bus, UpdateProgress::Writing, 2, 100, Lost::Request);
+    assert!(matches!(result, Err(UpdateError::Forgotten { .. })), "{result:?}");
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
+    assert_eq!(bus.update_board(0, &next(), |_| {}), Ok(Updated::Done));
+}
+
+/// Nothing reaches the new program, or nothing of it the host, while it is on trial.
+#[test]
+fn a_trial_that_ends_in_silence_is_a_rollback() {
+    for lost in [Lost::Request, Lost::Answer] {
+        let mut bus = chips(1, &[]);
+        // 850 questions take 10.4 s.
+        let result = updated_with_losses(&mut bus, UpdateProgress::Confirming, 0, 850, lost);
+        let not_confirmed =
+            matches!(result, Err(UpdateError::RolledBack { last_trial: LastTrial::NotConfirmed, .. }));
+        assert!(not_confirmed, "{lost:?}: {result:?}");
+        assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed, "{lost:?}");
+    }
+}
+
+/// The line is cut when the new program has answered, before it was confirmed, and when it was: the host says what it knows, and what it
+/// does not know is found out by the same command.
+#[test]
+fn a_board_that_is_never_heard_again_is_said_to_be_unknown() {
+    for (others, kept) in [(0, false), (2, true)] {
+        let mut bus = chips(1, &[]);
+        let result =
+            updated_with_losses(&mut bus, UpdateProgress::Confirming, others, u32::MAX, Lost::Answer);
+        let Err(error @ UpdateError::Lost { confirmed, .. }) = &result else { panic!("{result:?}") };
+        assert_eq!(*confirmed, kept, "{error}");
+        let text = error.to_string();
+        let says = if kept { "is not known" } else { "goes back to the one before" };
+        assert!(text.contains("no answer after") && text.contains(says), "{text}");
+        // The line is whole again.
+        bus.line().loser().lose_after(0, 1, Lost::Answer);
+        let (running, again) =
+            if kept { (Running::Second, Updated::Unchanged) } else { (Running::Flashed, Updated::Done) };
+        assert!(bus.update_state(0).is_err(), "the last one that is lost");
+        assert_eq!(bus.update_state(0).unwrap().running, running);
+        assert_eq!(bus.update_board(0, &next(), |_| {}), Ok(again));
+    }
+}
+
+/// A line that is cut while the program is sent: nothing was written, and the host says so.
+#[test]
+fn a_line_that_is_cut_while_the_program_is_sent_leaves_the_old_one() {
     let mut bus = chips(1, &[]);
     let loser = bus.line().loser();
-    let done = bus.update_board(0, &next(), |progress| {
-        if progress == UpdateProgress::Writing {
-            // After the command that goes ahead of the commit.
-            loser.lose_after(1, 30, Lost::Answer);
+    let result = bus.update_board(0, &next(), |progress| {
+        if matches!(progress, UpdateProgress::Sent { bytes, .. } if bytes < 1_000) {
+            loser.lose_after(0, 300, Lost::Request);
         }
     });
-    assert_eq!(done, Ok(Updated::Done));
-    assert!(loser.has_struck());
-    assert_eq!(bus.update_state(0).unwrap().running, Running::Second);
+    let Err(error @ UpdateError::Interrupted { .. }) = &result else { panic!("{result:?}") };
+    assert!(error.to_string().contains("goes on with the one that it had"), "{error}");
+    loser.lose_after(0, 1, Lost::Request);
+    assert!(bus.update_state(0).is_err(), "the last one that is lost");
+    assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
 }
 
 /// What the board says of an update before this one is not taken for its answer to a commit that it has not heard.
@@ -126,8 +197,8 @@ fn an_earlier_refusal_is_not_taken_for_an_answer() {
     let loser = bus.line().loser();
     let done = bus.update_board(0, &next(), |progress| {
         if progress == UpdateProgress::Writing {
-            // After the command that goes ahead.
-            loser.lose_after(1, 1, Lost::Request);
+            // After the question where it is, and the command that goes ahead.
+            loser.lose_after(2, 1, Lost::Request);
         }
     });
     assert_eq!(done, Ok(Updated::Done));

@@ -25,6 +25,9 @@ pub(super) fn power_on_sram() -> Box<[u8; SRAM_SIZE]> {
     Box::new([POWER_ON_BYTE; SRAM_SIZE])
 }
 
+/// Cycles of an access to SRAM.
+pub(crate) const RAM_CYCLES: u32 = 2;
+
 /// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port. Behind the APB bridge the bus takes
 /// three cycles for a read and four for a write instead of one (2.1.3), and two more for an atomic write to a peripheral
 /// that has the aliases from an interposer (2.1.2).
@@ -35,7 +38,7 @@ pub(crate) fn access_cycles(address: u32, write: bool) -> u32 {
         0x4 if write => 5,
         0x4 => 4,
         0xd => 1,
-        _ => 2,
+        _ => RAM_CYCLES,
     }
 }
 
@@ -101,6 +104,9 @@ impl Bus {
         if address & 3 != 0 {
             return Err(Fault::Unaligned(address));
         }
+        if let PERIPHERALS..PERIPHERALS_END = address {
+            return Ok(self.read_register(address));
+        }
         match self.memory(address) {
             Some(bytes) => Ok(u32::from_le_bytes(bytes)),
             None => self.read_device(address),
@@ -157,13 +163,18 @@ impl Bus {
         self.write_device(address & !3, u32::from(value) * 0x0101_0101)
     }
 
-    #[inline]
+    /// Peripherals catch up with time only where a register has to do with it: programs poll others.
     fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
-        self.catch_up();
         match address {
-            SIO..SIO_END => Ok(self.read_sio(address)),
             PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),
-            XIP_CONTROL..XIP_CONTROL_END => Ok(self.read_flash_register(address)),
+            SIO..SIO_END => {
+                self.catch_up();
+                Ok(self.read_sio(address))
+            }
+            XIP_CONTROL..XIP_CONTROL_END => {
+                self.catch_up();
+                Ok(self.read_flash_register(address))
+            }
             // There is no boot ROM image, but its table of functions.
             0..ROM_END => {
                 if let Some(word) = Bus::read_rom(address) {

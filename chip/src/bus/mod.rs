@@ -3,12 +3,14 @@
 //! - `memory.rs`: the address map and accesses of the core and the DMA;
 //! - `flash.rs`: flash behind its cache, and the waits for it;
 //! - `rom.rs`: the boot ROM's functions that change flash;
-//! - `registers.rs`: which peripheral answers where, and what a register access sets in motion;
+//! - `blocks.rs`: which peripheral answers where;
+//! - `registers.rs`: accesses to registers, and what they set in motion;
 //! - `events.rs`: what peripherals do by themselves as time goes on;
 //! - `dma_engine.rs`: DMA requests and transfers;
 //! - `clock_tree.rs`: frequencies from the oscillators to every consumer;
 //! - `pins.rs`: what stands on the pins.
 
+mod blocks;
 mod clock_tree;
 mod dma_engine;
 mod events;
@@ -50,7 +52,7 @@ use crate::ticks::{Rate, Ticks};
 use clock_tree::CycleClock;
 use dma_engine::DmaEngine;
 use flash::FlashPort;
-pub(crate) use memory::access_cycles;
+pub(crate) use memory::{RAM_CYCLES, access_cycles};
 use pins::PinState;
 pub use pins::{Edge, Level};
 use rom::FlashChange;

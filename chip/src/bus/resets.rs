@@ -15,7 +15,7 @@ impl Bus {
         if peripherals == 0 {
             return;
         }
-        let is_reset = |bit: u32| peripherals >> bit & 1 != 0;
+        let is_reset = |bit: u32| peripherals & bit != 0;
         if is_reset(bit::ADC) {
             self.adc.reset();
         }

@@ -3,11 +3,8 @@
 //! Two cycles each, one at the single-cycle IO port (SIO), plus what the APB bridge adds (datasheet 2.1.3).
 
 use super::{Core, Outcome, SP, low};
-use crate::bus::{Bus, access_cycles};
+use crate::bus::{Bus, RAM_CYCLES, access_cycles};
 use crate::report::Fault;
-
-/// Cycles of an access to SRAM.
-const RAM_CYCLES: u32 = 2;
 
 /// The private peripheral bus: NVIC, SysTick, system control.
 fn is_private(address: u32) -> bool {
@@ -15,7 +12,8 @@ fn is_private(address: u32) -> bool {
 }
 
 impl Core {
-    #[inline]
+    /// A word from anywhere. A call, so that what is seldom needed does not stand in the loop over instructions.
+    #[inline(never)]
     pub(super) fn load_word(&mut self, bus: &mut Bus, address: u32) -> Result<u32, Fault> {
         if is_private(address) { self.read_system_control(bus, address) } else { bus.read32(address) }
     }
@@ -29,7 +27,7 @@ impl Core {
         }
     }
 
-    /// A word from anywhere, with the cycles that it takes. Not in the loop over instructions, unlike what is in SRAM.
+    /// A word from anywhere, with the cycles that it takes. A call, too, unlike what is in SRAM.
     #[inline(never)]
     fn load_word_elsewhere(&mut self, bus: &mut Bus, register: usize, address: u32) -> Outcome {
         self.r[register] = self.load_word(bus, address)?;

@@ -7,6 +7,7 @@ mod branch;
 mod data_processing;
 mod decode;
 mod exceptions;
+mod kind;
 mod load_store;
 mod load_store_multiple;
 mod miscellaneous;

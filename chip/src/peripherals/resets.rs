@@ -7,25 +7,25 @@ const RESET: u32 = 0x0;
 const WDSEL: u32 = 0x4;
 const RESET_DONE: u32 = 0x8;
 
-/// Bit numbers, the same in all three registers.
+/// Bits, the same in all three registers.
 pub(crate) mod bit {
-    pub const ADC: u32 = 0;
-    pub const DMA: u32 = 2;
-    pub const I2C0: u32 = 3;
-    pub const I2C1: u32 = 4;
-    pub const IO_BANK0: u32 = 5;
-    pub const PADS_BANK0: u32 = 8;
-    pub const PLL_SYS: u32 = 12;
-    pub const PLL_USB: u32 = 13;
-    pub const PWM: u32 = 14;
-    pub const SPI0: u32 = 16;
-    pub const SPI1: u32 = 17;
-    pub const SYSCFG: u32 = 18;
-    pub const SYSINFO: u32 = 19;
-    pub const TBMAN: u32 = 20;
-    pub const TIMER: u32 = 21;
-    pub const UART0: u32 = 22;
-    pub const UART1: u32 = 23;
+    pub const ADC: u32 = 1 << 0;
+    pub const DMA: u32 = 1 << 2;
+    pub const I2C0: u32 = 1 << 3;
+    pub const I2C1: u32 = 1 << 4;
+    pub const IO_BANK0: u32 = 1 << 5;
+    pub const PADS_BANK0: u32 = 1 << 8;
+    pub const PLL_SYS: u32 = 1 << 12;
+    pub const PLL_USB: u32 = 1 << 13;
+    pub const PWM: u32 = 1 << 14;
+    pub const SPI0: u32 = 1 << 16;
+    pub const SPI1: u32 = 1 << 17;
+    pub const SYSCFG: u32 = 1 << 18;
+    pub const SYSINFO: u32 = 1 << 19;
+    pub const TBMAN: u32 = 1 << 20;
+    pub const TIMER: u32 = 1 << 21;
+    pub const UART0: u32 = 1 << 22;
+    pub const UART1: u32 = 1 << 23;
 }
 
 /// All 25 subsystems.
@@ -47,8 +47,10 @@ impl Default for Resets {
 }
 
 impl Resets {
-    pub fn holds(&self, bit: u32) -> bool {
-        self.held >> bit & 1 != 0
+    /// Whether any of these is held in reset.
+    #[inline]
+    pub fn holds(&self, peripherals: u32) -> bool {
+        self.held & peripherals != 0
     }
 
     /// Peripherals the watchdog resets one by one, without the power-on state machine.
@@ -95,18 +97,18 @@ mod tests {
     #[test]
     fn releasing_one_peripheral_through_the_clear_alias_is_done_at_once() {
         let mut resets = Resets::default();
-        let write = RegisterWrite { raw: 1 << bit::UART0, alias: Alias::Clear };
+        let write = RegisterWrite { raw: bit::UART0, alias: Alias::Clear };
         assert_eq!(resets.write(RESET, write), (Written::Done, 0));
         assert!(!resets.holds(bit::UART0));
         assert!(resets.holds(bit::UART1));
-        assert_eq!(resets.read(RESET_DONE), Some(1 << bit::UART0));
+        assert_eq!(resets.read(RESET_DONE), Some(bit::UART0));
     }
 
     #[test]
     fn putting_a_peripheral_into_reset_tells_which() {
         let mut resets = Resets::default();
         assert_eq!(resets.write(RESET, RegisterWrite::plain(0)), (Written::Done, 0));
-        assert_eq!(resets.write(RESET, RegisterWrite::plain(1 << bit::ADC)), (Written::Done, 1 << bit::ADC));
-        assert_eq!(resets.write(RESET, RegisterWrite::plain(1 << bit::ADC)), (Written::Done, 0));
+        assert_eq!(resets.write(RESET, RegisterWrite::plain(bit::ADC)), (Written::Done, bit::ADC));
+        assert_eq!(resets.write(RESET, RegisterWrite::plain(bit::ADC)), (Written::Done, 0));
     }
 }

@@ -3,147 +3,22 @@
 //! The board collects it in RAM while it goes on as before, writes it to flash when all of it is there, and starts it on trial.
 //! It stays only if this host finds it, in a session, and confirms it: see [`Update`].
 
+mod end;
+mod error;
+mod progress;
+
+pub use error::UpdateError;
+pub use progress::{UpdateProgress, Updated};
+
 use super::parameters::again;
 use super::{Bus, ExchangeError, PageError};
-use crate::line::{Line, LineError};
+use crate::line::Line;
 use crate::program_file::ProgramFile;
 use pneudrive_protocol::pages::{
-    ChannelNow, ChipKind, LastTrial, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome,
-    UpdateReply, UpdateState, number_in,
+    ChannelNow, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply,
+    UpdateState, number_in,
 };
 use pneudrive_protocol::{Address, Counts};
-use thiserror::Error;
-
-/// A board that was not updated. It goes on with the program that it had, except where [`Lost`](Self::Lost) says otherwise.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum UpdateError {
-    /// It could not be asked.
-    #[error(transparent)]
-    Page(#[from] PageError),
-    /// Its firmware is of before updates over the bus.
-    #[error(
-        "{asked}: its firmware is of before updates over the bus; flash it once with a debug probe (`cargo fw`) or by BOOTSEL (`cargo fw-uf2`)"
-    )]
-    TooOld {
-        /// The board that was asked.
-        asked: Address,
-    },
-    /// It cannot be updated over the bus at all.
-    #[error("{asked}: {chip} is not updated over the bus; flash it with a debug probe or by BOOTSEL")]
-    Unsupported {
-        /// The board that was asked.
-        asked: Address,
-        /// What it runs on.
-        chip: ChipKind,
-    },
-    /// The program is for another chip.
-    #[error("{asked}: the program is for {wanted}, and the board is {chip}")]
-    OtherChip {
-        /// The board that was asked.
-        asked: Address,
-        /// What the board runs on.
-        chip: ChipKind,
-        /// What the program is for.
-        wanted: ChipKind,
-    },
-    /// It gives no session, without which it takes no program.
-    #[error(
-        "{asked}: it gives this host no session, in which alone it takes a program; is another host on the bus?"
-    )]
-    NoSession {
-        /// The board that was asked.
-        asked: Address,
-    },
-    /// A program is on trial already.
-    #[error(
-        "{asked}: a program is on trial that nobody has confirmed; the board goes back to the one before within {} s, try again then",
-        Update::TRIAL_S
-    )]
-    OnTrial {
-        /// The board that was asked.
-        asked: Address,
-    },
-    /// Its chambers have pressure.
-    #[error(
-        "{asked}: refused, because a chamber has more than 17 kPa; it is commanded 0 kPa, try again when it has vented"
-    )]
-    NotVented {
-        /// The board that was asked.
-        asked: Address,
-    },
-    /// It refused what it has received.
-    #[error(
-        "{asked}: refused what it has received ({outcome:?}); it goes on with the program that it had, try again"
-    )]
-    Refused {
-        /// The board that was asked.
-        asked: Address,
-        /// Why.
-        outcome: UpdateOutcome,
-    },
-    /// It is back with the old program.
-    #[error("{asked}: {}; it is back with the program that it had", reason(.last_trial))]
-    RolledBack {
-        /// The board that was asked.
-        asked: Address,
-        /// How the trial ended.
-        last_trial: LastTrial,
-    },
-    /// It took the program, and does not answer any more.
-    #[error(
-        "{asked}: it took the program and does not answer; a program on trial goes back within {} s, or when the board's supply is switched off and on",
-        Update::TRIAL_S
-    )]
-    Lost {
-        /// The board that was asked.
-        asked: Address,
-    },
-}
-
-fn reason(trial: &LastTrial) -> &'static str {
-    match trial {
-        LastTrial::None => "the new program was not started",
-        LastTrial::Damaged => "its flash did not hold the new program, which was not started",
-        LastTrial::NotConfirmed => "the new program did not answer",
-    }
-}
-
-impl From<ExchangeError> for UpdateError {
-    fn from(error: ExchangeError) -> Self {
-        Self::Page(error.into())
-    }
-}
-
-impl From<LineError> for UpdateError {
-    fn from(error: LineError) -> Self {
-        Self::Page(error.into())
-    }
-}
-
-/// How far an update is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum UpdateProgress {
-    /// So many bytes are at the board.
-    Sent {
-        /// Bytes at the board.
-        bytes: usize,
-        /// Bytes of the program.
-        of: usize,
-    },
-    /// The board writes it to flash and restarts.
-    Writing,
-    /// The new program has answered.
-    Confirming,
-}
-
-/// What an update has done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Updated {
-    /// The board runs this program already; nothing was sent.
-    Unchanged,
-    /// The board runs the new program, and will after every reset.
-    Done,
-}
 
 /// Counts above atmosphere that a vented chamber's sensor may read: 17 kPa, as boards have it.
 const VENTED_MARGIN: u16 = 20;
@@ -155,12 +30,6 @@ const TRIES: u32 = 20;
 const COMMAND_NS: u64 = 4_000_000;
 /// Progress is told so often.
 const TELL_PIECES: usize = 256;
-/// From a commit to the answer after the restart. At its worst flash takes 13 s for the longest program; usually it is one.
-const WRITE_NS: u64 = 20_000_000_000;
-/// From a confirmation to the answer after the restart.
-const RESTART_NS: u64 = 3_000_000_000;
-/// Between two questions whether it is there again.
-const ASK_AGAIN_NS: u64 = 10_000_000;
 
 impl<L: Line> Bus<L> {
     /// Which program `board` runs, and what became of the last update.
@@ -200,32 +69,14 @@ impl<L: Line> Bus<L> {
         file: &ProgramFile,
         mut progress: impl FnMut(UpdateProgress),
     ) -> Result<Updated, UpdateError> {
-        let asked = Address::of_board(board);
         let before = self.look_before_update(board, file)?;
         let is_there = matches!(before.running, Running::First | Running::Second);
         if is_there && again(|| self.running_crc(board))? == file.crc() {
             return Ok(Updated::Unchanged);
         }
-        self.send_program(board, file, before.outcome, &mut progress)?;
+        self.send_program(board, file, &mut progress).map_err(interrupted)?;
         progress(UpdateProgress::Writing);
-        self.order(board, Update::Commit, before.outcome)?;
-        let state = self.wait_for_program(board, WRITE_NS)?;
-        if !state.running.is_trial() {
-            let last_trial = state.last_trial;
-            return Err(UpdateError::RolledBack { asked, last_trial });
-        }
-        progress(UpdateProgress::Confirming);
-        // A session with the new program: it hears commands and answers them.
-        self.ping_again(board)?;
-        if !self.in_session(board) || again(|| self.running_crc(board))? != file.crc() {
-            return Err(UpdateError::Lost { asked });
-        }
-        self.order(board, Update::Confirm, state.outcome)?;
-        let state = self.wait_for_program(board, RESTART_NS)?;
-        if state.running.is_trial() || again(|| self.running_crc(board))? != file.crc() {
-            return Err(UpdateError::RolledBack { asked, last_trial: state.last_trial });
-        }
-        Ok(Updated::Done)
+        self.end_update(board, before, file.crc(), &mut progress)
     }
 
     /// Whether the board can be updated with this at all, in a session.
@@ -268,13 +119,12 @@ impl<L: Line> Bus<L> {
         &mut self,
         board: u8,
         file: &ProgramFile,
-        before: UpdateOutcome,
         progress: &mut impl FnMut(UpdateProgress),
     ) -> Result<(), UpdateError> {
         let bytes = [file.bytes(), &file.crc().to_le_bytes()].concat();
         let pieces: Vec<Update> = bytes.chunks(PIECE).map(piece).collect();
         let of = file.bytes().len();
-        self.order(board, Update::Begin, before)?;
+        self.begin_update(board)?;
         let (mut sent, mut failed) = (0, 0);
         let mut command_ns = 0;
         while let Some(piece) = pieces.get(sent) {
@@ -290,7 +140,7 @@ impl<L: Line> Bus<L> {
                         progress(UpdateProgress::Sent { bytes: sent * PIECE, of });
                     }
                 }
-                Ok(answer) => return Err(self.refusal(board, answer.reply)),
+                Ok(answer) => return Err(refusal(board, answer.reply)),
                 Err(PageError::Exchange(error))
                     if failed < TRIES && !matches!(error, ExchangeError::Line(_)) =>
                 {
@@ -304,53 +154,19 @@ impl<L: Line> Bus<L> {
         Ok(())
     }
 
-    /// Something that can be said twice, until it is answered. `before`: what the board has said of the update before this one.
-    fn order(&mut self, board: u8, update: Update, before: UpdateOutcome) -> Result<(), UpdateError> {
-        let mut refusal = UpdateReply::NeedsSession;
+    /// Can be said twice.
+    fn begin_update(&mut self, board: u8) -> Result<(), UpdateError> {
         for _ in 0..TRIES {
             self.ping_again(board)?;
-            match self.update(board, update) {
-                // Busy: the answer to the one before was lost.
-                Ok(UpdateAnswer { reply: UpdateReply::Taken | UpdateReply::Busy, .. }) => return Ok(()),
+            match self.update(board, Update::Begin) {
+                Ok(UpdateAnswer { reply: UpdateReply::Taken, .. }) => return Ok(()),
                 Ok(UpdateAnswer { reply: UpdateReply::NeedsSession, .. }) => {}
-                Ok(answer) => {
-                    refusal = answer.reply;
-                    break;
-                }
-                // Lost, or the board restarts because of it.
-                Err(PageError::Exchange(ExchangeError::NoAnswer { .. })) if update != Update::Begin => {
-                    if self.is_obeyed(board, update, before) {
-                        return Ok(());
-                    }
-                }
+                Ok(answer) => return Err(refusal(board, answer.reply)),
                 Err(PageError::Exchange(error)) if !matches!(error, ExchangeError::Line(_)) => {}
                 Err(error) => return Err(error.into()),
             }
         }
-        Err(self.refusal(board, refusal))
-    }
-
-    /// Whether a commit or a confirmation whose answer is missing has arrived: then the board works on it, or is silent because it
-    /// restarts.
-    fn is_obeyed(&mut self, board: u8, update: Update, before: UpdateOutcome) -> bool {
-        match self.update_state(board) {
-            Ok(state) => state.outcome != before || state.running.is_trial() == (update == Update::Commit),
-            Err(PageError::Exchange(error)) => !error.something_came(),
-            Err(_) => true,
-        }
-    }
-
-    fn refusal(&mut self, board: u8, reply: UpdateReply) -> UpdateError {
-        let asked = Address::of_board(board);
-        match reply {
-            UpdateReply::NotBegun | UpdateReply::TooLong => {
-                UpdateError::Refused { asked, outcome: UpdateOutcome::Damaged }
-            }
-            UpdateReply::Busy => UpdateError::Refused { asked, outcome: UpdateOutcome::Pending },
-            UpdateReply::Taken | UpdateReply::NeedsSession | UpdateReply::Unsupported => {
-                UpdateError::NoSession { asked }
-            }
-        }
+        Err(UpdateError::NoSession { asked: Address::of_board(board) })
     }
 
     fn update(&mut self, board: u8, update: Update) -> Result<UpdateAnswer, PageError> {
@@ -359,29 +175,25 @@ impl<L: Line> Bus<L> {
         UpdateAnswer::from_entry(words)
             .ok_or(PageError::NoSuchEntry { asked: Address::of_board(board), entry })
     }
+}
 
-    /// What the board says after its restart, or why it does not restart.
-    fn wait_for_program(&mut self, board: u8, within_ns: u64) -> Result<UpdateState, UpdateError> {
-        let asked = Address::of_board(board);
-        let until_ns = self.line.now_ns() + within_ns;
-        while self.line.now_ns() < until_ns {
-            match self.update_state(board) {
-                Ok(state) => match state.outcome {
-                    UpdateOutcome::None => {
-                        self.peers[usize::from(board)].session.end();
-                        return Ok(state);
-                    }
-                    UpdateOutcome::Pending => {}
-                    UpdateOutcome::NotVented => return Err(UpdateError::NotVented { asked }),
-                    outcome => return Err(UpdateError::Refused { asked, outcome }),
-                },
-                // Not in the session any more, if it has restarted.
-                Err(PageError::Exchange(ExchangeError::Line(error))) => return Err(error.into()),
-                Err(_) => self.peers[usize::from(board)].session.end(),
-            }
-            self.line.sleep_until(self.line.now_ns() + ASK_AGAIN_NS);
+/// Why a board takes no part of a program.
+fn refusal(board: u8, reply: UpdateReply) -> UpdateError {
+    let asked = Address::of_board(board);
+    match reply {
+        UpdateReply::NotBegun => UpdateError::Forgotten { asked },
+        UpdateReply::TooLong => UpdateError::Refused { asked, outcome: UpdateOutcome::NotAProgram },
+        UpdateReply::Busy => UpdateError::Refused { asked, outcome: UpdateOutcome::Pending },
+        UpdateReply::Taken | UpdateReply::NeedsSession | UpdateReply::Unsupported => {
+            UpdateError::NoSession { asked }
         }
-        Err(UpdateError::Lost { asked })
+    }
+}
+
+fn interrupted(error: UpdateError) -> UpdateError {
+    match error {
+        UpdateError::Page(error) => UpdateError::Interrupted { error },
+        error => error,
     }
 }
 

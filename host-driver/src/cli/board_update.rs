@@ -48,7 +48,7 @@ pub fn update(args: &BusArgs, update: &BoardUpdateArgs, setup: &Setup) -> Result
             }
         }
         UpdateProgress::Writing => errln!("{name}: it writes its flash and restarts"),
-        UpdateProgress::Confirming => errln!("{name}: the new program answers and is confirmed"),
+        UpdateProgress::Confirming => errln!("{name}: the new program answers, and is told to stay"),
     });
     let changed = done.map_err(|error| Failure::running(of_update(&error)))? == Updated::Done;
     // It vents already, and forgets this host by itself, too.
