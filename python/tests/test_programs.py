@@ -41,8 +41,9 @@ def test_data_sets_that_make_no_sense(arguments, message):
         pneu.sim.record(**arguments)
 
 
-def run(*arguments):
-    return subprocess.run([sys.executable, "-m", "pneudrive_py", *arguments], capture_output=True, text=True)
+def run(*arguments, folder=None):
+    command = [sys.executable, "-m", "pneudrive_py", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder)
 
 
 def test_the_command_line_says_what_there_is():
@@ -56,10 +57,10 @@ def test_the_command_line_says_what_there_is():
 def test_a_program_gets_its_arguments_and_its_status_is_passed_on(tmp_path):
     done = run("model", "show", str(tmp_path / "nothing.csv"))
     assert done.returncode == 2 and "nothing.csv" in done.stderr and "Traceback" not in done.stderr
-    done = run("sim", "record", "--seconds", "2", "--out", str(tmp_path / "run.csv"))
+    done = run("sim", "record", "--seconds", "2", "--out", "run.csv", folder=tmp_path)
     assert done.returncode == 0 and "200 rows" in done.stderr, done.stderr
-    done = run("model", "show", str(tmp_path / "run.csv"))
-    assert done.returncode == 0 and "200 rows" in done.stdout, done.stdout + done.stderr
+    done = run("model", "show", "run.csv", folder=tmp_path)
+    assert done.returncode == 0 and "200 rows" in done.stderr and "run.html" in done.stdout, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("name", ["host", "sim", "model"])
@@ -72,13 +73,12 @@ def test_help_and_unusable_arguments_are_those_of_the_program(name):
 
 
 def test_what_a_program_writes_says_how_it_was_called(tmp_path):
-    run("sim", "record", "--seconds", "2", "--drive", "--out", str(tmp_path / "run.csv"))
-    arguments = ["fit", "run.csv", "--rig", "run.toml", "--model", "nonlinear", "--starts", "1", "--out", "fitted"]
-    command = [sys.executable, "-m", "pneudrive_py", "model", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    run("sim", "record", "--seconds", "4", "--drive", "--out", "run.csv", "--rig-out", "run.toml", folder=tmp_path)
+    arguments = ["fit", "run.csv", "--rig", "run.toml", "--model", "nonlinear", "--starts", "1", "--out", "fitted.toml"]
+    done = run("model", *arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    saved = next((tmp_path / "fitted").glob("*.toml"))
-    assert pneu.Parameters.load(saved).to_dict()["provenance"]["command"] == " ".join(["pneudrive-model", *arguments])
+    provenance = pneu.Parameters.load(tmp_path / "fitted.toml").to_dict()["provenance"]
+    assert provenance["command"] == " ".join(["pneudrive-model", *arguments])
 
 
 def test_ctrl_c_belongs_to_the_program():
