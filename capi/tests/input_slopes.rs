@@ -8,9 +8,7 @@ mod support;
 use pneudrive_model::diagnosis::{ExtendedFile, ExtendedRollouts};
 use pneudrive_model::effects::catalogue::CATALOGUE;
 use pneudrive_model::model::column;
-use pneudrive_model::rollout::{
-    BatchColumn, BatchInputs, BatchResults, BatchUnit, DIFFERENTIATED, Job,
-};
+use pneudrive_model::rollout::{BatchColumn, BatchInputs, BatchResults, BatchUnit, DIFFERENTIATED, Job};
 use rand::RngExt;
 use support::{Driven, STEP_S, extended, generator};
 
@@ -73,8 +71,7 @@ struct Tried {
 
 impl Tried {
     fn new(file: &ExtendedFile, driven: Driven, seed: u64) -> Self {
-        let rollouts =
-            ExtendedRollouts::new("extended model", file, "b0c0".parse().unwrap(), None).unwrap();
+        let rollouts = ExtendedRollouts::new("extended model", file, "b0c0".parse().unwrap(), None).unwrap();
         let mut columns = columns(seed);
         if driven == Driven::Spool {
             // Both ways.
