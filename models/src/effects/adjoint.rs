@@ -78,9 +78,9 @@ pub fn input_slopes<const N: usize>(
     };
     // Derivatives of the sum over later rows by what is remembered at the end of an interval.
     let mut after = Vec::new();
-    for mut place in channel.places(effects).into_iter().rev() {
+    for place in channel.places(effects).into_iter().rev() {
         let rows = channel.stretch(place.row);
-        for (row, interval) in rows.clone().zip(channel.intervals(&mut place)).rev() {
+        for (row, interval) in rows.clone().zip(channel.intervals(&place)).rev() {
             let before = interval.before(&after, weights[row + 1]);
             let (of_inputs, of_state) = before.split_at(known.len());
             for (input, slope) in known.iter().zip(of_inputs) {
