@@ -4,6 +4,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::ffi::OsString;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Exit status of a program that has panicked: what was wrong is on standard error by then.
+const PANICKED: u8 = 101;
 
 /// Does what ``pneudrive-host``, ``pneudrive-sim`` or ``pneudrive-model`` does with these arguments, in this process; once in it. Help and
 /// unusable arguments end the process. Returns the exit status. See ``pneudrive_py.__main__``.
@@ -19,7 +23,7 @@ pub fn run_program(py: Python<'_>, program: &str, arguments: Vec<OsString>) -> P
     };
     let line = [OsString::from(program)].into_iter().chain(arguments).collect();
     Ok(py.detach(|| {
-        let status = main(line);
+        let status = catch_unwind(AssertUnwindSafe(|| main(line))).unwrap_or(PANICKED);
         // A program's runtime would do it. What fails here has failed before: the reader has gone.
         let _ = std::io::stdout().flush();
         status
