@@ -17,6 +17,7 @@
 //! - `check` (feature): a self-test of boards, what [`pneudrive-check`](../pneudrive_check/index.html) plans.
 //! - [`stream`]: rows as datagrams, for programs that draw them.
 //! - `web` (feature): a live page of a run.
+//! - `cli` (feature): the command line, for the program `pneudrive-host` and for packages that bring it along.
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};
@@ -37,6 +38,8 @@ pub mod bus;
 mod calibration;
 #[cfg(feature = "check")]
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod line;
 #[cfg(feature = "mcap")]
 pub mod messages;
@@ -63,3 +66,7 @@ pub mod watch;
 pub mod web;
 
 pub use calibration::Calibration;
+
+// The command line names this library as other programs do.
+#[cfg(feature = "cli")]
+extern crate self as pneudrive_host;

@@ -1,7 +1,7 @@
 //! `pneudrive-host`: polls boards, shows and records their pressures.
 
-mod cli;
+use std::process::ExitCode;
 
-fn main() -> std::process::ExitCode {
-    cli::main()
+fn main() -> ExitCode {
+    ExitCode::from(pneudrive_host::cli::main(std::env::args_os().collect()))
 }

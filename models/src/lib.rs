@@ -18,8 +18,8 @@
 //! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
-//! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing here prints; the binary
-//! `pneudrive-model` (`main.rs` and `cli/`) does.
+//! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing prints but `cli`
+//! (feature), the command line of the program `pneudrive-model` and of packages that bring it along.
 //!
 //! Four things that most callers want, each an example of its own (`cargo run -p pneudrive-model --example fit`):
 //!
@@ -48,6 +48,8 @@
 //! ```
 
 pub mod board;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod data;
 pub mod diagnosis;
 pub mod effects;
@@ -64,3 +66,7 @@ pub mod simulation;
 pub mod store;
 pub mod trends;
 pub mod watch;
+
+// The command line names this library as other programs do.
+#[cfg(feature = "cli")]
+extern crate self as pneudrive_model;

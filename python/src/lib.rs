@@ -8,6 +8,7 @@ mod arrays;
 mod bus;
 mod errors;
 mod pickling;
+mod programs;
 mod toolkit;
 mod types;
 
@@ -26,6 +27,9 @@ mod _pneudrive {
         Comparison, Diagnosis, ExtendedModel, Fit, Parameters, Recording, Rig, Simulation, Stepper,
         batch_gradient, compare, diagnose, effects, fit, load, model_parameters, simulate, simulate_batch,
     };
+
+    #[pymodule_export]
+    use crate::programs::run_program;
 
     #[pymodule_export]
     use crate::toolkit::record_data_set;

@@ -91,7 +91,7 @@ def test_derivatives_by_every_parameter_are_those_of_differences(extended, drive
     assert slopes.shape == (2, 120, len(values))
     weights = np.random.default_rng(4).uniform(-1.0, 1.0, pressures.shape)
     found = pneu.batch_gradient(extended, values, INTERVAL_S, weights, drive=rows, channel="b0c0", start_kpa=100.0, **more)
-    assert set(found) == {"parameters", "start_kpa"}
+    assert set(found) == {"parameters", "start_kpa", "drive", "supply_kpa", "volume_m3"}
     np.testing.assert_allclose(found["parameters"], (weights[:, :, None] * slopes).sum(axis=(0, 1)), rtol=1e-9)
     for index, value in enumerate(values):
         step = 1e-6 * max(abs(value), 1e-3)
@@ -104,6 +104,57 @@ def test_derivatives_by_every_parameter_are_those_of_differences(extended, drive
         assert far.mean() < 0.05, (index, far.mean())
     ends = [(weights * batch(extended, rows, values, start_kpa=100.0 + move, **more)).sum() for move in (0.01, -0.01)]
     assert found["start_kpa"] == pytest.approx((ends[0] - ends[1]) / 0.02, rel=1e-3, abs=1e-3)
+
+
+def by_differences(model, given, weights, name, place, step):
+    """The derivative of the weighted sum of pressures by one value of an argument."""
+    ends = []
+    for sign in (1.0, -1.0):
+        moved = np.array(given[name], dtype=float)
+        moved[place] += sign * step
+        pressures = pneu.simulate_batch(model, None, INTERVAL_S, channel="b0c0", **given | {name: moved})
+        ends.append((weights * pressures).sum())
+    return (ends[0] - ends[1]) / (2.0 * step)
+
+
+def check_inputs(model, given, steps, rows):
+    """Derivatives by single values of arguments are those of differences, and of each argument in its shape."""
+    weights = np.random.default_rng(5).uniform(-1.0, 1.0, (2, rows))
+    found = pneu.batch_gradient(model, None, INTERVAL_S, weights, channel="b0c0", **given)
+    random = np.random.default_rng(6)
+    for name, step in steps.items():
+        shape = np.shape(given[name])
+        assert found[name].shape == shape and np.abs(found[name]).max() > 0, name
+        for _ in range(8):
+            place = tuple(random.integers(0, size) for size in shape)
+            expected = by_differences(model, given, weights, name, place, step)
+            assert found[name][place] == pytest.approx(expected, abs=2e-3 * np.abs(found[name]).max()), (name, place)
+    return found
+
+
+def test_derivatives_by_inputs_are_those_of_differences(extended, drive):
+    """With a drive that jumps, 300 rows: more than are differentiated in one stretch."""
+    rows = 300
+    given = {
+        "drive": np.tile(drive[:, :100], 3),
+        "supply_kpa": 520.0 + 20.0 * np.sin(0.07 * np.arange(rows)),
+        "volume_m3": 3.6e-4 * (1.0 + 0.2 * np.sin(0.1 * np.arange(rows))) * np.ones((2, 1)),
+        "start_kpa": 100.0,
+    }
+    found = check_inputs(extended, given, {"drive": 1e-5, "supply_kpa": 1e-3, "volume_m3": 1e-9}, rows)
+    np.testing.assert_array_equal(found["drive"][:, -1], 0.0)
+
+
+def test_derivatives_by_set_points_across_their_jumps(extended):
+    """The board's loop in front of the effects; the rows of the jump and those around it are among those compared."""
+    rows = 90
+    command = np.repeat([[60.0, 180.0, 120.0], [100.0, 150.0, 90.0]], 30, axis=1)
+    given = {"command_kpa": command, "controller": True, "supply_kpa": np.full(rows, 520.0), "start_kpa": 40.0}
+    found = check_inputs(extended, given, {"command_kpa": 1e-4, "supply_kpa": 1e-3}, rows)
+    weights = np.random.default_rng(5).uniform(-1.0, 1.0, (2, rows))
+    for row in (28, 29, 30, 31, 59, 60):
+        expected = by_differences(extended, given, weights, "command_kpa", (0, row), 1e-4)
+        assert found["command_kpa"][0, row] == pytest.approx(expected, abs=2e-3 * np.abs(found["command_kpa"]).max()), row
 
 
 @pytest.mark.parametrize(
@@ -151,3 +202,5 @@ def test_a_correction_is_simulated_and_not_differentiated(extended, drive, recor
     assert np.abs(found - batch(extended, drive[1], channel="b0c1", start_kpa=start)).max() > 1.0
     with pytest.raises(DataError, match="smooth correction"):
         batch(corrected, drive[1], channel="b0c1", sensitivities=True)
+    with pytest.raises(DataError, match="smooth correction"):
+        pneu.batch_gradient(corrected, None, INTERVAL_S, 1.0, drive=drive[1], channel="b0c1")

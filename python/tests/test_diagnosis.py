@@ -38,6 +38,10 @@ def test_recordings_are_diagnosed_together(diagnosis, halves):
     assert "valve_hysteresis" in [cause["effect"] for cause in diagnosis.causes]
     assert diagnosis.verdict in ("explained", "partly_explained")
     assert "valve_hysteresis" in repr(diagnosis) and "<table" in diagnosis._repr_html_()
+    # What else it could be, with probabilities.
+    assert diagnosis.alternatives and 0.0 < diagnosis.causes[0]["probability"] <= 1.0
+    for shown in (repr(diagnosis), diagnosis._repr_html_()):
+        assert "probability" in shown and f"{diagnosis.alternatives[0]['probability']:.3f}" in shown
     residuals = diagnosis.residuals("b0c0")
     # Rows of both.
     assert len(residuals["base"]) > 0.6 * sum(map(len, halves))

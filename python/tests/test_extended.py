@@ -85,3 +85,21 @@ def test_what_cannot_be_used(plain, recording, columns, tmp_path):
         pneu.simulate(pneu.Recording.from_columns(elsewhere), plain)
     with pytest.raises(TypeError):
         pneu.simulate(recording, "extended.toml")
+
+
+def test_the_band_of_a_diagnosis_is_simulated_with_it(plain, recording, tmp_path):
+    """Half of its width is 2 kPa where the pressure rests, and of a fit there is none."""
+    path = tmp_path / "banded.toml"
+    path.write_text(plain.to_toml() + "\n[channels.b0c0.band]\nrest_kpa = 2.0\ntiming_s = 0.0\n")
+    simulation = pneu.simulate(recording, pneu.ExtendedModel.load(path))
+    band_kpa, kpa = simulation.band_kpa, simulation.pressure_kpa
+    assert band_kpa.shape == (*kpa.shape, 2)
+    np.testing.assert_allclose(kpa[:, 0] - band_kpa[:, 0, 0], 2.0)
+    np.testing.assert_allclose(band_kpa[:, 0, 1] - kpa[:, 0], 2.0)
+    assert np.isnan(band_kpa[:, 1]).all()
+    one = simulation.residuals("b0c0")
+    assert simulation.band_holds == {"b0c0": pytest.approx(np.mean(np.abs(one["residual_kpa"]) <= 2.0)), "b0c1": None}
+    assert np.isnan(pneu.simulate(recording, plain).band_kpa).all()
+    pytest.importorskip("matplotlib").use("Agg")
+    drawn = [[filled.get_label() for filled in axis.collections] for axis in simulation.plot().axes]
+    assert drawn[0] == ["95 % band"] and drawn[1] == []

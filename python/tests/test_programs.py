@@ -1,7 +1,11 @@
 """Data sets of the truth plant, and the programs from the command line."""
 
+import json
+import os
+import signal
 import subprocess
 import sys
+import sysconfig
 
 import pytest
 
@@ -37,8 +41,9 @@ def test_data_sets_that_make_no_sense(arguments, message):
         pneu.sim.record(**arguments)
 
 
-def run(*arguments):
-    return subprocess.run([sys.executable, "-m", "pneudrive_py", *arguments], capture_output=True, text=True)
+def run(*arguments, folder=None):
+    command = [sys.executable, "-m", "pneudrive_py", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder)
 
 
 def test_the_command_line_says_what_there_is():
@@ -49,18 +54,52 @@ def test_the_command_line_says_what_there_is():
     assert done.returncode == 2 and "no program valve; there is host, sim, model" in done.stderr
 
 
-def test_a_program_gets_its_arguments_and_its_status_is_passed_on(tmp_path, monkeypatch):
-    script = tmp_path / "pneudrive-model"
-    script.write_text('#!/bin/sh\necho "$@"\nexit 7\n')
-    script.chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path))
-    if program.find("pneudrive-model") != str(script):
-        pytest.skip("the programs are installed beside this interpreter")
-    done = run("model", "show", "run.csv")
-    assert (done.returncode, done.stdout) == (7, "show run.csv\n")
+def test_a_program_gets_its_arguments_and_its_status_is_passed_on(tmp_path):
+    done = run("model", "show", str(tmp_path / "nothing.csv"))
+    assert done.returncode == 2 and "nothing.csv" in done.stderr and "Traceback" not in done.stderr
+    done = run("sim", "record", "--seconds", "2", "--out", "run.csv", folder=tmp_path)
+    assert done.returncode == 0 and "200 rows" in done.stderr, done.stderr
+    done = run("model", "show", "run.csv", folder=tmp_path)
+    assert done.returncode == 0 and "200 rows" in done.stderr and "run.html" in done.stdout, done.stdout + done.stderr
 
 
-def test_a_program_that_is_not_there_is_named(monkeypatch, capsys):
-    monkeypatch.setattr(program, "find", lambda name: None)
-    assert program.main(["model"]) == 1
-    assert "pneudrive-model is not installed" in capsys.readouterr().err
+@pytest.mark.parametrize("name", ["host", "sim", "model"])
+def test_help_and_unusable_arguments_are_those_of_the_program(name):
+    assert run(name, "--version").stdout.strip() == f"pneudrive-{name} {pneu.__version__}"
+    done = run(name, "--help")
+    assert done.returncode == 0 and f"pneudrive-{name}" in done.stdout
+    done = run(name, "--nonsense")
+    assert done.returncode == 2 and "--nonsense" in done.stderr and f"Usage: pneudrive-{name}" in done.stderr
+
+
+def test_what_a_program_writes_says_how_it_was_called(tmp_path):
+    run("sim", "record", "--seconds", "4", "--drive", "--out", "run.csv", "--rig-out", "run.toml", folder=tmp_path)
+    arguments = ["fit", "run.csv", "--rig", "run.toml", "--model", "nonlinear", "--starts", "1", "--out", "fitted.toml"]
+    done = run("model", *arguments, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    provenance = pneu.Parameters.load(tmp_path / "fitted.toml").to_dict()["provenance"]
+    assert provenance["command"] == " ".join(["pneudrive-model", *arguments])
+
+
+def test_ctrl_c_belongs_to_the_program():
+    command = [sys.executable, "-m", "pneudrive_py", "sim", "--devices", "1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        assert program.stdout.readline().startswith("/dev/pts/")
+        program.send_signal(signal.SIGINT)
+        said, errors = program.communicate(timeout=60)
+    assert program.returncode == 0 and json.loads(said) and "Traceback" not in errors
+
+
+def test_programs_find_each_other_beside_the_interpreter(monkeypatch):
+    monkeypatch.setattr(program._pneudrive, "_run_program", lambda name, arguments: (name, os.environ["PATH"]))
+    monkeypatch.setenv("PATH", "/usr/bin")
+    before = signal.getsignal(signal.SIGINT)
+    try:
+        assert program.main(["host"]) == ("pneudrive-host", f"{sysconfig.get_path('scripts')}:/usr/bin")
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_a_program_that_is_not_there_is_named():
+    with pytest.raises(ValueError, match="no program pneudrive-valve"):
+        program._pneudrive._run_program("pneudrive-valve", [])

@@ -102,3 +102,10 @@ def test_displays_have_plots_with_units(what, request):
         assert axis in shown
     assert "The first of 2 channels" in shown
     assert ("fitted" in shown) if what == "fit" else ("test blocks" in shown) == (what == "diagnosis")
+
+
+def test_what_cannot_be_drawn_is_said(fit, recording):
+    columns = {name: recording[name] for name in ("t_s", "b0_u0")} | {"b0_p0_kpa": np.full(len(recording), np.nan)}
+    shown = pneu.simulate(pneu.Recording.from_columns(columns), fit.parameters)._repr_html_()
+    assert "<table" in shown and "<svg" not in shown
+    assert "not drawn" in shown and "nothing to draw" in shown

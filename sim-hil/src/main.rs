@@ -1,8 +1,7 @@
 //! `pneudrive-sim`: virtual boards for any client of the bus.
 
-use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    pneudrive_sim::cli::Cli::parse().execute()
+    ExitCode::from(pneudrive_sim::cli::main(std::env::args_os().collect()))
 }

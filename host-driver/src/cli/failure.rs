@@ -3,7 +3,6 @@ use pneudrive_host::bus::OpenBusError;
 use pneudrive_host::real_time::RealTimeError;
 use pneudrive_host::record::RecordError;
 use std::fmt;
-use std::process::ExitCode;
 
 /// Why the program ends without having done what it should.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,10 +22,10 @@ impl Failure {
         Self::Running(message.to_string())
     }
 
-    pub fn status(&self) -> ExitCode {
+    pub fn status(&self) -> u8 {
         match self {
-            Self::Running(_) => ExitCode::from(1),
-            Self::Input(_) => ExitCode::from(2),
+            Self::Running(_) => 1,
+            Self::Input(_) => 2,
         }
     }
 }

@@ -42,19 +42,30 @@ mod web;
 
 use args::{Cli, Command};
 use failure::Failure;
-use std::process::ExitCode;
+use std::ffi::OsString;
+use std::sync::OnceLock;
 
-/// Reads the arguments, does what they say, returns the exit status: 0 done, 1 failed while running, 2 unusable input.
-pub fn main() -> ExitCode {
+/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter may run this.
+static LINE: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Does what a command line says, the program's name first; once in a process. Returns the exit status: 0 done, 1 failed while
+/// running, 2 unusable input. Help and arguments that are none end the process.
+pub fn main(line: Vec<OsString>) -> u8 {
     logger::install();
-    let mut cli = command_line::parse(std::env::args_os()).unwrap_or_else(|error| error.exit());
+    let line = LINE.get_or_init(|| line);
+    let mut cli = command_line::parse(line.iter().cloned()).unwrap_or_else(|error| error.exit());
     match dispatch(&mut cli) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(failure) => {
             crate::cli::output::errln!("error: {failure}");
             failure.status()
         }
     }
+}
+
+/// The command line as given.
+fn line() -> &'static [OsString] {
+    LINE.get().map_or(&[], Vec::as_slice)
 }
 
 fn dispatch(cli: &mut Cli) -> Result<(), Failure> {

@@ -39,7 +39,7 @@ pub fn description(
     setup: &Setup,
     limits: &Limits,
 ) -> Description {
-    let command_line: Vec<_> = std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let command_line: Vec<_> = super::line().iter().map(|arg| arg.to_string_lossy().into_owned()).collect();
     let name = |path: &Path| path.to_string_lossy().into_owned();
     let mut description = Description::default()
         .with("command_line", command_line)

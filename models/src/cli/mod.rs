@@ -21,6 +21,9 @@ mod trends;
 mod watch;
 mod watch_words;
 
+use std::ffi::OsString;
+use std::sync::OnceLock;
+
 use clap::{Parser, Subcommand};
 
 pub use error::Failure;
@@ -52,6 +55,28 @@ enum Command {
     Show(show::Args),
     Trends(trends::Args),
     Watch(watch::Args),
+}
+
+/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter may run this.
+static LINE: OnceLock<Vec<OsString>> = OnceLock::new();
+
+/// Does what a command line says, the program's name first; once in a process. Returns the exit status: 0 done, 1 failed or
+/// interrupted while running, 2 unusable arguments or input. Help and arguments that are none end the process.
+pub fn main(line: Vec<OsString>) -> u8 {
+    match Cli::parse_from(LINE.get_or_init(|| line)).run() {
+        Ok(()) => 0,
+        Err(failure) => {
+            if failure.has_message() {
+                eprintln!("error: {failure}");
+            }
+            failure.status()
+        }
+    }
+}
+
+/// The arguments as given, without the program's name.
+fn arguments() -> &'static [OsString] {
+    LINE.get().and_then(|line| line.get(1..)).unwrap_or_default()
 }
 
 impl Cli {

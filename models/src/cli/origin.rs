@@ -33,7 +33,7 @@ pub fn seconds() -> f64 {
 /// The command line, arguments with spaces or other special characters quoted for a shell.
 fn command_line() -> String {
     let mut words = vec!["pneudrive-model".to_owned()];
-    words.extend(std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy())));
+    words.extend(super::arguments().iter().map(|word| quoted(&word.to_string_lossy())));
     words.join(" ")
 }
 

@@ -50,7 +50,7 @@ pub use estimation::ChannelStage;
 pub use inference::band::{Band, rates_kpa_s};
 pub use preconditions::{Purpose, prepare, prepare_for};
 pub use report::{EXTENDED_SCHEMA, ExtendedChannel, ExtendedFile};
-pub use rollouts::{ExtendedGradient, ExtendedRollouts};
+pub use rollouts::ExtendedRollouts;
 pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose};
 pub use selection::{Considered, Found, Outcome, Progress, Withheld, search};
 pub use simulation::{SimulatedChannel, simulate_extended};

@@ -6,14 +6,16 @@
 
 use rayon::prelude::*;
 
-use super::channel::{ChannelData, Extended, NARROW, Variable};
+use super::channel::{ChannelData, Extended, NARROW, Variable, install};
 use super::error::DiagnosisError;
 use super::report::ExtendedFile;
 use crate::data::ChannelId;
-use crate::effects::{ChannelInputs, Disturbance, DriveInput, Series};
+use crate::effects::{ChannelInputs, Disturbance, DriveInput, InputSlopes, Series, input_slopes};
 use crate::model::{Parameter, column};
-use crate::numeric::Dual;
-use crate::rollout::{BatchError, BatchInputs, BatchResults, Job, check_batch};
+use crate::numeric::{Dual, Scalar};
+use crate::rollout::{
+    BatchError, BatchGradient, BatchInputs, BatchResults, DIFFERENTIATED, Job, check_batch,
+};
 
 const PA_PER_KPA: f64 = 1e3;
 
@@ -25,15 +27,6 @@ type Slopes = Dual<f64, NARROW>;
 pub struct ExtendedRollouts {
     data: ChannelData,
     model: Extended,
-}
-
-/// Derivatives of `sum(weight * pressure)` over the rows of rollouts, pressures in Pa.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ExtendedGradient {
-    /// By the parameters, `[rollout][parameter]`.
-    pub parameters: Vec<f64>,
-    /// By the pressures at the first rows, `[rollout]`.
-    pub start: Vec<f64>,
 }
 
 impl ExtendedRollouts {
@@ -149,32 +142,40 @@ impl ExtendedRollouts {
         Ok(())
     }
 
-    /// Derivatives of a weighted sum of the pressures, exact for the discretised model: a
-    /// simulation with derivatives for every eight of what they are by. `weights` has an entry
-    /// `[rollout][row]`.
+    /// Derivatives of a weighted sum of the pressures, exact for the discretised model. By
+    /// parameters and start: a simulation with derivatives for every eight of them. By the inputs:
+    /// reverse accumulation, whatever their number. `weights` has an entry `[rollout][row]`.
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate).
+    /// As [`simulate`](Self::simulate); [`BatchError::Correction`].
     pub fn gradient(
         &self,
         jobs: &[Job<'_>],
         inputs: &BatchInputs<'_>,
         weights: &[f64],
-    ) -> Result<ExtendedGradient, BatchError> {
+    ) -> Result<BatchGradient, BatchError> {
         let width = self.model.values.len();
         check_batch(width, jobs, inputs, weights.len())?;
         inputs.check_late()?;
         self.check_differentiable()?;
-        let mut found =
-            ExtendedGradient { parameters: vec![0.0; jobs.len() * width], start: vec![0.0; jobs.len()] };
+        let mut found = BatchGradient {
+            parameters: vec![0.0; jobs.len() * width],
+            start: vec![0.0; jobs.len()],
+            inputs: std::array::from_fn(|_| vec![0.0; weights.len()]),
+        };
         if weights.is_empty() {
             return Ok(found);
         }
         let shared = Shared::new(inputs);
-        let weights = weights.par_chunks(inputs.rows());
+        let rows = inputs.rows();
+        let weights = weights.par_chunks(rows);
         let into = found.parameters.par_chunks_mut(width).zip(&mut found.start);
-        jobs.par_iter().enumerate().zip(weights).zip(into).for_each(
-            |(((number, job), weights), (parameters, start))| {
+        let by_inputs: Vec<[Vec<f64>; DIFFERENTIATED.len()]> = jobs
+            .par_iter()
+            .enumerate()
+            .zip(weights)
+            .zip(into)
+            .map(|(((number, job), weights), (parameters, start))| {
                 let (data, model) = self.rollout(&shared, number, job);
                 differentiate(&data, &model, width + 1, &mut |row, first, reading| {
                     for (direction, of_kpa) in (first..=width).zip(reading.gradient) {
@@ -182,8 +183,14 @@ impl ExtendedRollouts {
                         *parameters.get_mut(direction).unwrap_or(&mut *start) += slope;
                     }
                 });
-            },
-        );
+                by_inputs(&data, &model, weights)
+            })
+            .collect();
+        for (number, columns) in by_inputs.into_iter().enumerate() {
+            for (all, column) in found.inputs.iter_mut().zip(columns) {
+                all[number * rows..][..rows].copy_from_slice(&column);
+            }
+        }
         Ok(found)
     }
 
@@ -291,4 +298,17 @@ fn differentiate(
             each(row, first, reading);
         }
     }
+}
+
+/// Derivatives by the columns of [`DIFFERENTIATED`], of a weighted sum of readings in Pa.
+fn by_inputs(data: &ChannelData, model: &Extended, weights: &[f64]) -> [Vec<f64>; DIFFERENTIATED.len()] {
+    let values: Vec<Slopes> = model.values.iter().map(|value| Slopes::constant(*value)).collect();
+    let effects = install(&data.plant, &model.effects, &values);
+    let InputSlopes { fill, vent, command, supply, mut volume, volume_rate } =
+        input_slopes(&data.plant, &values, &effects, &data.inputs, weights);
+    // Rows have one by the volume.
+    for (slope, volume_m3) in volume.iter_mut().zip(data.inputs.volume_m3.iter()) {
+        *slope *= -volume_m3 * volume_m3;
+    }
+    [fill, vent, command, supply, volume, volume_rate]
 }

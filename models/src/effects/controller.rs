@@ -1,5 +1,6 @@
 //! The board's pressure controller in front of a channel that is simulated with effects.
 
+use super::deviations::Deviations;
 use super::dither::{QUANTILES, dither, quantiles};
 use super::hook::Memory;
 use super::inputs::ChannelInputs;
@@ -94,14 +95,17 @@ impl<S: Scalar> Controller<S> {
         inputs: &ChannelInputs,
         (row, tick): (usize, usize),
         reading: S,
+        deviations: Option<&Deviations<S>>,
     ) -> S {
         let board = pace.board;
-        let command = command(inputs, row, tick).clamp(board.lowest_pa, board.highest_pa);
+        let command = command(inputs, row, tick, deviations)
+            .max(S::constant(board.lowest_pa))
+            .min(S::constant(board.highest_pa));
         let noise_pa = pace.noise_pa * dither(self.quantiles, board.noise_draw, row, tick);
         let sample = reading.plus(noise_pa).max(S::constant(board.lowest_pa));
         let previous = self.filtered;
         self.filtered = board.law.filtered(sample, previous);
-        cut_off(board.law.drive(S::constant(command), self.filtered, previous))
+        cut_off(board.law.drive(command, self.filtered, previous))
     }
 }
 
@@ -116,9 +120,18 @@ fn cut_off<S: Scalar>(drive: S) -> S {
 /// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's pressure is what the first of them sampled;
 /// that one ran before the exchange and still has the command of the row before.
 #[inline(always)]
-fn command(inputs: &ChannelInputs, row: usize, tick: usize) -> f64 {
+fn command<S: Scalar>(
+    inputs: &ChannelInputs,
+    row: usize,
+    tick: usize,
+    deviations: Option<&Deviations<S>>,
+) -> S {
     let late = tick == 0 && inputs.starts.binary_search(&row).is_err();
-    inputs.command_pa[if late { row - 1 } else { row }] - inputs.ambient_pa
+    let command = S::constant(inputs.command_pa[if late { row - 1 } else { row }] - inputs.ambient_pa);
+    match deviations {
+        Some(deviations) => command + if late { deviations.command_before } else { deviations.command },
+        None => command,
+    }
 }
 
 #[cfg(test)]

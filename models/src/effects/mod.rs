@@ -5,9 +5,11 @@
 //!
 //! A new effect is a new file in `catalogue/` and one line in its list.
 
+mod adjoint;
 pub mod catalogue;
 mod chamber;
 mod controller;
+mod deviations;
 mod dither;
 mod hook;
 mod info;
@@ -19,7 +21,9 @@ mod simulate;
 mod state;
 mod tube;
 
+pub use adjoint::{InputSlopes, input_slopes};
 pub use chamber::HEAT_REFERENCE_PA;
+pub use deviations::Deviations;
 pub use dither::course_from;
 pub use hook::{Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
 pub use info::{DerivedSize, Domain, EffectInfo, EffectParameter, Question, Reach, Trait, Wave};

@@ -3,6 +3,7 @@
 use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::{Controller, Pace};
+use super::deviations::Deviations;
 use super::hook::{Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::Plant;
@@ -113,6 +114,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
             controller: Controller::new(),
             base: plant.model.coefficients(base),
             supply: S::zero(),
+            deviations: None,
             spool: [S::zero(); 2],
         };
         Self { run, effects }
@@ -159,6 +161,11 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         self.run.supply = supply;
     }
 
+    /// Makes variables of the inputs of the intervals to come.
+    pub fn set_deviations(&mut self, deviations: Deviations<S>) {
+        self.run.deviations = Some(deviations);
+    }
+
     /// What is recorded in a row, gauge, Pa. Once a row, before its interval.
     pub fn reading(&mut self, row: usize) -> S {
         let mut reading = self.run.report();
@@ -199,6 +206,8 @@ struct Run<'a, S: Scalar> {
     base: BaseCoefficients<S>,
     /// Supply pressure over this interval before effects, Pa.
     supply: S,
+    /// What else is a variable.
+    deviations: Option<Deviations<S>>,
     /// Where the effects have left the fill and the vent port's drive in the last step.
     spool: [S; 2],
 }
@@ -263,7 +272,8 @@ impl<S: Scalar> Run<'_, S> {
             let mut held = [S::zero(); 2];
             if let (DriveInput::Controlled, None, Some(pace)) = (&inputs.drive, &several, &pace) {
                 self.controller.begin(self.reading, self.chamber.port());
-                let drive = self.controller.drive(pace, inputs, (row, tick), self.reading);
+                let drive =
+                    self.controller.drive(pace, inputs, (row, tick), self.reading, self.deviations.as_ref());
                 held = [drive, -drive];
             } else if several.is_none() {
                 held = self.recorded(row);
@@ -287,12 +297,23 @@ impl<S: Scalar> Run<'_, S> {
     #[inline(always)]
     fn recorded(&self, row: usize) -> [S; 2] {
         let inputs = self.inputs;
-        match &inputs.drive {
-            DriveInput::Spool(u) => [S::constant(u[row]), S::constant(-u[row])],
-            DriveInput::Separate { fill, vent } => [S::constant(fill[row]), S::constant(vent[row])],
+        let full = self.plant.command_range_pa;
+        let held = match &inputs.drive {
+            DriveInput::Spool(u) => [u[row], -u[row]],
+            DriveInput::Separate { fill, vent } => [fill[row], vent[row]],
             DriveInput::Controlled | DriveInput::Command => {
-                let u = (inputs.command_pa[row] - inputs.ambient_pa) / self.plant.command_range_pa;
-                [S::constant(u), S::constant(-u)]
+                let u = (inputs.command_pa[row] - inputs.ambient_pa) / full;
+                [u, -u]
+            }
+        };
+        let held = held.map(S::constant);
+        match (&self.deviations, &inputs.drive) {
+            (None, _) => held,
+            (Some(by), DriveInput::Separate { .. }) => [held[0] + by.drive[0], held[1] + by.drive[1]],
+            (Some(by), DriveInput::Spool(_)) => [held[0] + by.drive[0], held[1] - by.drive[0]],
+            (Some(by), DriveInput::Controlled | DriveInput::Command) => {
+                let change = by.command.times(1.0 / full);
+                [held[0] + change, held[1] - change]
             }
         }
     }
@@ -313,7 +334,7 @@ impl<S: Scalar> Run<'_, S> {
         let (mut held, mut spool, mut reading) = (S::Real::zero(), S::zero(), self.reading);
         for k in 0..pace.loops {
             let at = (row, tick * pace.loops + k);
-            let mut drive = self.controller.drive(pace, self.inputs, at, reading);
+            let mut drive = self.controller.drive(pace, self.inputs, at, reading, self.deviations.as_ref());
             held = held + drive.real();
             for effect in effects.iter_mut() {
                 drive = effect.drive(&step(k as f64 + 0.5, length_s * share), 0, drive);
@@ -382,14 +403,17 @@ impl<S: Scalar> Run<'_, S> {
             effect.stretch(step, pressure, &mut stretch);
         }
         let volume = inputs.volume_m3[step.row];
-        let conditions = Conditions {
-            areas,
-            supply,
-            volume_m3: volume,
-            open: law.open(),
-            expansion: base.volume_weight.times(inputs.volume_rate_m3_s[step.row] / volume),
-            stretch,
-        };
+        let mut open = law.open();
+        let mut expansion = base.volume_weight.times(inputs.volume_rate_m3_s[step.row] / volume);
+        if let Some(by) = &self.deviations {
+            // All rates are areas and rates of the volume over the volume.
+            let share = by.volume.times(1.0 / volume).plus(1.0).recip();
+            expansion = (expansion + base.volume_weight * by.volume_rate.times(1.0 / volume)) * share;
+            for area in [&mut areas.fill, &mut areas.vent, &mut open.fill, &mut open.vent] {
+                *area = *area * share;
+            }
+        }
+        let conditions = Conditions { areas, supply, volume_m3: volume, open, expansion, stretch };
         self.chamber.advance(step.length_s, &conditions)
     }
 

@@ -84,6 +84,7 @@ fn side_by_side<Q: Model, const L: usize, T: Float>(
     source.possible()
 }
 
+#[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))] // other processors have vectors
 fn one_by_one<Q: Model>(
     chamber: &Chamber<Q>,
     Lot { jobs, inputs, first, steps, unit }: Lot<'_>,
@@ -100,6 +101,7 @@ fn one_by_one<Q: Model>(
     inputs.check_late().is_ok()
 }
 
+#[cfg_attr(not(target_arch = "x86_64"), allow(dead_code))] // other processors have vectors
 #[allow(clippy::cast_possible_truncation)] // what is asked for
 fn one_by_one_rounded<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f32]) -> bool {
     let mut double = vec![0.0; outputs.len()];

@@ -1,14 +1,17 @@
-"""``python -m pneudrive_py host|sim|model ...``: the programs of PneuDrive, and what of them is installed."""
+"""``python -m pneudrive_py host|sim|model ...``: the programs of PneuDrive.
+
+They are part of the compiled module. ``pip`` makes the commands ``pneudrive-host``, ``pneudrive-sim`` and ``pneudrive-model`` of the functions
+below, and ``pneudrive``, which is this module's own.
+"""
 
 from __future__ import annotations
 
 import os
-import shutil
+import signal
 import sys
 import sysconfig
-from pathlib import Path
 
-from . import __version__
+from . import __version__, _pneudrive
 
 #: Program by its short name, and what it is for.
 PROGRAMS = {
@@ -17,26 +20,40 @@ PROGRAMS = {
     "model": ("pneudrive-model", "fits, simulates, compares and diagnoses recordings"),
 }
 
-_MISSING = "{program} is not installed: wheels bring it along, an installation from a clone does not; from there: `cargo install --path {folder}`"
-
-_FOLDERS = {"host": "host-driver", "sim": "sim-hil", "model": "models"}
-
-
-def find(program: str) -> str | None:
-    """Path of a program: beside this interpreter, where pip puts it, or anywhere on the PATH."""
-    beside = Path(sysconfig.get_path("scripts")) / program
-    return str(beside) if os.access(beside, os.X_OK) else shutil.which(program)
-
 
 def usage() -> str:
     lines = [f"pneudrive_py {__version__}", "", "usage: python -m pneudrive_py PROGRAM [ARGUMENTS ...]", ""]
-    for name, (program, purpose) in PROGRAMS.items():
-        where = find(program) or "not installed"
-        lines.append(f"  {name:6} {program:16} {purpose} ({where})")
+    lines += [f"  {name:6} {program:16} {purpose}" for name, (program, purpose) in PROGRAMS.items()]
     return "\n".join(lines)
 
 
+def run(name: str, arguments: list[str]) -> int:
+    """Does what a program does, in this process. Returns its exit status; help and unusable arguments end the process."""
+    # The program decides what Ctrl-C does.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Programs find each other beside this interpreter, also where its environment is not activated.
+    folders = [sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)]
+    os.environ["PATH"] = os.pathsep.join(folders)
+    return _pneudrive._run_program(PROGRAMS[name][0], arguments)
+
+
+def host() -> int:
+    """``pneudrive-host``."""
+    return run("host", sys.argv[1:])
+
+
+def sim() -> int:
+    """``pneudrive-sim``."""
+    return run("sim", sys.argv[1:])
+
+
+def model() -> int:
+    """``pneudrive-model``."""
+    return run("model", sys.argv[1:])
+
+
 def main(arguments: list[str] | None = None) -> int:
+    """``pneudrive``."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments or arguments[0] in ("-h", "--help"):
         print(usage())
@@ -48,13 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
     if name not in PROGRAMS:
         print(f"error: no program {name}; there is {', '.join(PROGRAMS)}", file=sys.stderr)
         return 2
-    program = PROGRAMS[name][0]
-    path = find(program)
-    if path is None:
-        print("error: " + _MISSING.format(program=program, folder=_FOLDERS[name]), file=sys.stderr)
-        return 1
-    # In this process's place, so that signals and the exit status are the program's.
-    os.execv(path, [program, *arguments[1:]])
+    return run(name, arguments[1:])
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 __version__: Final[str]
 
-__all__ = ["__version__", "_record", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "Stepper", "batch_gradient", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
+__all__ = ["__version__", "_record", "_run_program", "Comparison", "Diagnosis", "ExtendedModel", "Fit", "Parameters", "Poller", "PressureController", "Recording", "Rig", "Simulation", "Stepper", "batch_gradient", "compare", "diagnose", "effects", "fit", "load", "model_parameters", "simulate", "simulate_batch"]
 
 @final
 class Comparison:
@@ -114,7 +114,8 @@ class Diagnosis:
     def causes(self, /) -> Any:
         """
         The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
-        that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
+        that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``by_channel`` (the same, channel by channel),
+        ``p_value``, ``gain``, and ``probability`` (of all ``alternatives`` with it, 0 to 1) where explanations were weighed.
         """
     @property
     def channels(self, /) -> list[str]:
@@ -1151,6 +1152,17 @@ class Simulation:
     @staticmethod
     def _unpickle(state: bytes) -> Simulation: ...
     @property
+    def band_holds(self, /) -> dict[str, float | None]:
+        """
+        Share of the measured pressures that the band holds, by channel: 0 to 1, ``None`` where there is no band or nothing was measured.
+        """
+    @property
+    def band_kpa(self, /) -> NDArray[float64]:
+        """
+        The 95 % band around each simulated pressure, kPa gauge; float64 array of shape (rows, channels, 2): lowest and highest. The models of
+        ``diagnose`` have one; NaN for those of a fit, and where the inputs are missing.
+        """
+    @property
     def channels(self, /) -> list[str]:
         """
         Names of the channels, in the order of ``pressure_kpa``.
@@ -1319,6 +1331,12 @@ def _record(out: str | PathLike[str], rig_out: str | PathLike[str], *, seconds: 
     Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
     """
 
+def _run_program(program: str, arguments: SupportsGetItem[int, str]) -> int:
+    """
+    Does what ``pneudrive-host``, ``pneudrive-sim`` or ``pneudrive-model`` does with these arguments, in this process; once in it. Help and
+    unusable arguments end the process. Returns the exit status. See ``pneudrive_py.__main__``.
+    """
+
 def batch_gradient(model: str | Parameters | ExtendedModel, parameters: ArrayLike | dict[str, ArrayLike] | None, interval_s: SupportsFloat | SupportsIndex, weights: ArrayLike, *, drive: ArrayLike | None = None, fill: ArrayLike | None = None, vent: ArrayLike | None = None, command_kpa: ArrayLike | None = None, supply_kpa: ArrayLike | None = None, volume_m3: ArrayLike | None = None, start_kpa: ArrayLike | None = None, rig: Rig | str | PathLike[str] | None = None, controller: bool | None = None, substeps: SupportsIndex | None = None, channel: str | None = None, progress: Any | None = None) -> dict[str, NDArray[float64]]:
     """
     Differentiates a weighted sum of simulated pressures by everything that they follow from.
@@ -1350,8 +1368,7 @@ def batch_gradient(model: str | Parameters | ExtendedModel, parameters: ArrayLik
         ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
         those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
         sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
-        (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument. Of an
-        ``ExtendedModel`` ``"parameters"`` and ``"start_kpa"`` only.
+        (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
 
     Raises
     ------
@@ -1361,7 +1378,8 @@ def batch_gradient(model: str | Parameters | ExtendedModel, parameters: ArrayLik
     Notes
     -----
     Ports that close and flows that begin to choke have kinks; there the derivative is one of the two. An ``ExtendedModel`` is differentiated
-    forwards, eight parameters at a time; where its board's loop hunts, around play or friction, the derivatives grow without bound.
+    forwards by its parameters, eight at a time, and backwards by its inputs. Where its board's loop hunts, around play or friction, the
+    derivatives grow without bound.
     """
 
 def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, *, models: SupportsGetItem[int, str] | None = None, fit_seconds: SupportsFloat | SupportsIndex | None = None, fit_fraction: SupportsFloat | SupportsIndex | None = None, controller: str = "auto", drive: str = "auto", flow: str = "iso6358", objective: str = "rollout", starts: SupportsIndex = 20, seed: SupportsIndex = 1, measured_start: bool = False, progress: Any | None = None) -> Comparison:

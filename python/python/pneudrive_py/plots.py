@@ -149,7 +149,7 @@ def simulation(
     figure: Figure | None = None,
     size: tuple[float, float] | None = None,
 ) -> Figure:
-    """Measured and simulated pressures, and their difference; keywords as for :func:`recording`."""
+    """Measured and simulated pressures, the 95 % band where the model has one, and their difference; keywords as for :func:`recording`."""
     return _simulated(simulation, _chosen(channels, simulation.channels), None, figure, size)
 
 
@@ -167,11 +167,15 @@ def fit(
 
 def _simulated(simulated: Simulation, chosen: list[str], fitted: Fit | None, figure: Figure | None, size: Any) -> Figure:
     heights = [1.3] * len(chosen) + [1.6]
+    time_s, bands_kpa = simulated.time_s, simulated.band_kpa
     with _figure(figure, len(heights), heights, size) as (figure, axes):
         for k, (channel, axis) in enumerate(zip(chosen, axes)):
             one = simulated.residuals(channel)
             axis.plot(one["t_s"], one["measured_kpa"], color=COLOURS["measured"], label="measured")
             axis.plot(one["t_s"], one["simulated_kpa"], color=_RESULTS[k % len(_RESULTS)], label="simulated")
+            low_kpa, high_kpa = bands_kpa[:, simulated.channels.index(channel)].T
+            if np.isfinite(low_kpa).any():
+                axis.fill_between(time_s, low_kpa, high_kpa, color=_RESULTS[k % len(_RESULTS)], alpha=0.25, linewidth=0, label="95 % band")
             axis.set_title(channel)
             axis.set_ylabel("kPa gauge")
             axes[-1].plot(one["t_s"], one["residual_kpa"], color=_RESULTS[k % len(_RESULTS)], label=channel)

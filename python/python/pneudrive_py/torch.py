@@ -16,7 +16,6 @@ and without a graph of every Runge-Kutta step.
 
 import torch as _torch
 
-from . import DataError as _DataError
 from . import batch_gradient as _batch_gradient
 from . import simulate_batch as _simulate_batch
 
@@ -50,12 +49,8 @@ class _SimulateBatch(_torch.autograd.Function):
         slopes = _batch_gradient(model, parameters, interval_s, weights, **arrays, **fixed)
         found = []
         for name, tensor, needed in zip(_DIFFERENTIABLE, given, ctx.needs_input_grad[3:], strict=True):
-            if tensor is None or not needed:
-                found.append(None)
-            elif name not in slopes:
-                raise _DataError(f"a model with effects has no derivatives by {name}, only by parameters and start_kpa")
-            else:
-                found.append(_torch.as_tensor(slopes[name]).to(tensor))
+            there = tensor is not None and needed
+            found.append(_torch.as_tensor(slopes[name]).to(tensor) if there else None)
         return (None, None, None, *found)
 
 
@@ -107,8 +102,7 @@ def simulate_batch(
     Raises
     ------
     DataError
-        As :func:`pneudrive_py.simulate_batch`; backwards, where a model with effects is to be differentiated by other than its parameters
-        and start.
+        As :func:`pneudrive_py.simulate_batch`; backwards, of a model with a smooth correction.
 
     Notes
     -----

@@ -3,6 +3,7 @@
 use numpy::PyReadonlyArray1;
 use pneudrive_model::report::{Colour, Markup, Plot, html};
 use pyo3::prelude::*;
+use std::fmt::Display;
 
 /// What is drawn of one channel.
 pub struct Shown<'a> {
@@ -21,7 +22,7 @@ pub struct Shown<'a> {
 /// Two rows further apart than this many of the usual distance are not joined by a line.
 const GAP: f64 = 3.0;
 
-/// The plots; nothing where there is nothing to draw.
+/// The plots, or why there are none.
 pub fn draw(shown: &Shown<'_>) -> Markup {
     let axis = "time, s";
     let title = format!("{}: pressures", shown.channel);
@@ -40,11 +41,15 @@ pub fn draw(shown: &Shown<'_>) -> Markup {
         pressures = pressures.shade(shown.shaded_name, from, to);
         errors = errors.shade(shown.shaded_name, from, to);
     }
-    let (Ok(pressures), Ok(errors)) = (pressures.markup(), errors.markup()) else { return html! {} };
     html! {
-        (pressures) (errors)
+        @for plot in [pressures, errors] { (plot.markup().unwrap_or_else(not_drawn)) }
         @if shown.channels > 1 { p { "The first of " (shown.channels) " channels; plot() draws others." } }
     }
+}
+
+/// In the place of a plot.
+pub fn not_drawn(error: impl Display) -> Markup {
+    html! { p { "not drawn: " (error.to_string()) } }
 }
 
 /// The median distance of two rows, s.

@@ -217,20 +217,24 @@ impl Fit {
         format!("Fit of the {model} model\n{}", Table::text(&SUMMARY, &self.summary()))
     }
 
-    fn _repr_html_(slf: &Bound<'_, Self>) -> String {
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         let fit = slf.get();
         let summary = convert::table(&SUMMARY, 1, &fit.summary());
         let parameters = PreEscaped(fit.parameters()._repr_html_());
-        let drawn = fit.channels.first().and_then(|first| {
+        let drawn = fit.channels.first().map(|first| {
             let (name, of) = (first.channel.to_string(), fit.channels.len());
-            // A fit whose recording cannot be simulated here is displayed without a plot.
-            let residuals = Self::residuals(slf, &name).ok()?;
+            let residuals = match Self::residuals(slf, &name) {
+                Ok(residuals) => residuals,
+                // What cannot be simulated is displayed all the same.
+                Err(error) => return Ok(displays::not_drawn(error)),
+            };
             let model = format!("{} model", first.model);
             let shaded = Some(("fit", "fitted"));
-            displays::of_residuals(&residuals, (&name, of), (&model, Colour::Blue), shaded).ok()
+            displays::of_residuals(&residuals, (&name, of), (&model, Colour::Blue), shaded)
         });
+        let drawn = drawn.transpose()?;
         let content = html! { (summary.markup()) (parameters) @if let Some(drawn) = drawn { (drawn) } };
-        fragment(&content).into_string()
+        Ok(fragment(&content).into_string())
     }
 }
 

@@ -9,7 +9,8 @@ use super::work::{self, Watch};
 use crate::errors;
 use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Matrix, Vector};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::ndarray::Ix3;
+use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pneudrive_model::data::{ChannelId, Loaded};
 use pneudrive_model::experiment::Score;
 use pneudrive_model::report::{Colour, Table, fragment, html, significant};
@@ -33,6 +34,14 @@ struct Trace {
     model: String,
     kpa: Vec<f64>,
     score: Option<Score>,
+    band: Option<Band>,
+}
+
+/// The 95 % band around it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Band {
+    half_width_kpa: Vec<f64>,
+    holds: Option<f64>,
 }
 
 const HEAD: [&str; 4] = ["channel", "model", "RMSE, kPa", "R2"];
@@ -78,6 +87,34 @@ impl Simulation {
             }
         }
         Array(array)
+    }
+
+    /// The 95 % band around each simulated pressure, kPa gauge; float64 array of shape (rows, channels, 2): lowest and highest. The models of
+    /// ``diagnose`` have one; NaN for those of a fit, and where the inputs are missing.
+    #[getter]
+    fn band_kpa<'py>(&self, py: Python<'py>) -> Array<'py, f64, Ix3> {
+        let array = PyArray::zeros(py, [self.loaded.recording.rows(), self.channels.len(), 2], false);
+        {
+            let mut view = array.readwrite();
+            for (column, one) in self.channels.iter().enumerate() {
+                for (row, kpa) in one.kpa.iter().enumerate() {
+                    let half_kpa = one.band.as_ref().map_or(f64::NAN, |band| band.half_width_kpa[row]);
+                    view.as_array_mut()[[row, column, 0]] = kpa - half_kpa;
+                    view.as_array_mut()[[row, column, 1]] = kpa + half_kpa;
+                }
+            }
+        }
+        Array(array)
+    }
+
+    /// Share of the measured pressures that the band holds, by channel: 0 to 1, ``None`` where there is no band or nothing was measured.
+    #[getter]
+    fn band_holds<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Option<f64>>> {
+        let dict = PyDict::new(py);
+        for one in &self.channels {
+            dict.set_item(one.id.to_string(), one.band.as_ref().and_then(|band| band.holds))?;
+        }
+        Ok(Dict::new(dict))
     }
 
     /// Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``, ``None`` where nothing was measured.
@@ -168,17 +205,17 @@ impl Simulation {
         format!("Simulation\n{}", Table::text(&HEAD, &self.rows()))
     }
 
-    fn _repr_html_(slf: &Bound<'_, Self>) -> String {
+    fn _repr_html_(slf: &Bound<'_, Self>) -> PyResult<String> {
         let simulated = slf.get();
-        let drawn = simulated.channels.first().and_then(|first| {
+        let drawn = simulated.channels.first().map(|first| {
             let (name, of) = (first.id.to_string(), simulated.channels.len());
             // Where nothing was measured there are no residuals to draw.
-            let residuals = simulated.residuals(slf.py(), &name).ok()?.0.into_any();
-            let model = format!("{} model", first.model);
-            displays::of_residuals(&residuals, (&name, of), (&model, Colour::Blue), None).ok()
+            let Ok(residuals) = simulated.residuals(slf.py(), &name) else { return Ok(html! {}) };
+            let shown = (format!("{} model", first.model), Colour::Blue);
+            displays::of_residuals(&residuals.0.into_any(), (&name, of), (&shown.0, shown.1), None)
         });
-        let table = convert::table(&HEAD, 2, &simulated.rows());
-        fragment(&html! { (table.markup()) @if let Some(drawn) = drawn { (drawn) } }).into_string()
+        let (table, drawn) = (convert::table(&HEAD, 2, &simulated.rows()), drawn.transpose()?);
+        Ok(fragment(&html! { (table.markup()) @if let Some(drawn) = drawn { (drawn) } }).into_string())
     }
 }
 
@@ -262,8 +299,10 @@ pub fn simulate(
     };
     let simulated = simulation.map_err(errors::simulation)?.channels.into_iter();
     let channels = simulated.map(|one| {
-        let simulation::SimulatedChannel { id, model, kpa, score, .. } = one;
-        Trace { id, model: model.words(), kpa, score }
+        let simulation::SimulatedChannel { id, model, kpa, score, band } = one;
+        let band =
+            band.map(|simulation::SimulatedBand { half_width_kpa, holds }| Band { half_width_kpa, holds });
+        Trace { id, model: model.words(), kpa, score, band }
     });
     Ok(Simulation { loaded, channels: channels.collect() })
 }

@@ -6,7 +6,7 @@ mod run;
 use crate::record::RecordArgs;
 use clap::{Parser, Subcommand};
 use run::RunArgs;
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 const ABOUT: &str = "Virtual PneuDrive boards on a virtual RS-485 bus behind a pseudo-terminal";
 
@@ -46,9 +46,15 @@ enum Command {
     Faults,
 }
 
+/// Does what a command line says, the program's name first. Returns the exit status: 0 done, 1 failed while running, 2 unusable
+/// arguments. Help and arguments that are none end the process.
+pub fn main(line: Vec<OsString>) -> u8 {
+    Cli::parse_from(line).execute()
+}
+
 impl Cli {
-    /// Does what the command line asks for; errors go to standard error.
-    pub fn execute(&self) -> ExitCode {
+    /// Does what the command line asks for; errors go to standard error. Returns the exit status.
+    pub fn execute(&self) -> u8 {
         let result = match &self.command {
             None => self.run.execute(),
             Some(Command::Record(record)) => match record.run() {
@@ -62,10 +68,10 @@ impl Cli {
             Some(Command::Faults) => lists::print(&lists::faults()),
         };
         match result {
-            Ok(()) => ExitCode::SUCCESS,
+            Ok(()) => 0,
             Err(Failure { status, message }) => {
                 eprintln!("pneudrive-sim: {message}");
-                ExitCode::from(status)
+                status
             }
         }
     }

@@ -112,17 +112,14 @@ impl Batch<'_> {
                 .collect();
             let first = chambers.start;
             let jobs = self.jobs(chambers);
-            match self.simulator {
+            let found = match self.simulator {
                 Simulator::Lanes { subject, substeps } => {
-                    let found = subject.batch_gradient(&jobs, &inputs, *substeps, &weights)?;
-                    slopes.add_inputs(self, first, &found);
-                    slopes.add(first, &found.parameters, &found.start);
+                    subject.batch_gradient(&jobs, &inputs, *substeps, &weights)?
                 }
-                Simulator::Effects(rollouts) => {
-                    let found = rollouts.gradient(&jobs, &inputs, &weights)?;
-                    slopes.add(first, &found.parameters, &found.start);
-                }
-            }
+                Simulator::Effects(rollouts) => rollouts.gradient(&jobs, &inputs, &weights)?,
+            };
+            slopes.add_inputs(self, first, &found);
+            slopes.add(first, &found.parameters, &found.start);
         }
         Ok(())
     }
@@ -157,8 +154,7 @@ impl Batch<'_> {
 ///     ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
 ///     those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
 ///     sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
-///     (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument. Of an
-///     ``ExtendedModel`` ``"parameters"`` and ``"start_kpa"`` only.
+///     (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
 ///
 /// Raises
 /// ------
@@ -168,7 +164,8 @@ impl Batch<'_> {
 /// Notes
 /// -----
 /// Ports that close and flows that begin to choke have kinks; there the derivative is one of the two. An ``ExtendedModel`` is differentiated
-/// forwards, eight parameters at a time; where its board's loop hunts, around play or friction, the derivatives grow without bound.
+/// forwards by its parameters, eight at a time, and backwards by its inputs. Where its board's loop hunts, around play or friction, the
+/// derivatives grow without bound.
 #[pyfunction]
 #[pyo3(signature = (model, parameters, interval_s, weights, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, channel=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
@@ -223,9 +220,6 @@ pub fn batch_gradient<'py>(
     let dict = PyDict::new(py);
     dict.set_item("parameters", slopes.parameters.into_array(py)?)?;
     dict.set_item("start_kpa", slopes.start_kpa.into_array(py)?)?;
-    if matches!(prepared.simulator, Simulator::Effects(_)) {
-        return Ok(Dict::new(dict));
-    }
     match slopes.valve {
         Valve::Spool(drive) => dict.set_item("drive", drive.into_array(py)?)?,
         Valve::Separate { fill, vent } => {

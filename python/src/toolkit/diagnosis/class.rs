@@ -51,7 +51,8 @@ impl Diagnosis {
     }
 
     /// The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
-    /// that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``p_value``, ``gain``.
+    /// that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``by_channel`` (the same, channel by channel),
+    /// ``p_value``, ``gain``, and ``probability`` (of all ``alternatives`` with it, 0 to 1) where explanations were weighed.
     #[getter]
     fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &self.report().causes)
@@ -215,6 +216,8 @@ impl Diagnosis {
             @if !causes.is_empty() { (convert::table(&tables::HEAD, 3, &causes).markup()) }
             @if self.is_machine() {
                 (convert::table(&tables::RECORDINGS, 3, &tables::recordings(report)).markup())
+            }
+            @if !report.alternatives.is_empty() {
                 (convert::table(&tables::ALTERNATIVES, 1, &tables::alternatives(report)).markup())
             }
             (self.kept.drawn())

@@ -81,6 +81,8 @@ pub fn text(report: &json::Report) -> String {
     }
     if report.machine.is_some() {
         parts.push(Table::text(&RECORDINGS, &recordings(report)));
+    }
+    if !report.alternatives.is_empty() {
         parts.push(Table::text(&ALTERNATIVES, &alternatives(report)));
     }
     parts.join("\n")
