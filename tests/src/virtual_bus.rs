@@ -26,7 +26,7 @@ pub enum Lost {
 
 /// Loses something of exchanges to come, from wherever the bus is lent out.
 #[derive(Debug, Clone, Default)]
-pub struct Loser(Arc<Mutex<Option<Loss>>>);
+pub struct LossPlan(Arc<Mutex<Option<Loss>>>);
 
 #[derive(Debug, Clone, Copy)]
 struct Loss {
@@ -35,7 +35,7 @@ struct Loss {
     what: Lost,
 }
 
-impl Loser {
+impl LossPlan {
     /// Of the `count` exchanges that come after so many others.
     ///
     /// # Panics
@@ -48,12 +48,12 @@ impl Loser {
     ///
     /// # Panics
     /// A thread has panicked with it.
-    pub fn has_struck(&self) -> bool {
+    pub fn is_done(&self) -> bool {
         self.0.lock().unwrap().is_none()
     }
 
     /// The next exchange begins.
-    fn strike(&self) -> Option<Lost> {
+    fn next_loss(&self) -> Option<Lost> {
         let mut waiting = self.0.lock().unwrap();
         let Loss { others, count, what } = waiting.take()?;
         if others > 0 {
@@ -71,18 +71,24 @@ impl Loser {
 pub struct VirtualBus {
     rig: pneudrive_sim::bus::Bus,
     /// Bytes that have come and were not asked for yet.
-    heard: Vec<u8>,
+    received: Vec<u8>,
     /// Bytes that somebody else puts on the wire before everything that the host sends.
     before_each: Vec<u8>,
-    loser: Loser,
+    losses_to_come: LossPlan,
     /// What comes until the host sends again does not reach it.
-    deaf: bool,
+    discard_received: bool,
 }
 
 impl VirtualBus {
     /// The host's end of `rig`, as it stands.
     pub fn new(rig: pneudrive_sim::bus::Bus) -> Self {
-        Self { rig, heard: Vec::new(), before_each: Vec::new(), loser: Loser::default(), deaf: false }
+        Self {
+            rig,
+            received: Vec::new(),
+            before_each: Vec::new(),
+            losses_to_come: LossPlan::default(),
+            discard_received: false,
+        }
     }
 
     /// From now on somebody else puts `bytes` on the wire before everything that the host sends.
@@ -91,8 +97,8 @@ impl VirtualBus {
     }
 
     /// Loses an exchange to come.
-    pub fn loser(&self) -> Loser {
-        self.loser.clone()
+    pub fn losses_to_come(&self) -> LossPlan {
+        self.losses_to_come.clone()
     }
 
     /// What has happened on the wire.
@@ -112,8 +118,8 @@ impl VirtualBus {
 
     fn take(&mut self) {
         while let Some(byte) = self.rig.receive() {
-            if !self.deaf {
-                self.heard.push(byte.byte);
+            if !self.discard_received {
+                self.received.push(byte.byte);
             }
         }
     }
@@ -131,10 +137,10 @@ impl Line for VirtualBus {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
-        // What came before was heard.
+        // What came before was received.
         self.take();
-        let lost = self.loser.strike();
-        self.deaf = lost == Some(Lost::Answer);
+        let lost = self.losses_to_come.next_loss();
+        self.discard_received = lost == Some(Lost::Answer);
         if lost == Some(Lost::Request) {
             return Ok(());
         }
@@ -145,15 +151,15 @@ impl Line for VirtualBus {
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         self.take();
-        while self.heard.len() < wanted.min(into.len()) && self.rig.now_ns() < deadline_ns {
+        while self.received.len() < wanted.min(into.len()) && self.rig.now_ns() < deadline_ns {
             // Events may cost no time; a character time is the coarsest step that misses none.
             let step = self.rig.now_ns() + self.rig.line().character_ns();
             self.rig.run_until(self.rig.next_event_ns().clamp(self.rig.now_ns() + 1, step).min(deadline_ns));
             self.take();
         }
-        let count = self.heard.len().min(into.len());
-        into[..count].copy_from_slice(&self.heard[..count]);
-        self.heard.drain(..count);
+        let count = self.received.len().min(into.len());
+        into[..count].copy_from_slice(&self.received[..count]);
+        self.received.drain(..count);
         Ok(count)
     }
 
@@ -165,7 +171,7 @@ impl Line for VirtualBus {
 
     fn change_baud(&mut self, baud: Baud) -> Result<bool, LineError> {
         self.rig.set_host_baud(Some(baud));
-        self.heard.clear();
+        self.received.clear();
         Ok(true)
     }
 }

@@ -85,17 +85,17 @@ fn whichever_answer_is_lost_at_the_end_the_update_is_done() {
 fn losses_at_the_end(lost: Lost) {
     for (others, count) in [(0, 1), (1, 1), (2, 1), (3, 1), (4, 1), (0, 30), (2, 30)] {
         let mut bus = chips(1, &[]);
-        let loser = bus.line().loser();
+        let plan = bus.line().losses_to_come();
         let mut losses = 0;
         let done = bus.update_board(0, &next(), |progress| {
             if matches!(progress, UpdateProgress::Writing | UpdateProgress::Confirming) {
-                losses += usize::from(loser.has_struck());
-                loser.lose_after(others, count, lost);
+                losses += usize::from(plan.is_done());
+                plan.lose_after(others, count, lost);
             }
         });
         let which = format!("{lost:?}, {count} after {others} others");
         assert_eq!(done, Ok(Updated::Done), "{which}");
-        assert_eq!((losses, loser.has_struck()), (2, true), "{which}");
+        assert_eq!((losses, plan.is_done()), (2, true), "{which}");
         assert_eq!(bus.update_state(0).unwrap().running, Running::Second, "{which}");
         assert_eq!(bus.running_crc(0), Ok(next().crc()), "{which}");
     }
@@ -109,10 +109,10 @@ fn updated_with_losses(
     count: u32,
     lost: Lost,
 ) -> Result<Updated, UpdateError> {
-    let loser = bus.line().loser();
+    let plan = bus.line().losses_to_come();
     bus.update_board(0, &next(), |progress| {
         if progress == at {
-            loser.lose_after(others, count, lost);
+            plan.lose_after(others, count, lost);
         }
     })
 }
@@ -155,7 +155,7 @@ fn a_board_that_is_never_heard_again_is_said_to_be_unknown() {
         let says = if kept { "is not known" } else { "goes back to the one before" };
         assert!(text.contains("no answer after") && text.contains(says), "{text}");
         // The line is whole again.
-        bus.line().loser().lose_after(0, 1, Lost::Answer);
+        bus.line().losses_to_come().lose_after(0, 1, Lost::Answer);
         let (running, again) =
             if kept { (Running::Second, Updated::Unchanged) } else { (Running::Flashed, Updated::Done) };
         assert!(bus.update_state(0).is_err(), "the last one that is lost");
@@ -168,15 +168,15 @@ fn a_board_that_is_never_heard_again_is_said_to_be_unknown() {
 #[test]
 fn a_line_that_is_cut_while_the_program_is_sent_leaves_the_old_one() {
     let mut bus = chips(1, &[]);
-    let loser = bus.line().loser();
+    let plan = bus.line().losses_to_come();
     let result = bus.update_board(0, &next(), |progress| {
         if matches!(progress, UpdateProgress::Sent { bytes, .. } if bytes < 1_000) {
-            loser.lose_after(0, 300, Lost::Request);
+            plan.lose_after(0, 300, Lost::Request);
         }
     });
     let Err(error @ UpdateError::Interrupted { .. }) = &result else { panic!("{result:?}") };
     assert!(error.to_string().contains("goes on with the one that it had"), "{error}");
-    loser.lose_after(0, 1, Lost::Request);
+    plan.lose_after(0, 1, Lost::Request);
     assert!(bus.update_state(0).is_err(), "the last one that is lost");
     assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
 }
@@ -194,15 +194,15 @@ fn an_earlier_refusal_is_not_taken_for_an_answer() {
     }
     pass(&mut bus, 0.1);
     assert_eq!(bus.update_state(0).unwrap().outcome, UpdateOutcome::NotAProgram);
-    let loser = bus.line().loser();
+    let plan = bus.line().losses_to_come();
     let done = bus.update_board(0, &next(), |progress| {
         if progress == UpdateProgress::Writing {
             // After the question where it is, and the command that goes ahead.
-            loser.lose_after(2, 1, Lost::Request);
+            plan.lose_after(2, 1, Lost::Request);
         }
     });
     assert_eq!(done, Ok(Updated::Done));
-    assert!(loser.has_struck());
+    assert!(plan.is_done());
 }
 
 /// The supply fails while the program is sent, and after it: the old program, and the next update succeeds.

@@ -64,7 +64,10 @@ impl Reading {
 }
 
 /// Readings that are one number, by their names.
-const NUMBERS: [(&str, fn(&Reading) -> f64); 3] = [
+/// A number that is told under this key.
+type Number = (&'static str, fn(&Reading) -> f64);
+
+const NUMBERS: [Number; 3] = [
     ("supply_kpa", |reading| reading.supply_kpa),
     ("chip_c", |reading| reading.chip_c),
     ("rail_v", |reading| reading.rail_v),

@@ -9,7 +9,7 @@ use pneudrive_sim::record::Row;
 use super::rig::{Kind, TUBE_STEP_NS, first_change};
 
 /// Changes of channel 1, by the sizes at which they are made.
-const FAULTS: [(&str, [f64; 4]); 17] = [
+const FAULTS: [(&str, [f64; 4]); 24] = [
     ("exhaust_leak", [0.002, 0.005, 0.01, 0.03]),
     ("fill_leak", [0.002, 0.005, 0.01, 0.03]),
     ("valve_gain", [0.97, 0.93, 0.85, 0.7]),
@@ -27,6 +27,13 @@ const FAULTS: [(&str, [f64; 4]); 17] = [
     ("line_restriction", [0.05, 0.1, 0.2, 0.4]),
     ("wall_compliance", [0.1, 0.2, 0.4, 0.8]),
     ("sensor_crosstalk", [0.005, 0.01, 0.02, 0.04]),
+    ("flow_function", [0.06, 0.12, 0.2, 0.35]),
+    ("heat_exchange", [0.05, 0.15, 0.5, 1.5]),
+    ("wall_creep", [0.2, 0.4, 0.8, 1.6]),
+    ("chamber_coupling", [0.3, 0.8, 1.5, 3.0]),
+    ("sensor_lag", [0.005, 0.01, 0.02, 0.04]),
+    ("sensor_nonlinearity", [5.0, 10.0, 25.0, 50.0]),
+    ("stale_samples", [0.05, 0.1, 0.2, 0.4]),
 ];
 /// Of the whole rig.
 const RIG_FAULTS: [(&str, [f64; 4]); 2] =
