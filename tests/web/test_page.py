@@ -93,7 +93,7 @@ def test_sensors_and_the_watch_stand_in_the_head(start, visit, tmp_path, size):
     width, height = map(int, size.split("x"))
     page = visit(run.url, viewport={"width": width, "height": height})
     sensors, watched = page.locator("[data-board='0'] .sensors"), page.locator("#watch")
-    expect(sensors).to_have_text(re.compile(r"^supply 5\d\d\.\d kPa, chip \d\d \u00b0C\s*$"))
+    expect(sensors).to_have_text(re.compile(r"^supply 5\d\d\.\d kPa, chip \d\d \u00b0C$"))
     expect(watched).to_have_text("watch learns (0 of 2)")
     learnt.touch()
     expect(watched).to_have_text("watched")

@@ -113,7 +113,7 @@ class Board {
     this.state = element("span", { className: "pill" });
     this.sensors = element("span", { className: "sensors" });
     this.losses = element("span");
-    this.text = element("small", {}, this.sensors, this.losses);
+    this.text = element("small", {}, this.sensors, " ", this.losses);
     this.arming = element("button", { type: "button", className: "arm", hidden: true }, "Arm");
     this.arming.addEventListener("click", () => this.arm(!this.armed));
     const used = () => this.lastUse = performance.now();
@@ -159,7 +159,7 @@ class Board {
     this.age = picture.age;
     const supply = picture.supply === undefined ? [] : ["supply " + unit.text(picture.supply)];
     const chip = picture.chip_c === undefined ? [] : ["chip " + picture.chip_c.toFixed(0) + " \u00b0C"];
-    this.sensors.textContent = [...supply, ...chip].join(", ") + " ";
+    this.sensors.textContent = [...supply, ...chip].join(", ");
     this.showArming();
     this.chambers.forEach((chamber) => chamber.show(picture));
   }

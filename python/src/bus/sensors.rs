@@ -63,10 +63,10 @@ impl Reading {
     }
 }
 
-/// Readings that are one number, by their names.
-/// A number that is told under this key.
+/// A reading that is one number, under its name.
 type Number = (&'static str, fn(&Reading) -> f64);
 
+/// Readings that are one number.
 const NUMBERS: [Number; 3] = [
     ("supply_kpa", |reading| reading.supply_kpa),
     ("chip_c", |reading| reading.chip_c),
