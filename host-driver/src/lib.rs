@@ -24,7 +24,7 @@
 //! use pneudrive_protocol::SensorScale;
 //!
 //! let scale = SensorScale::ORIGINAL;
-//! let mut bus = Bus::open("/dev/ttyUSB0".as_ref(), BusOptions::default())?;
+//! let mut bus = Bus::open("/dev/ttyUSB0", BusOptions::default())?;
 //! bus.ping(0)?;
 //! let answer = bus.exchange(0, [scale.counts(100.0)?; 4])?;
 //! println!("{:.1} kPa", scale.kpa(answer.pressures[0]));
@@ -66,6 +66,8 @@ pub mod watch;
 pub mod web;
 
 pub use calibration::Calibration;
+/// Packets, addresses, counts and scales.
+pub use pneudrive_protocol;
 
 // The command line names this library as other programs do.
 #[cfg(feature = "cli")]

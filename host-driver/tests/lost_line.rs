@@ -11,6 +11,7 @@ use pneudrive_host::poller::{
 };
 use pneudrive_protocol::{Echo, Packet, SensorScale};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use support::{answer, counts};
 
@@ -188,7 +189,7 @@ fn an_answer_read_much_too_late_is_not_fresh() {
 #[test]
 fn commands_that_nobody_renews_become_0_kpa_and_that_is_said() {
     let told = Told::default();
-    let points = SetPoints::new(1).vent_after(SECOND / 5);
+    let points = SetPoints::new(1).vent_after(Duration::from_millis(200));
     let bus = Bus::new(VirtualLine::new(boards), options()).unwrap();
     let source = Box::new(points.clone());
     let mut polling = Polling::new(bus, PollerOptions::for_devices(1), source, vec![Box::new(told.clone())]);

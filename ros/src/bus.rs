@@ -17,6 +17,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::mpsc::Receiver;
+use std::time::Duration;
 
 /// A port that is open, nothing sent but what finds out whether it echoes.
 pub struct OpenBus {
@@ -137,7 +138,7 @@ impl OpenBus {
         let set_points = SetPoints::new(self.options.boards.len());
         let set_points = match self.watchdog_ns {
             0 => set_points,
-            watchdog_ns => set_points.vent_after(watchdog_ns),
+            watchdog_ns => set_points.vent_after(Duration::from_nanos(watchdog_ns)),
         };
         let joint = |(index, &board): (usize, &u8)| Joint {
             names: self.names[index].clone(),

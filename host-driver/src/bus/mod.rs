@@ -100,8 +100,8 @@ impl Bus<SerialPort> {
     ///
     /// # Errors
     /// The port cannot be used, or the line is not quiet enough to tell whether it echoes.
-    pub fn open(port: &Path, options: BusOptions) -> Result<Self, OpenBusError> {
-        Self::new(SerialPort::open(port, options.serial())?, options)
+    pub fn open(port: impl AsRef<Path>, options: BusOptions) -> Result<Self, OpenBusError> {
+        Self::new(SerialPort::open(port.as_ref(), options.serial())?, options)
     }
 }
 

@@ -3,6 +3,7 @@
 use pneudrive_protocol::{CHANNELS, Counts};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 /// Commands of one board, channels 0 to 3.
 pub type BoardCommand = [Counts; CHANNELS];
@@ -55,11 +56,11 @@ impl SetPoints {
         }
     }
 
-    /// Commands 0 kPa to all boards when no [`set`](Self::set) or [`renew`](Self::renew) has been called for `timeout_ns`, until
+    /// Commands 0 kPa to all boards when no [`set`](Self::set) or [`renew`](Self::renew) has been called for `timeout`, until
     /// the next one. To be called before the set points are given to a poller.
     #[must_use]
-    pub fn vent_after(self, timeout_ns: u64) -> Self {
-        Self { good_for_ns: Some(timeout_ns), ..self }
+    pub fn vent_after(self, timeout: Duration) -> Self {
+        Self { good_for_ns: Some(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)), ..self }
     }
 
     /// Sets the four commands of the board at `index` in the poller's order, from its next exchange on.
@@ -148,7 +149,7 @@ mod tests {
     #[test]
     fn set_points_that_nobody_renews_become_0_kpa() {
         let command = [Counts::saturating(511); CHANNELS];
-        let points = SetPoints::new(1).vent_after(100);
+        let points = SetPoints::new(1).vent_after(Duration::from_nanos(100));
         let (mut source, mut filled) = (points.clone(), [VENTED; 1]);
         let mut fill = |at_ns| (source.fill(at_ns, &mut filled), filled[0]);
         points.set(0, command).unwrap();

@@ -10,6 +10,7 @@
 //! nobody reads, and observers must not block.
 
 mod baud_choice;
+mod builder;
 mod commands;
 mod cycle;
 mod drives;
@@ -31,6 +32,7 @@ mod thread;
 mod vent;
 
 pub use baud_choice::{BaudChoice, BaudChoiceError};
+pub use builder::{PollerBuilder, StartError};
 pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
 pub use cycle::Polling;
 pub use drives::DriveReading;

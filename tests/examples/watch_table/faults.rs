@@ -59,7 +59,11 @@ pub fn run(kind: Kind, seeds: Range<u64>, only: &[String]) {
     let local = FAULTS.iter().map(|(id, sizes)| (*id, "@b0c1", sizes));
     let all = local.chain(RIG_FAULTS.iter().map(|(id, sizes)| (*id, "", sizes)));
     for (id, place, sizes) in all.filter(|(id, ..)| only.is_empty() || only.iter().any(|one| one == id)) {
-        let faulty = if id == "line_restriction" { Kind { step_ns: TUBE_STEP_NS, ..kind } } else { kind };
+        let faulty = if ["line_restriction", "flow_function"].contains(&id) {
+            Kind { step_ns: TUBE_STEP_NS, ..kind }
+        } else {
+            kind
+        };
         let mut line = format!("| `{id}` |");
         for size in sizes {
             let fault: Effect = format!("{id}={size}{place}").parse().unwrap();

@@ -18,7 +18,7 @@ const CALIBRATION_S: f64 = 120.0;
 const STARTS: usize = 4;
 /// Integration step of the plant, ns: a little longer than usual, since days are simulated.
 pub const STEP_NS: u64 = 62_500;
-/// The same for a narrow tube, which is quicker than that.
+/// The same for a narrow tube, or one through which gas flows faster: they are quicker than that.
 pub const TUBE_STEP_NS: u64 = 12_500;
 
 /// What rigs are like and how they are recorded.

@@ -1,0 +1,85 @@
+//! The examples, on virtual boards behind ptys.
+
+#![cfg(all(feature = "sim", feature = "record", feature = "trajectory"))]
+#![allow(clippy::unwrap_used)]
+
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
+use pneudrive_host::poller::{Poller, StartError};
+use pneudrive_protocol::Echo;
+use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
+use pneudrive_sim::rig::RigOptions;
+use std::time::Duration;
+
+#[path = "../examples/controller.rs"]
+#[allow(dead_code, reason = "its main")]
+mod controller;
+#[path = "../examples/poll.rs"]
+#[allow(dead_code, reason = "its main")]
+mod poll;
+#[path = "../examples/several_buses.rs"]
+#[allow(dead_code, reason = "its main")]
+mod several_buses;
+#[path = "../examples/trajectory.rs"]
+#[allow(dead_code, reason = "its main")]
+mod trajectory;
+
+/// Virtual boards, and a bus with patience: the machine that runs the tests may be busy with others.
+fn boards(boards: usize) -> (EmbeddedSim, Bus) {
+    let rig = RigOptions { boards, ..RigOptions::default() };
+    let sim = EmbeddedSim::start(&rig, &PtyOptions::default()).unwrap();
+    let echo = EchoMode::Known(Echo::Absent);
+    let options = BusOptions { answer_allowance_ns: 5_000_000_000, echo, ..BusOptions::default() };
+    let bus = Bus::open(sim.path(), options).unwrap();
+    (sim, bus)
+}
+
+#[test]
+fn poll() {
+    let (_sim, bus) = boards(2);
+    let finished = poll::run(bus, 2, Duration::from_millis(500)).unwrap();
+    assert_eq!((finished.error, finished.not_safe), (None, vec![]));
+    let statistics = finished.statistics;
+    assert!(statistics.exchanges > 10 && statistics.lost == 0, "{statistics:?}");
+}
+
+/// It gets there, however few of its steps the machine lets it make.
+#[test]
+fn controller() {
+    let (_sim, bus) = boards(1);
+    let difference_kpa = controller::run(bus, Duration::from_secs(6)).unwrap();
+    assert!((30.0..50.0).contains(&difference_kpa), "{difference_kpa}");
+}
+
+#[test]
+fn trajectory() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let (_sim, bus) = boards(1);
+    let rows = trajectory::run(bus, &file).unwrap();
+    let text = std::fs::read_to_string(&file).unwrap();
+    let table: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+    assert_eq!(table.len() as u64, rows + 1);
+    let column = table[0].split(',').position(|name| name == "b0_p0_kpa").unwrap();
+    let highest = table[1..].iter().filter_map(|row| row.split(',').nth(column)?.parse::<f64>().ok());
+    let highest = highest.fold(0.0, f64::max);
+    assert!((140.0..170.0).contains(&highest), "{highest} kPa, wanted 150");
+    // A file that is there is not replaced.
+    assert!(trajectory::run(boards(1).1, &file).is_err());
+}
+
+#[test]
+fn several_buses() {
+    let ((_first, one), (_second, other)) = (boards(1), boards(1));
+    let answers = several_buses::run(vec![one, other], Duration::from_millis(500)).unwrap();
+    assert!(answers.len() == 2 && answers.iter().all(|answers| *answers > 5), "{answers:?}");
+}
+
+#[test]
+fn what_cannot_be_polled_is_said() {
+    let none = Poller::builder(boards(1).1).start().unwrap_err();
+    assert!(matches!(none, StartError::NoBoards), "{none}");
+    for rate_hz in [0.0, -1.0, f64::NAN, 20_000.0] {
+        let refused = Poller::builder(boards(1).1).boards([0]).rate_hz(rate_hz).start().unwrap_err();
+        assert!(matches!(refused, StartError::Rate(_)), "{refused}");
+    }
+}
