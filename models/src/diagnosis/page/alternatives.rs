@@ -18,7 +18,7 @@ pub fn markup(report: &Report, units: &str) -> Markup {
             .iter()
             .map(|id| match id.as_str() {
                 "none" => "nothing",
-                "something_else" => "something smooth without a name",
+                "something_else" => "something without a name",
                 id => verdict::title(id),
             })
             .collect();

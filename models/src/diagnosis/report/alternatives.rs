@@ -4,7 +4,7 @@ use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::discrepancy::{Rest, corrected};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
-use crate::diagnosis::json::{Alternative, Report};
+use crate::diagnosis::json::{Alternative, Report, Verdict};
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 
@@ -70,11 +70,37 @@ impl Report {
         if weighed.is_empty() {
             return;
         }
+        let weighed = match self.verdict {
+            Verdict::Unexplained => &without_a_name(weighed),
+            _ => weighed,
+        };
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         for cause in &mut self.causes {
             cause.probability = Some(probability_of(&cause.effect, weighed));
         }
     }
+}
+
+/// Where the error itself says that something is missing, "nothing" is something without a name.
+fn without_a_name(weighed: &[Weighed]) -> Vec<Weighed> {
+    let mut others: Vec<Weighed> = Vec::new();
+    let mut unnamed: Option<Weighed> = None;
+    for one in weighed {
+        match (&one.missing, &mut unnamed) {
+            (Missing::Nothing, Some(all)) => all.probability += one.probability,
+            (Missing::SomethingElse(effects), Some(all)) if effects.is_empty() => {
+                all.probability += one.probability;
+            }
+            (Missing::Nothing, None) => {
+                unnamed = Some(Weighed { missing: Missing::SomethingElse(Vec::new()), ..one.clone() });
+            }
+            (Missing::SomethingElse(effects), None) if effects.is_empty() => unnamed = Some(one.clone()),
+            _ => others.push(one.clone()),
+        }
+    }
+    others.extend(unnamed);
+    others.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    others
 }
 
 /// Probability of all explanations with an effect.
@@ -112,6 +138,24 @@ mod tests {
         let beyond = |models: [Extended; 2]| is_beyond_usual(&channels, &models, asymmetry);
         assert!(!beyond([of(0.95), of(1.05)]) && !beyond([base.clone(), base.clone()]));
         assert!(beyond([of(0.95), of(0.7)]) && beyond([base.clone(), of(1.4)]));
+    }
+
+    #[test]
+    fn nothing_is_something_without_a_name_where_the_error_says_so() {
+        let [lag, delay] = ["valve_lag", "transport_delay"].map(|id| index_of(id).unwrap());
+        let weighed = [
+            (Missing::Effects(vec![lag]), 0.45),
+            (Missing::Nothing, 0.3),
+            (Missing::SomethingElse(Vec::new()), 0.2),
+            (Missing::SomethingElse(vec![delay]), 0.05),
+        ]
+        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
+        let named = without_a_name(&weighed);
+        let told: Vec<_> =
+            named.iter().map(|w| (w.missing.ids().join("+"), (100.0 * w.probability).round())).collect();
+        let expected =
+            [("something_else", 50.0), ("valve_lag", 45.0), ("transport_delay+something_else", 5.0)];
+        assert_eq!(told, expected.map(|(ids, percent)| (ids.to_owned(), percent)));
     }
 
     #[test]
