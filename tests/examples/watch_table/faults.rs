@@ -56,7 +56,8 @@ pub fn run(kind: Kind, seeds: Range<u64>, only: &[String]) {
             (seed, watcher)
         })
         .collect();
-    let local = FAULTS.iter().map(|(id, sizes)| (*id, "@b0c1", sizes));
+    let place = |id: &str| if id == "chamber_coupling" { "@b0" } else { "@b0c1" };
+    let local = FAULTS.iter().map(|(id, sizes)| (*id, place(id), sizes));
     let all = local.chain(RIG_FAULTS.iter().map(|(id, sizes)| (*id, "", sizes)));
     for (id, place, sizes) in all.filter(|(id, ..)| only.is_empty() || only.iter().any(|one| one == id)) {
         let faulty = if ["line_restriction", "flow_function"].contains(&id) {
