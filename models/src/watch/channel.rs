@@ -5,7 +5,7 @@ use super::baseline::Baseline;
 use super::block::{BLOCK_S, Block};
 use super::event::{Detectable, Learnt};
 use super::glr::{Alarm, THRESHOLD, largest};
-use super::history::{History, Sums};
+use super::history::History;
 use super::naming::Evidence;
 use super::setup::Prepared;
 use crate::data::{ChannelId, SensorLimits};
@@ -86,7 +86,7 @@ impl Channel {
                 let seconds = blocks.len() as f64 * BLOCK_S;
                 let baseline = Baseline::learn(blocks);
                 let learnt = self.learnt(t_s, seconds, &baseline);
-                let history = History::new(self.bank.directions.len(), t_s);
+                let history = History::new(baseline.known(), t_s);
                 self.stage = Stage::Watching(Box::new(Watching { baseline, history }));
                 Some(learnt)
             }
@@ -94,7 +94,8 @@ impl Channel {
                 let Watching { baseline, history } = watching.as_mut();
                 let score = baseline.left(&block);
                 let weighed = baseline.weigh(&score, &block);
-                history.add(t_s, &score, &block.information, &weighed);
+                baseline.add(&weighed);
+                history.add(t_s, (&score, &block.information), &weighed, baseline.known());
                 None
             }
         }
@@ -112,18 +113,16 @@ impl Channel {
     }
 
     /// The scores since a moment, if the channel was watched then.
-    pub fn evidence(&self, since_s: f64) -> Option<(Evidence, Sums)> {
+    pub fn evidence(&self, since_s: f64) -> Option<Evidence> {
         let Stage::Watching(watching) = &self.stage else { return None };
-        let since = watching.history.since(since_s);
-        if since.blocks == 0 {
-            return None;
-        }
-        Some((Evidence::new(&watching.baseline, &since)?, since))
+        let (moment, since) = watching.history.since(since_s)?;
+        if since.blocks == 0 { None } else { Evidence::new(&watching.baseline, moment, &since) }
     }
 
     fn learnt(&self, t_s: f64, seconds: f64, baseline: &Baseline) -> Learnt {
+        let known = baseline.known();
         let detectable = self.bank.directions.iter().enumerate().filter_map(|(k, direction)| {
-            let probes = baseline.smallest(k, THRESHOLD);
+            let probes = known[k].smallest(THRESHOLD);
             let probes = if direction.is_beyond(probes, baseline.usual(k)) { -probes } else { probes };
             let parameter = &direction.info().parameters[0];
             (probes.abs() < MOST_PROBES).then(|| Detectable {

@@ -15,8 +15,7 @@ const NORMAL95: f64 = 1.96;
 /// What explains an alarm on channel `seen`.
 pub fn explain(channels: &[Channel], seen: usize, alarm: &Alarm, t_s: f64) -> Change {
     let since_s = alarm.since_s;
-    let evidence: Vec<Option<Evidence>> =
-        channels.iter().map(|channel| channel.evidence(since_s).map(|(evidence, _)| evidence)).collect();
+    let evidence: Vec<Option<Evidence>> = channels.iter().map(|channel| channel.evidence(since_s)).collect();
     let own = &channels[seen];
     let mut found = Vec::new();
     if let Some(here) = &evidence[seen] {

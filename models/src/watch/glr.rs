@@ -2,10 +2,10 @@
 
 use super::baseline::Baseline;
 use super::direction::Direction;
-use super::history::History;
+use super::history::{History, Moment};
 
 /// Statistic at which a change is said. Chosen on rigs that the published rates were not measured on (docs/watch.md).
-pub const THRESHOLD: f64 = 50.0;
+pub const THRESHOLD: f64 = 40.0;
 /// Blocks that a change lasts at least before it is said.
 const LEAST_BLOCKS: usize = 3;
 /// By how much the statistic of a moment may be less than the largest, for a 95 % interval of the moment.
@@ -29,13 +29,12 @@ pub fn largest(history: &History, baseline: &Baseline, directions: &[Direction])
     let now = history.now();
     let mut best: Option<Alarm> = None;
     for (k, direction) in directions.iter().enumerate() {
-        let of = |since: &super::history::Sums| {
-            let (deviation, weight) =
-                (now.deviation[k] - since.deviation[k], now.weight[k] - since.weight[k]);
-            let statistic = baseline.statistic(k, deviation, weight);
-            (statistic, baseline.size(k, deviation, weight))
+        let of = |Moment { sums, known }: &Moment| {
+            let deviation = now.deviation[k] - sums.deviation[k];
+            let weight = now.weight[k] - sums.weight[k];
+            (known[k].statistic(deviation, weight), known[k].size(deviation, weight))
         };
-        let statistics = || history.windows(LEAST_BLOCKS).map(|(since, _)| (of(since), since.t_s));
+        let statistics = || history.moments(LEAST_BLOCKS).map(|moment| (of(moment), moment.sums.t_s));
         let counts = |size: f64| direction.is_worth(size) && !direction.is_beyond(size, baseline.usual(k));
         let worth = statistics().filter(|((_, size), _)| counts(*size));
         let Some(((statistic, _), since_s)) = worth.max_by(|a, b| a.0.0.total_cmp(&b.0.0)) else { continue };

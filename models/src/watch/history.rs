@@ -1,6 +1,7 @@
 //! Sums since the moments at which a change may have begun: all recent ones, fewer and fewer of those longer ago.
 
 use super::block::Block;
+use super::usual::Known;
 
 /// Blocks back to which every one is a candidate; of those further back every fourth, then every sixteenth.
 const EVERY: usize = 32;
@@ -18,7 +19,7 @@ pub struct Sums {
     pub score: Vec<f64>,
     /// Information.
     pub information: Vec<f64>,
-    /// Weighted deviations and weights, for each direction: see [`Baseline::weigh`](super::baseline::Baseline::weigh).
+    /// Weighted deviations and weights, for each direction: see [`Usual::weigh`](super::usual::Usual::weigh).
     pub deviation: Vec<f64>,
     /// See `deviation`.
     pub weight: Vec<f64>,
@@ -45,21 +46,38 @@ impl Sums {
     }
 }
 
+/// A moment at which a change may have begun.
+#[derive(Clone)]
+pub struct Moment {
+    /// Sums up to it.
+    pub sums: Sums,
+    /// What was known of each direction.
+    pub known: Vec<Known>,
+}
+
 /// The moments, the oldest first.
 #[derive(Clone)]
 pub struct History {
     now: Sums,
-    moments: Vec<Sums>,
+    moments: Vec<Moment>,
 }
 
 impl History {
-    /// Begins.
-    pub fn new(directions: usize, t_s: f64) -> Self {
-        Self { now: Sums::new(directions, t_s), moments: vec![Sums::new(directions, t_s)] }
+    /// Begins, with this known of each direction.
+    pub fn new(known: Vec<Known>, t_s: f64) -> Self {
+        let now = Sums::new(known.len(), t_s);
+        Self { moments: vec![Moment { sums: now.clone(), known }], now }
     }
 
-    /// Adds a block that ended at `t_s`: its scores without what is usual, its information, deviations and weights.
-    pub fn add(&mut self, t_s: f64, score: &[f64], information: &[f64], weighed: &[(f64, f64)]) {
+    /// Adds a block that ended at `t_s`: its scores without what is usual, its information, deviations and weights; and what is known with
+    /// it.
+    pub fn add(
+        &mut self,
+        t_s: f64,
+        (score, information): (&[f64], &[f64]),
+        weighed: &[(f64, f64)],
+        known: Vec<Known>,
+    ) {
         let add = |sums: &mut [f64], values: &[f64]| sums.iter_mut().zip(values).for_each(|(s, v)| *s += v);
         add(&mut self.now.score, score);
         add(&mut self.now.information, information);
@@ -69,23 +87,23 @@ impl History {
         }
         self.now.blocks += 1;
         self.now.t_s = t_s;
-        self.moments.push(self.now.clone());
+        self.moments.push(Moment { sums: self.now.clone(), known });
         let now = self.now.blocks;
-        self.moments.retain(|moment| {
-            let every = match now - moment.blocks {
+        self.moments.retain(|Moment { sums, .. }| {
+            let every = match now - sums.blocks {
                 ..EVERY => 1,
                 EVERY..FOURTH => 4,
                 FOURTH..SIXTEENTH => 16,
                 _ => return false,
             };
-            moment.blocks.is_multiple_of(every)
+            sums.blocks.is_multiple_of(every)
         });
     }
 
-    /// What was added since each moment but the last `least` blocks.
-    pub fn windows(&self, least: usize) -> impl Iterator<Item = (&Sums, usize)> {
+    /// The moments but those of the last `least` blocks.
+    pub fn moments(&self, least: usize) -> impl Iterator<Item = &Moment> {
         let now = self.now.blocks;
-        self.moments.iter().map(move |moment| (moment, now - moment.blocks)).filter(move |(_, n)| *n >= least)
+        self.moments.iter().filter(move |moment| now - moment.sums.blocks >= least)
     }
 
     /// Everything so far.
@@ -93,30 +111,33 @@ impl History {
         &self.now
     }
 
-    /// What was added since the moment nearest to `t_s`.
-    pub fn since(&self, t_s: f64) -> Sums {
-        let far = |moment: &&Sums| (moment.t_s - t_s).abs();
-        let nearest = self.moments.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
-        self.now.since(nearest.unwrap_or(&self.now))
+    /// The moment nearest to `t_s`, and what was added since.
+    pub fn since(&self, t_s: f64) -> Option<(&Moment, Sums)> {
+        let far = |moment: &&Moment| (moment.sums.t_s - t_s).abs();
+        let nearest = self.moments.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        Some((nearest, self.now.since(&nearest.sums)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::usual::Usual;
     use super::*;
 
     #[test]
     fn it_does_not_grow_and_sums_are_right() {
-        let mut history = History::new(1, 0.0);
+        let known = || vec![Usual::learn(&[]).known()];
+        let mut history = History::new(known(), 0.0);
         for k in 1..=5000 {
-            history.add(5.0 * f64::from(k), &[f64::from(k)], &[1.0], &[(2.0, 0.5)]);
+            history.add(5.0 * f64::from(k), (&[f64::from(k)], &[1.0]), &[(2.0, 0.5)], known());
         }
         assert!(history.moments.len() < 120, "{}", history.moments.len());
-        let since = history.since(5.0 * 4990.0);
+        let (moment, since) = history.since(5.0 * 4990.0).expect("a moment");
+        assert_eq!(moment.sums.blocks, 4990);
         assert_eq!((since.blocks, since.t_s), (10, 24_950.0));
         assert_eq!(since.score[0], (4991..=5000).map(f64::from).sum::<f64>());
         assert_eq!((since.deviation[0], since.weight[0]), (20.0, 5.0));
-        let oldest = history.windows(3).map(|(_, n)| n).max();
+        let oldest = history.moments(3).map(|moment| 5000 - moment.sums.blocks).max();
         assert!(oldest.is_some_and(|n| (1000..1024).contains(&n)), "{oldest:?}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! rows -> bin (steps of 10 ms) -> bank (one observer a channel, one more for each effect of the catalogue)
-//!      -> block (scores of 5 s) -> baseline (what is usual, learnt first) -> glr (has it changed?) -> naming (what is it?)
+//!      -> block (scores of 5 s) -> baseline (what is usual, learnt first and ever on) -> glr (has it changed?) -> naming (what is it?)
 //! ```
 //!
 //! An observer is the simulation of a channel, led by the measured pressure so that it does not drift. Beside the calibrated one runs
@@ -28,6 +28,7 @@ mod setup;
 mod testing;
 #[cfg(test)]
 mod tests;
+mod usual;
 mod watcher;
 mod window;
 

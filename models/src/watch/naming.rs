@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::baseline::Baseline;
 use super::block::at;
-use super::history::Sums;
+use super::history::{Moment, Sums};
 
 /// Prior scale of a size, probes. Sizes far beyond it are unlikely, as Cauchy's distribution has it: without that a slower vent was named an
 /// offset of 98 kPa, which no sensor has.
@@ -46,11 +46,11 @@ pub struct Fitted {
 }
 
 impl Evidence {
-    /// Of the blocks since the change; none where they cannot be compared.
-    pub fn new(baseline: &Baseline, since: &Sums) -> Option<Self> {
+    /// Of the blocks since the change, at this moment; none where they cannot be compared.
+    pub fn new(baseline: &Baseline, change: &Moment, since: &Sums) -> Option<Self> {
         let count = since.score.len();
-        let score =
-            DVector::from_fn(count, |k, _| baseline.centred(k, since.score[k], since.information[at(k, k)]));
+        let centred = |k: usize, _| change.known[k].centred(since.score[k], since.information[at(k, k)]);
+        let score = DVector::from_fn(count, centred);
         let cholesky = baseline.covariance(&since.information).cholesky()?;
         let distance = score.dot(&cholesky.solve(&score));
         let information = DMatrix::from_fn(count, count, |i, j| since.information[at(i, j)]);
