@@ -50,9 +50,9 @@ pub enum StartError {
     Thread(#[from] std::io::Error),
 }
 
-impl Poller {
+impl<L: Line + Send + 'static> Poller<L> {
     /// Begins a poller of this bus: of no boards yet, as fast as possible, with 0 kPa for all of them.
-    pub fn builder<L: Line + Send + 'static>(bus: Bus<L>) -> PollerBuilder<L> {
+    pub fn builder(bus: Bus<L>) -> PollerBuilder<L> {
         PollerBuilder {
             bus,
             options: PollerOptions::for_devices(0),
@@ -129,7 +129,7 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
     ///
     /// # Errors
     /// No boards, an unusable rate, no thread: see [`StartError`].
-    pub fn start(mut self) -> Result<Poller, StartError> {
+    pub fn start(mut self) -> Result<Poller<L>, StartError> {
         if self.options.boards.is_empty() {
             return Err(StartError::NoBoards);
         }

@@ -63,11 +63,11 @@ impl Finished {
 
 /// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all of them.
 #[derive(Debug)]
-pub struct Poller {
+pub struct Poller<L: Line = SerialPort> {
     shared: Arc<Shared>,
     latest: Latest,
     vent: VentLatch,
-    thread: Option<JoinHandle<Finished>>,
+    thread: Option<JoinHandle<(Finished, Bus<L>)>>,
 }
 
 /// Looks at a poller without owning it. Clones look at the same one.
@@ -85,16 +85,16 @@ struct Shared {
     statistics: Mutex<Option<Statistics>>,
 }
 
-impl Poller {
-    /// A sleeping thread looks this often whether it is to stop, ns.
-    const ATTENTION_NS: u64 = 20_000_000;
+/// A sleeping thread looks this often whether it is to stop, ns.
+const ATTENTION_NS: u64 = 20_000_000;
 
+impl<L: Line + Send + 'static> Poller<L> {
     /// Starts polling.
     ///
     /// # Errors
     /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for: then the source of the error is a
     /// [`RealTimeError`](crate::real_time::RealTimeError).
-    pub fn start<L: Line + Send + 'static>(
+    pub fn start(
         bus: Bus<L>,
         options: PollerOptions,
         source: Box<dyn CommandSource>,
@@ -124,7 +124,7 @@ impl Poller {
                     let error = ended.err().or_else(|| safe.clone().err());
                     let not_safe =
                         safe.unwrap_or_else(|_| statistics.boards.iter().map(|b| b.board).collect());
-                    Finished::new(statistics, error, not_safe)
+                    (Finished::new(statistics, error, not_safe), polling.into_bus())
                 }
             }
         })?;
@@ -135,7 +135,9 @@ impl Poller {
         }
         Ok(poller)
     }
+}
 
+impl<L: Line> Poller<L> {
     /// For those who only look.
     pub fn monitor(&self) -> Monitor {
         Monitor { shared: Arc::clone(&self.shared), latest: self.latest.clone(), vent: self.vent.clone() }
@@ -164,16 +166,21 @@ impl Poller {
 
     /// Ends polling, commands 0 kPa to all boards until they have confirmed it ([`Polling::make_safe`]), closes the line. `None` if an observer panicked.
     pub fn stop(mut self) -> Option<Finished> {
+        self.join().map(|(finished, _)| finished)
+    }
+
+    /// As [`stop`](Self::stop), and hands back the bus, its line still open: for another poller, or for questions to single boards.
+    pub fn into_bus(mut self) -> Option<(Finished, Bus<L>)> {
         self.join()
     }
 
-    fn join(&mut self) -> Option<Finished> {
+    fn join(&mut self) -> Option<(Finished, Bus<L>)> {
         self.shared.stop.store(true, Ordering::Relaxed);
         self.thread.take()?.join().ok()
     }
 }
 
-impl Drop for Poller {
+impl<L: Line> Drop for Poller<L> {
     fn drop(&mut self) {
         self.join();
     }
@@ -228,7 +235,7 @@ fn run<L: Line>(polling: &mut Polling<L>, shared: &Shared) -> Result<(), LineErr
         let start_ns = polling.next_cycle_ns();
         let line = polling.bus_mut().line_mut();
         while line.now_ns() < start_ns && !shared.stop.load(Ordering::Relaxed) {
-            let attention_ns = line.now_ns() + Poller::ATTENTION_NS;
+            let attention_ns = line.now_ns() + ATTENTION_NS;
             line.sleep_until(start_ns.min(attention_ns));
         }
         if polling.cycle()? == Supply::Ended {
