@@ -31,6 +31,10 @@ doc:
 book:
     mdbook build
 
+# what a release holds, in target/dist
+dist *PARTS:
+    dist/make {{PARTS}}
+
 # what continuous integration does, or parts of it
 ci *PARTS:
     .ci/run {{PARTS}}
