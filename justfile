@@ -31,6 +31,15 @@ doc:
 book:
     mdbook build
 
+# which lines the tests run, as pages in target/llvm-cov/html; of one crate: just coverage -p pneudrive-protocol
+# (once: rustup component add llvm-tools; cargo install cargo-llvm-cov)
+coverage *ARGS:
+    cargo llvm-cov --html {{ARGS}}
+
+# what a release holds, in target/dist
+dist *PARTS:
+    dist/make {{PARTS}}
+
 # what continuous integration does, or parts of it
 ci *PARTS:
     .ci/run {{PARTS}}

@@ -5,6 +5,9 @@ use core::fmt;
 /// The high byte is always 0xFF, which no data word has (values end at 1023, checked frames at 0x7FFF), so a whole
 /// word tells an address from data. A single byte does not: data words may end in 0xFF.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+// As the board's number.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(transparent))]
 pub struct Address(u8);
 
 impl Address {

@@ -4,6 +4,12 @@ use thiserror::Error;
 ///
 /// What a count means in kPa is [`SensorScale`](crate::SensorScale)'s business.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "u16", into = "u16")
+)]
 pub struct Counts(u16);
 
 /// A number that is no 10-bit reading.

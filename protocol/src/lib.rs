@@ -28,6 +28,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// The example there runs.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 #[cfg(test)]
 extern crate std;
 

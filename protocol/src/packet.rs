@@ -8,6 +8,8 @@ pub const PACKET_LEN: usize = 2 * (1 + CHANNELS);
 
 /// A request (values are commands) or an answer (values are pressures).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Packet {
     /// The board that is asked, or that answers.
     pub address: Address,

@@ -132,3 +132,15 @@ fn the_lists_and_the_help_say_what_can_be_given() {
     let (status, help, _) = output(&["--help"]);
     assert!(status == Some(0) && help.contains("Examples:") && help.contains("Exit status"));
 }
+
+#[test]
+fn completions_and_man_pages_come_from_the_definition() {
+    let (code, completions, _) = output(&["completions", "bash"]);
+    assert!(code == Some(0) && completions.contains("_pneudrive__sim()") && completions.contains("--effect"));
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(output(&["man", folder.path().to_str().unwrap()]).0, Some(0));
+    let page = std::fs::read_to_string(folder.path().join("pneudrive-sim-record.1")).unwrap();
+    assert!(page.contains("rig\\-out"), "{page}");
+    let (code, _, stderr) = output(&["man", "/no/such/folder"]);
+    assert!(code == Some(2) && stderr.contains("/no/such/folder"), "{stderr}");
+}

@@ -2,6 +2,7 @@ use crate::cli::find_boards::NoBoards;
 use pneudrive_host::bus::OpenBusError;
 use pneudrive_host::real_time::RealTimeError;
 use pneudrive_host::record::RecordError;
+use pneudrive_manual::ManualError;
 use std::fmt;
 
 /// Why the program ends without having done what it should.
@@ -62,6 +63,15 @@ impl From<RecordError> for Failure {
 impl From<RealTimeError> for Failure {
     fn from(error: RealTimeError) -> Self {
         Self::input(error)
+    }
+}
+
+impl From<ManualError> for Failure {
+    fn from(error: ManualError) -> Self {
+        match error {
+            ManualError::Folder { .. } => Self::input(error),
+            ManualError::Output(_) => Self::running(error),
+        }
     }
 }
 

@@ -20,7 +20,6 @@ mod init;
 mod limits;
 mod list;
 mod logger;
-mod manual;
 mod original_client;
 mod output;
 mod ping;
@@ -84,8 +83,7 @@ fn dispatch(cli: &mut Cli) -> Result<(), Failure> {
         Some(Command::Init(args)) => init::run(&cli.bus, args, &setup),
         Some(Command::Calibrate(args)) => calibrate::run(&cli.bus, args, &setup),
         Some(Command::Check(args)) => check::run(&cli.bus, args, &setup),
-        Some(Command::Completions(args)) => manual::completions(args),
-        Some(Command::Man(args)) => manual::man(args),
+        Some(Command::Manual(manual)) => Ok(manual.run(command_line::command())?),
         Some(Command::Ping(args)) => ping::run(&cli.bus, args, &setup),
         Some(Command::Board(args)) => board::run(&cli.bus, args, &setup),
         Some(Command::Timing(args)) => timing::run(&cli.bus, args),

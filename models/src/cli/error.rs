@@ -1,5 +1,6 @@
 //! How a command fails, and with which exit status.
 
+use pneudrive_manual::ManualError;
 use pneudrive_model::data::DataError;
 use pneudrive_model::data::import::ImportError;
 use pneudrive_model::experiment::{CompareError, FitChannelsError, SplitError};
@@ -116,6 +117,12 @@ impl From<SimulationError> for Failure {
             SimulationError::RunsAway { .. } => Self::running(error),
             SimulationError::Extended(_) | SimulationError::Inputs(_) => Self::input(error),
         }
+    }
+}
+
+impl From<ManualError> for Failure {
+    fn from(error: ManualError) -> Self {
+        Self { message: error.to_string(), status: error.exit_status() }
     }
 }
 

@@ -24,7 +24,8 @@ mod watch_words;
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use pneudrive_manual::Manual;
 
 pub use error::Failure;
 
@@ -55,6 +56,8 @@ enum Command {
     Show(show::Args),
     Trends(trends::Args),
     Watch(watch::Args),
+    #[command(flatten)]
+    Manual(Manual),
 }
 
 /// The command line of this process, the program's name first. Not `std::env::args`: an interpreter may run this.
@@ -94,6 +97,7 @@ impl Cli {
             Command::Show(args) => args.run(),
             Command::Trends(args) => args.run(),
             Command::Watch(args) => args.run(),
+            Command::Manual(manual) => Ok(manual.run(Self::command())?),
         }
     }
 }

@@ -4,7 +4,8 @@ mod lists;
 mod run;
 
 use crate::record::RecordArgs;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use pneudrive_manual::Manual;
 use run::RunArgs;
 use std::ffi::OsString;
 
@@ -44,6 +45,8 @@ enum Command {
     Effects,
     /// List the faults that --fault injects on the bus, with units and examples
     Faults,
+    #[command(flatten)]
+    Manual(Manual),
 }
 
 /// Does what a command line says, the program's name first. Returns the exit status: 0 done, 1 failed while running, 2 unusable
@@ -66,6 +69,9 @@ impl Cli {
             },
             Some(Command::Effects) => lists::print(&lists::effects()),
             Some(Command::Faults) => lists::print(&lists::faults()),
+            Some(Command::Manual(manual)) => manual
+                .run(Self::command())
+                .map_err(|error| Failure { status: error.exit_status(), message: error.to_string() }),
         };
         match result {
             Ok(()) => 0,

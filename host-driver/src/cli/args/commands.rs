@@ -3,7 +3,7 @@
 use super::RunArgs;
 use super::values::{kpa, number, seconds};
 use clap::{Args, Subcommand, ValueEnum};
-use clap_complete::Shell;
+use pneudrive_manual::Manual;
 use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
@@ -30,10 +30,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Play a recording's commands again; with --view show the recording, without boards
     Replay(Box<ReplayArgs>),
-    /// Completions for a shell
-    Completions(CompletionsArgs),
-    /// Man pages
-    Man(ManArgs),
+    #[command(flatten)]
+    Manual(Manual),
 }
 
 impl Command {
@@ -50,8 +48,7 @@ impl Command {
             Self::Generate(_) => "generate",
             Self::Info(_) => "info",
             Self::Replay(_) => "replay",
-            Self::Completions(_) => "completions",
-            Self::Man(_) => "man",
+            Self::Manual(manual) => manual.name(),
         }
     }
 }
@@ -157,19 +154,6 @@ pub enum ShapeArg {
     Sweep,
     /// Random levels held for random times, each channel for itself
     Aprbs,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Args)]
-pub struct CompletionsArgs {
-    /// For which shell; what is printed belongs where the shell looks for completions
-    pub shell: Shell,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, Args)]
-pub struct ManArgs {
-    /// Write a page for the program and each subcommand into this folder; without it the program's page is printed
-    #[arg(value_name = "FOLDER")]
-    pub folder: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Args)]

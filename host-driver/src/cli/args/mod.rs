@@ -10,8 +10,8 @@ pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg, SessionsArg};
 pub use commands::{
     BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, BoardUpdateArgs, CalibrateArgs,
-    CheckArgs, Command, CompletionsArgs, GenerateArgs, InfoArgs, InitArgs, ListArgs, ManArgs, PingArgs,
-    ReplayArgs, ShapeArg, TimingArgs,
+    CheckArgs, Command, GenerateArgs, InfoArgs, InitArgs, ListArgs, PingArgs, ReplayArgs, ShapeArg,
+    TimingArgs,
 };
 pub use run::RunArgs;
 pub use values::number;
