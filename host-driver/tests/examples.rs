@@ -83,3 +83,17 @@ fn what_cannot_be_polled_is_said() {
         assert!(matches!(refused, StartError::Rate(_)), "{refused}");
     }
 }
+
+#[test]
+fn a_bus_is_handed_back_and_goes_on() {
+    let (_sim, bus) = boards(1);
+    let poller = Poller::builder(bus).boards([0]).start().unwrap();
+    while poller.latest().boards.iter().all(|board| board.reading.is_none()) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let (finished, mut bus) = poller.into_bus().unwrap();
+    assert_eq!((finished.error, finished.not_safe), (None, vec![]));
+    bus.ping(0).unwrap();
+    let finished = poll::run(bus, 1, Duration::from_millis(200)).unwrap();
+    assert!(finished.statistics.exchanges > 5 && finished.error.is_none(), "{finished:?}");
+}
