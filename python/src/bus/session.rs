@@ -3,6 +3,7 @@
 use super::ending::Ending;
 use super::guard::Rules;
 use super::history::History;
+use super::interruptible::Interruptible;
 use super::link::Bus;
 use super::owner::Owner;
 use super::poller_settings::PollerSettings;
@@ -49,7 +50,7 @@ enum Commands {
 
 struct Run {
     /// `None` once it is to end.
-    poller: Option<host::Poller>,
+    poller: Option<host::Poller<Interruptible>>,
     /// Set then.
     end: Option<End>,
     statistics: Arc<Mutex<Option<Statistics>>>,
