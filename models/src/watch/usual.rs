@@ -5,8 +5,8 @@ const OUTLIER: f64 = 4.0;
 /// Blocks after which a wander is taken to be over.
 pub const LAGS: usize = 16;
 /// What is known of any rig beforehand, and for how many blocks that counts: long-run variances of a few minutes that happen to be quiet are
-/// too small, of one rig by four times. On virtual rigs that nothing was measured on, an hour told 3 to 5 blocks and 1.0 to 2.3 times the
-/// first stretch's squares.
+/// too small, of one rig by four times. Two hours of eight virtual rigs (`watch_table`, seeds 62081 to 62130 and 64022, which the published
+/// rate was not measured on) told 3 to 5 blocks of most directions, and 0.8 to 2.6 times the first stretch's squares.
 const PRIOR_BLOCKS: f64 = 50.0;
 const PRIOR_MEMORY: f64 = 4.0;
 const PRIOR_SQUARE: f64 = 1.3;
