@@ -8,6 +8,9 @@ mod common;
 use common::packet;
 use nix::fcntl::OFlag;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::sys::termios::{
+    BaudRate, SetArg, SpecialCharacterIndices, cfmakeraw, cfsetspeed, tcgetattr, tcsetattr,
+};
 use pneudrive_protocol::{Address, Packet};
 use pneudrive_sim::pty::{EmbeddedSim, FrontEnd, PtyOptions, SimError};
 use pneudrive_sim::rig::{RigOptions, Timing};
@@ -16,7 +19,8 @@ use std::io::{Read, Write};
 use std::os::fd::AsFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -94,6 +98,34 @@ fn what_one_client_left_unread_does_not_greet_the_next() {
     let mut client = open(front_end.path());
     assert!(!readable(&client, 0));
     exchange(&mut front_end, &mut client, 1);
+}
+
+/// The next client opens while the simulator still tidies up after the one before.
+#[test]
+fn a_clients_settings_last_however_soon_it_opens() {
+    let ended = Arc::new(AtomicBool::new(false));
+    let options = PtyOptions::default();
+    let mut front_end = front_end(1, Timing::Wire, &options);
+    let path = front_end.path().to_owned();
+    let simulator = std::thread::spawn({
+        let ended = Arc::clone(&ended);
+        move || front_end.run(&ended, None).unwrap()
+    });
+    for round in 0..500_usize {
+        let mut client = open(&path);
+        let mut settings = tcgetattr(&client).unwrap();
+        cfmakeraw(&mut settings);
+        settings.control_chars[SpecialCharacterIndices::VMIN as usize] =
+            1 + u8::try_from(round % 10).unwrap();
+        cfsetspeed(&mut settings, BaudRate::B1000000).unwrap();
+        tcsetattr(&client, SetArg::TCSANOW, &settings).unwrap();
+        // The simulator sees a client only by its bytes.
+        client.write_all(&packet(0, 102).encode()).unwrap();
+        assert!(readable(&client, 10_000));
+        assert_eq!(tcgetattr(&client).unwrap(), settings, "client {round}");
+    }
+    ended.store(true, Ordering::Relaxed);
+    simulator.join().unwrap();
 }
 
 /// A stopped client fills the pty; what no longer fits is lost and counted, and it finds its boards again.

@@ -68,14 +68,19 @@ impl VirtualPort {
 
     fn make_raw(&self) -> nix::Result<()> {
         let client = self.open_client()?;
-        let mut settings = tcgetattr(&client)?;
+        let found = tcgetattr(&client)?;
+        let mut settings = found.clone();
         cfmakeraw(&mut settings);
-        cfsetspeed(&mut settings, BaudRate::B38400)?;
-        tcsetattr(&client, SetArg::TCSANOW, &settings)
+        settings.control_chars = found.control_chars;
+        if self.raised_baud()?.is_some() {
+            cfsetspeed(&mut settings, BaudRate::B38400)?;
+        }
+        // Only what differs: the next client may be setting its own in this moment, and must find them afterwards.
+        if settings == found { Ok(()) } else { tcsetattr(&client, SetArg::TCSANOW, &settings) }
     }
 
     /// What a client left unread must not greet the next one. A serial port forgets it when it is closed; a pty does not.
-    /// The settings go back to raw mode too, and to no line rate in particular.
+    /// The settings go back to raw mode too, and a raised line rate to an ordinary one; the rest stays, as a port's does.
     pub(super) fn forget_unread(&self) -> nix::Result<()> {
         tcflush(self.open_client()?, FlushArg::TCIFLUSH)?;
         self.make_raw()
