@@ -28,7 +28,7 @@ fn boards(boards: usize) -> (EmbeddedSim, Bus) {
     let rig = RigOptions { boards, ..RigOptions::default() };
     let sim = EmbeddedSim::start(&rig, &PtyOptions::default()).unwrap();
     let echo = EchoMode::Known(Echo::Absent);
-    let options = BusOptions { answer_allowance_ns: 5_000_000_000, echo, ..BusOptions::default() };
+    let options = BusOptions { answer_allowance_ns: 1_000_000_000, echo, ..BusOptions::default() };
     let bus = Bus::open(sim.path(), options).unwrap();
     (sim, bus)
 }

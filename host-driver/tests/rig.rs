@@ -14,8 +14,11 @@ use support::pty::PtyBoards;
 fn run(args: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));
     // Answers may take long on a busy machine; that is no loss here.
-    let patient: &[&str] =
-        if args.contains(&"--allowance-us") { &[] } else { &["--allowance-us", "1000000"] };
+    let patient: &[&str] = if args.contains(&"--allowance-us") {
+        &[]
+    } else {
+        &["--echo", "absent", "--allowance-us", "1000000"]
+    };
     let output = command.args(args).args(patient).stdin(Stdio::null()).output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     (output.status.code(), text(output.stdout), text(output.stderr))
@@ -35,7 +38,7 @@ fn port_boards_rate_and_unit_come_from_the_file_and_the_command_line_before_it()
     let folder = tempfile::tempdir().unwrap();
     let file = rig(folder.path(), &boards, 2, "[display]\nunit = \"bar\"\n[boards.1]\nname = \"elbow\"\n");
     let file = file.to_str().unwrap();
-    let patient = ["--duration", "0.3", "--allowance-us", "5000000"];
+    let patient = ["--duration", "0.3", "--echo", "absent", "--allowance-us", "1000000"];
     let (code, stdout, stderr) = run(&[&["--rig", file, "--json"], &patient[..]].concat());
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();

@@ -53,7 +53,7 @@ impl Rig {
         let boards = PtyBoards::start(2);
         let bus_options = BusOptions {
             echo: EchoMode::Known(Echo::Absent),
-            answer_allowance_ns: 5_000_000_000,
+            answer_allowance_ns: 1_000_000_000,
             ..BusOptions::default()
         };
         let bus = Bus::open(boards.path(), bus_options).unwrap();

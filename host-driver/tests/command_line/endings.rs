@@ -23,7 +23,9 @@ fn the_json_object_keeps_its_contract() {
         "0.5",
         "--json",
         "--allowance-us",
-        "5000000",
+        "1000000",
+        "--echo",
+        "absent",
     ]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();

@@ -74,7 +74,7 @@ fn a_recording_from_the_page_that_fails_is_told_on_the_terminal_and_in_the_statu
 fn the_pages_address_is_said_and_others_are_warned_about() {
     let boards = PtyBoards::start(1);
     let port = boards.path().to_str().unwrap();
-    let patient = ["--port", port, "--duration", "0.2", "--allowance-us", "5000000"];
+    let patient = ["--port", port, "--duration", "0.2", "--echo", "absent", "--allowance-us", "1000000"];
     let (code, _, stderr) = run(&[&patient[..], &["--web=0"]].concat());
     assert!(code == Some(0) && stderr.contains("live page: http://127.0.0.1:"), "{stderr}");
     assert!(!stderr.contains("token") && !stderr.contains("reached by others"), "{stderr}");

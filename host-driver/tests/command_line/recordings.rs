@@ -151,7 +151,9 @@ fn metadata_of_another_bag_is_left_alone() {
         "--duration",
         "0.2",
         "--allowance-us",
-        "5000000",
+        "1000000",
+        "--echo",
+        "absent",
         "--record",
         file.to_str().unwrap(),
     ]);

@@ -35,8 +35,20 @@ fn ping_names_each_board() {
 fn bench_prints_a_row_for_each_number_of_boards() {
     let boards = PtyBoards::start(2);
     let port = boards.path().to_str().unwrap();
-    let (code, stdout, stderr) =
-        run(&["bench", "--port", port, "-n", "2", "--cycles", "50", "--json", "--allowance-us", "5000000"]);
+    let (code, stdout, stderr) = run(&[
+        "bench",
+        "--port",
+        port,
+        "-n",
+        "2",
+        "--cycles",
+        "50",
+        "--json",
+        "--echo",
+        "absent",
+        "--allowance-us",
+        "1000000",
+    ]);
     assert_eq!(code, Some(0), "{stderr}");
     let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
     let runs = json["runs"].as_array().unwrap();
@@ -102,7 +114,7 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.contains("unit = \"psi\"") && text.contains("boards = 2"), "{text}");
     let (code, stdout, stderr) =
-        run(&["--rig", path, "--duration", "0.2", "--json", "--allowance-us", "5000000"]);
+        run(&["--rig", path, "--duration", "0.2", "--json", "--echo", "absent", "--allowance-us", "1000000"]);
     assert_eq!(code, Some(0), "{stderr}");
     assert!(stdout.contains("\"devices\":2,"), "{stdout}");
     refused(&["init", path, "--port", port], 2, "exists and is not replaced");
