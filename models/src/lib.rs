@@ -59,6 +59,7 @@ pub mod fit;
 pub mod model;
 pub mod numeric;
 pub mod overview;
+mod parallel;
 pub mod report;
 pub mod rig;
 pub mod rollout;

@@ -1,12 +1,11 @@
 //! Errors of rollouts on blocks that were not fitted, and what a change of the model gains there.
 
-use rayon::prelude::*;
-
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::json::Gain;
 use crate::diagnosis::likelihood::{Whitening, expected_readings};
 use crate::diagnosis::resampling::{generator, quantile, runs};
+use crate::parallel;
 
 /// Pieces a block is cut into for resampling.
 const PIECES: usize = 5;
@@ -35,7 +34,7 @@ impl BlockErrors {
     #[must_use]
     pub fn of(channels: &[ChannelData], models: &[Extended], role: Role) -> Self {
         let residuals: Vec<Vec<f64>> =
-            channels.par_iter().zip(models).map(|(d, m)| rollout_residuals(d, m)).collect();
+            parallel::map(channels.iter().zip(models), |(d, m)| rollout_residuals(d, m));
         Self::new(channels, &residuals, role)
     }
 

@@ -4,8 +4,6 @@
 //! One rollout at a time, on all threads: what effects remember (friction, dead times) goes
 //! different ways in each, so that there are no lanes.
 
-use rayon::prelude::*;
-
 use super::channel::{ChannelData, Extended, NARROW, Variable, install};
 use super::error::DiagnosisError;
 use super::report::ExtendedFile;
@@ -13,6 +11,7 @@ use crate::data::ChannelId;
 use crate::effects::{ChannelInputs, Disturbance, DriveInput, InputSlopes, Series, input_slopes};
 use crate::model::{Parameter, column};
 use crate::numeric::{Dual, Scalar};
+use crate::parallel;
 use crate::rollout::{
     BatchError, BatchGradient, BatchInputs, BatchResults, DIFFERENTIATED, Job, check_batch,
 };
@@ -113,10 +112,10 @@ impl ExtendedRollouts {
         let (rows, ambient_pa) = (inputs.rows(), self.ambient_pa());
         let expected = outputs.len() * width;
         let shared = Shared::new(inputs);
-        let each = jobs.par_iter().enumerate().zip(outputs.par_chunks_mut(rows));
+        let each = jobs.iter().enumerate().zip(outputs.chunks_mut(rows));
         let absolute = |gauge_kpa: f64| unit.of(ambient_pa + PA_PER_KPA * gauge_kpa);
         let Some(derivatives) = sensitivities else {
-            each.for_each(|((number, job), outputs)| {
+            parallel::map(each, |((number, job), outputs)| {
                 let (data, model) = self.rollout(&shared, number, job);
                 for (output, [gauge_kpa, ..]) in outputs.iter_mut().zip(data.trace(&model)) {
                     *output = absolute(gauge_kpa);
@@ -128,7 +127,8 @@ impl ExtendedRollouts {
             return Err(BatchError::Results { expected, found: derivatives.len() });
         }
         self.check_differentiable()?;
-        each.zip(derivatives.par_chunks_mut(rows * width)).for_each(|(((number, job), outputs), slopes)| {
+        let each = each.zip(derivatives.chunks_mut(rows * width));
+        parallel::map(each, |(((number, job), outputs), slopes)| {
             let (data, model) = self.rollout(&shared, number, job);
             differentiate(&data, &model, width, &mut |row, first, reading| {
                 outputs[row] = absolute(reading.value);
@@ -168,14 +168,11 @@ impl ExtendedRollouts {
         }
         let shared = Shared::new(inputs);
         let rows = inputs.rows();
-        let weights = weights.par_chunks(rows);
-        let into = found.parameters.par_chunks_mut(width).zip(&mut found.start);
-        let by_inputs: Vec<[Vec<f64>; DIFFERENTIATED.len()]> = jobs
-            .par_iter()
-            .enumerate()
-            .zip(weights)
-            .zip(into)
-            .map(|(((number, job), weights), (parameters, start))| {
+        let weights = weights.chunks(rows);
+        let into = found.parameters.chunks_mut(width).zip(&mut found.start);
+        let by_inputs: Vec<[Vec<f64>; DIFFERENTIATED.len()]> = parallel::map(
+            jobs.iter().enumerate().zip(weights).zip(into),
+            |(((number, job), weights), (parameters, start))| {
                 let (data, model) = self.rollout(&shared, number, job);
                 differentiate(&data, &model, width + 1, &mut |row, first, reading| {
                     for (direction, of_kpa) in (first..=width).zip(reading.gradient) {
@@ -184,8 +181,8 @@ impl ExtendedRollouts {
                     }
                 });
                 by_inputs(&data, &model, weights)
-            })
-            .collect();
+            },
+        );
         for (number, columns) in by_inputs.into_iter().enumerate() {
             for (all, column) in found.inputs.iter_mut().zip(columns) {
                 all[number * rows..][..rows].copy_from_slice(&column);

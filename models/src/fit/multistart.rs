@@ -1,10 +1,10 @@
 //! Many starts, so that a local minimum is not taken for the best.
 
+use crate::parallel;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use rand::{Rng, RngExt, SeedableRng, seq::SliceRandom};
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 
 use super::Objective;
 use super::levenberg::{Ending, Minimum, Stopping, minimise};
@@ -159,17 +159,14 @@ pub fn best_of_starts<O: Objective + ?Sized>(
         })
         .collect();
     let (done, total) = (AtomicUsize::new(0), searches.len());
-    let minima: Vec<(usize, Minimum)> = searches
-        .par_iter()
-        .map(|search| {
-            let bounds = search.objective.bounds();
-            let start = sound_start(search.objective, &search.start, control);
-            let minimum = minimise(search.objective, &bounds, &start, stopping, control.cancel);
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            (control.progress)(Progress { done, total });
-            (search.problem, minimum)
-        })
-        .collect();
+    let minima: Vec<(usize, Minimum)> = parallel::map(searches.iter(), |search| {
+        let bounds = search.objective.bounds();
+        let start = sound_start(search.objective, &search.start, control);
+        let minimum = minimise(search.objective, &bounds, &start, stopping, control.cancel);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        (control.progress)(Progress { done, total });
+        (search.problem, minimum)
+    });
     let mut best: Vec<Option<Best>> = vec![None; objectives.len()];
     for (problem, minimum) in minima {
         let outcome = StartOutcome {

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use super::jacobian::Jacobian;
 use super::lockstep::{self, KPA_PER_PA, LaneSums};
 use super::normal::Accumulator;
 use super::{Normal, Objective, Space};
 use crate::numeric::{Dual, Lanes, Real, Scalar};
+use crate::parallel;
 use crate::rollout::{
     DIRECTIONS, DualLanes, DualRollout, GatheredRows, LaneRollout, Rows, SENSITIVITY_LANES, Series, Steps,
     System, WIDE_DIRECTIONS,
@@ -258,11 +258,9 @@ impl Objective for RolloutObjective<'_> {
     }
 
     fn normal(&self, coordinates: &[f64]) -> Normal {
-        let parts: Vec<Normal> = self
-            .order
-            .par_chunks(SENSITIVITY_LANES)
-            .map(|segments| self.group_normal(coordinates, segments))
-            .collect();
+        let parts: Vec<Normal> = parallel::map(self.order.chunks(SENSITIVITY_LANES), |segments| {
+            self.group_normal(coordinates, segments)
+        });
         // Summed in a fixed order: the result does not depend on the number of threads.
         let mut normal = Normal::zeros(self.dimension());
         for part in parts {

@@ -1,7 +1,5 @@
 //! Derivatives of a weighted sum of a batch's pressures by everything that they follow from.
 
-use rayon::prelude::*;
-
 use super::batch::{check, steps_of};
 use super::interval::{ActiveLanes, Interval, Intervals, RowState};
 use super::kinds::{DIRECTIONS, SENSITIVITY_LANES};
@@ -9,6 +7,7 @@ use super::lanes::lanes_of;
 use super::{BatchError, BatchInputs, Job, Steps, System};
 use crate::model::column;
 use crate::numeric::{Active, Dual, Lanes, Scalar};
+use crate::parallel;
 
 /// Inputs that have an effect, in the order of [`BatchGradient::inputs`].
 pub const DIFFERENTIATED: [usize; 6] = [
@@ -75,7 +74,7 @@ pub fn batch_gradient(
         .map(|(chunk, jobs)| Lot { system, jobs, inputs, first: chunk * SENSITIVITY_LANES, steps, weights })
         .collect();
     let found: Vec<(usize, Vec<Vec<f64>>, Vec<Direction>)> =
-        lots.par_iter().map(|lot| (lot.first, lot.gradient(), lot.directions())).collect();
+        parallel::map(lots.iter(), |lot| (lot.first, lot.gradient(), lot.directions()));
     for (first, slopes, directions) in found {
         for (direction, slopes) in directions.into_iter().zip(slopes) {
             let lanes = SENSITIVITY_LANES.min(jobs.len() - first);

@@ -1,7 +1,5 @@
 //! Thousands of rollouts at once.
 
-use rayon::prelude::*;
-
 use super::job::{BATCH_LANES, BatchError, BatchUnit, Job, SINGLE_LANES};
 use super::kinds::{DIRECTIONS, DualLanes, LaneRollout, SENSITIVITY_LANES};
 use super::lanes::{Lot, lanes_of};
@@ -9,6 +7,7 @@ use super::source::Steps;
 use super::{BatchInputs, System};
 use crate::model::column;
 use crate::numeric::{Dual, Scalar};
+use crate::parallel;
 
 /// What a batch gives.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,23 +102,22 @@ pub fn simulate_batch_into(
     }
     let steps = steps_of(system, inputs, substeps);
     let possible = if let Some(sensitivities) = sensitivities {
-        let outputs = outputs.par_chunks_mut(SENSITIVITY_LANES * samples);
-        let derivatives = sensitivities.par_chunks_mut(SENSITIVITY_LANES * samples * parameters);
-        jobs.par_chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate().all(
-            |(chunk, ((jobs, outputs), derivatives))| {
-                let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps, unit };
-                (0..parameters)
-                    .step_by(DIRECTIONS)
-                    .all(|from| sensitivities_of(system, lot, from, outputs, derivatives))
-            },
-        )
+        let outputs = outputs.chunks_mut(SENSITIVITY_LANES * samples);
+        let derivatives = sensitivities.chunks_mut(SENSITIVITY_LANES * samples * parameters);
+        let lots = jobs.chunks(SENSITIVITY_LANES).zip(outputs).zip(derivatives).enumerate();
+        parallel::map(lots, |(chunk, ((jobs, outputs), derivatives))| {
+            let lot = Lot { jobs, inputs, first: chunk * SENSITIVITY_LANES, steps, unit };
+            (0..parameters)
+                .step_by(DIRECTIONS)
+                .all(|from| sensitivities_of(system, lot, from, outputs, derivatives))
+        })
     } else {
-        let outputs = outputs.par_chunks_mut(BATCH_LANES * samples);
-        jobs.par_chunks(BATCH_LANES).zip(outputs).enumerate().all(|(chunk, (jobs, outputs))| {
+        let outputs = outputs.chunks_mut(BATCH_LANES * samples);
+        parallel::map(jobs.chunks(BATCH_LANES).zip(outputs).enumerate(), |(chunk, (jobs, outputs))| {
             system.simulate_lot(Lot { jobs, inputs, first: chunk * BATCH_LANES, steps, unit }, outputs)
         })
     };
-    if possible { Ok(()) } else { inputs.check_late() }
+    if possible.into_iter().all(|possible| possible) { Ok(()) } else { inputs.check_late() }
 }
 
 /// The pressures of [`simulate_batch_into`] in single precision: twice as many at a time, in half of the memory. Sums are compensated, so
@@ -140,12 +138,13 @@ pub fn simulate_batch_single_into(
         return Ok(());
     }
     let steps = steps_of(system, inputs, substeps);
-    let outputs = outputs.par_chunks_mut(SINGLE_LANES * inputs.rows());
-    let possible = jobs.par_chunks(SINGLE_LANES).zip(outputs).enumerate().all(|(chunk, (jobs, outputs))| {
+    let outputs = outputs.chunks_mut(SINGLE_LANES * inputs.rows());
+    let lots = jobs.chunks(SINGLE_LANES).zip(outputs).enumerate();
+    let possible = parallel::map(lots, |(chunk, (jobs, outputs))| {
         let lot = Lot { jobs, inputs, first: chunk * SINGLE_LANES, steps, unit };
         system.simulate_lot_single(lot, outputs)
     });
-    if possible { Ok(()) } else { inputs.check_late() }
+    if possible.into_iter().all(|possible| possible) { Ok(()) } else { inputs.check_late() }
 }
 
 /// Whether jobs and inputs belong together, and there is room for `found` pressures.

@@ -1,7 +1,5 @@
 //! Channels that depend on each other: each is simulated with what the others did the time before.
 
-use rayon::prelude::*;
-
 use super::data::ChannelData;
 use super::model::Extended;
 use super::neighbours::Pressures;
@@ -9,6 +7,7 @@ use super::variable::Variable;
 use crate::data::ChannelId;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, Series};
+use crate::parallel;
 
 /// Passes over all channels when one of them depends on the others.
 const PASSES: usize = 4;
@@ -22,7 +21,7 @@ pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f6
     let pressures = needs(EffectInfo::needs_others_pressures) || corrected(Variable::Opposite);
     let draws = needs(EffectInfo::needs_others_draw) || corrected(Variable::OthersDraw);
     let traces = |channels: &[ChannelData]| -> Vec<Vec<[f64; 3]>> {
-        channels.par_iter().zip(models).map(|(data, model)| data.trace(model)).collect()
+        parallel::map(channels.iter().zip(models), |(data, model)| data.trace(model))
     };
     let mut now = traces(channels);
     for _ in 0..if pressures || draws { PASSES } else { 0 } {
@@ -45,11 +44,9 @@ pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f6
 
 /// Hands every channel the flow that the others draw from the supply, by their models.
 pub fn share_draws(channels: &mut [ChannelData], models: &[Extended]) {
-    let draws: Vec<Vec<f64>> = channels
-        .par_iter()
-        .zip(models)
-        .map(|(data, model)| data.trace(model).iter().map(|row| row[2].max(0.0)).collect())
-        .collect();
+    let draws: Vec<Vec<f64>> = parallel::map(channels.iter().zip(models), |(data, model)| {
+        data.trace(model).iter().map(|row| row[2].max(0.0)).collect()
+    });
     let rows = draws.first().map_or(0, Vec::len);
     let mut total = vec![0.0; rows];
     for draw in &draws {

@@ -3,12 +3,11 @@
 //! One simulation waits most of the time: each step needs what the one before left. Models with the same effects take the same
 //! instructions, so a vector of them is done in little more time than one.
 
-use rayon::prelude::*;
-
 use super::data::ChannelData;
 use super::model::Extended;
 use crate::effects::Undisturbed;
 use crate::numeric::Lanes;
+use crate::parallel;
 
 /// Models in one simulation.
 const LANES: usize = 4;
@@ -21,14 +20,14 @@ pub fn readings_of(data: &ChannelData, models: &[Extended]) -> Vec<Vec<f64>> {
     let alike = |part: &[Extended]| {
         part.iter().all(|model| model.effects == part[0].effects && model.correction.is_none())
     };
-    let parts = models.par_chunks(LANES).map(|part| {
+    let parts = parallel::map(models.chunks(LANES), |part| {
         if part.len() < WORTH || !alike(part) {
-            part.par_iter().map(|model| data.readings(model)).collect()
+            parallel::map(part.iter(), |model| data.readings(model))
         } else {
             side_by_side(data, part)
         }
     });
-    parts.collect::<Vec<Vec<Vec<f64>>>>().into_iter().flatten().collect()
+    parts.into_iter().flatten().collect()
 }
 
 /// Readings of one to [`LANES`] models with the same effects.

@@ -12,7 +12,6 @@ mod trajectory;
 
 use crate::diagnosis::estimation::refit;
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 pub use menu::Excitation;
 pub use separation::{Explanation, Separation, separation};
@@ -24,6 +23,7 @@ use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::report::verdict;
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 use crate::rig::Rig;
 use planned::realisable;
 
@@ -89,11 +89,11 @@ pub fn plan(
     }
     let range_kpa = range(channels, rig, highest_kpa);
     let watched: Vec<usize> = (0..channels.len()).filter(|&k| found.acts[k]).take(MOST_WATCHED).collect();
-    let mut looked: Vec<(Excitation, Separation)> = Excitation::ALL
-        .par_iter()
-        .filter(|e| channels.len() > 1 || !e.needs_several())
-        .filter_map(|&e| Some((e, separation(channels, &question.explanations, &watched, e, range_kpa)?)))
-        .collect();
+    let possible = Excitation::ALL.iter().filter(|e| channels.len() > 1 || !e.needs_several());
+    let looked = parallel::map(possible, |&e| {
+        Some((e, separation(channels, &question.explanations, &watched, e, range_kpa)?))
+    });
+    let mut looked: Vec<(Excitation, Separation)> = looked.into_iter().flatten().collect();
     looked.sort_by(|a, b| b.1.squared.total_cmp(&a.1.squared));
     let Some(most) = looked.first().map(|l| l.1.squared) else {
         return Ok(None);
@@ -167,19 +167,15 @@ fn question(channels: &[ChannelData], outcome: &Outcome, cause: &Cause, found: &
 
 /// Models refitted to the recordings so far. What is free follows from the stages: their base parameters, and all of the effects.
 fn explanation(channels: &[ChannelData], stages: &[ChannelStage], models: &[Extended]) -> Explanation {
-    let refitted: Vec<ChannelStage> = channels
-        .par_iter()
-        .zip(stages)
-        .zip(models)
-        .map(|((data, stage), model)| {
+    let refitted: Vec<ChannelStage> =
+        parallel::map(channels.iter().zip(stages).zip(models), |((data, stage), model)| {
             let base = data.plant.parameters().len();
             let own = stage.free.iter().copied().filter(|k| *k < base);
             let free: Vec<usize> = own.chain(base..model.values.len()).collect();
             let whitening = Whitening::new(data, &data.disturbances(model));
             let (model, _) = refit(data, &whitening, model, &free, EVALUATIONS);
             ChannelStage::new(data, model, free)
-        })
-        .collect();
+        });
     Explanation::new(channels, &refitted)
 }
 

@@ -9,11 +9,11 @@ use crate::diagnosis::channel::Variable;
 use crate::diagnosis::channel::hats;
 use crate::diagnosis::channel::rows_of;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use crate::diagnosis::channel::{ChannelData, Role};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
+use crate::parallel;
 
 const DRAWS: usize = 999;
 
@@ -55,24 +55,17 @@ pub fn knots(values: &[f64]) -> Vec<f64> {
 /// Tests all variables of all channels; strongest first.
 #[must_use]
 pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dependence> {
-    let mut found: Vec<Dependence> = channels
-        .par_iter()
-        .zip(stages)
-        .enumerate()
-        .flat_map(|(channel, (data, stage))| {
-            let trace = data.trace(&stage.model);
-            // The shape of what a rate does is enough.
-            let rough = data.rough();
-            let tested: Vec<Dependence> = Variable::ALL
-                .par_iter()
-                .filter_map(|&variable| {
-                    let values = data.series(&trace, variable)?;
-                    dependence((data, &rough), stage, channel, variable, &values)
-                })
-                .collect();
-            tested
+    let of_channel = |(channel, (data, stage)): (usize, (&ChannelData, &ChannelStage))| {
+        let trace = data.trace(&stage.model);
+        // The shape of what a rate does is enough.
+        let rough = data.rough();
+        parallel::map(Variable::ALL, |variable| {
+            let values = data.series(&trace, variable)?;
+            dependence((data, &rough), stage, channel, variable, &values)
         })
-        .collect();
+    };
+    let tested = parallel::map(channels.iter().zip(stages).enumerate(), of_channel);
+    let mut found: Vec<Dependence> = tested.into_iter().flatten().flatten().collect();
     let length = found.iter().map(|d| d.scores.len()).max().unwrap_or(0);
     let mut rng = generator(3);
     let mut draws: Vec<f64> = (0..DRAWS)

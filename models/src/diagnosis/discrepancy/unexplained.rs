@@ -1,7 +1,6 @@
 //! What stays unexplained: what the residual still depends on, how much it is, and a smooth correction of it.
 
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 use super::discrepancy_model::fit_correction;
 use super::residual_test::{Dependence, dependences};
@@ -12,6 +11,7 @@ use crate::diagnosis::likelihood::{is_hunting, row_count, select_total, total};
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Found, Outcome, staged};
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 fn matters(d: &Dependence) -> bool {
     d.p_value <= SETTINGS.level && d.share >= SETTINGS.dependence_share
@@ -34,14 +34,11 @@ impl Rest {
     /// Of the models that a search found.
     #[must_use]
     pub fn new(channels: &[ChannelData], outcome: &Outcome, change: bool) -> Self {
-        let base_stages: Vec<ChannelStage> = channels
-            .par_iter()
-            .zip(&outcome.base)
-            .map(|(data, model)| {
+        let base_stages: Vec<ChannelStage> =
+            parallel::map(channels.iter().zip(&outcome.base), |(data, model)| {
                 let free = if change { Vec::new() } else { free_of(data, model, false) };
                 ChannelStage::new(data, model.clone(), free)
-            })
-            .collect();
+            });
         let symptoms = dependences(channels, &base_stages);
         let left =
             if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
@@ -136,16 +133,11 @@ fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelSt
 /// The final models, each with a smooth correction along what its channel's residual depends on most, where that helps.
 #[must_use]
 pub fn corrected(channels: &[ChannelData], stages: &[ChannelStage], left: &[Dependence]) -> Vec<Extended> {
-    channels
-        .par_iter()
-        .zip(stages)
-        .enumerate()
-        .map(|(k, (data, stage))| {
-            let along = left.iter().find(|d| d.channel == k && matters(d));
-            let fitted = along.and_then(|d| fit_correction(data, stage, d));
-            fitted.unwrap_or_else(|| stage.model.clone())
-        })
-        .collect()
+    parallel::map(channels.iter().zip(stages).enumerate(), |(k, (data, stage))| {
+        let along = left.iter().find(|d| d.channel == k && matters(d));
+        let fitted = along.and_then(|d| fit_correction(data, stage, d));
+        fitted.unwrap_or_else(|| stage.model.clone())
+    })
 }
 
 /// What the corrections gain on the test blocks; `None` where there is none.

@@ -1,11 +1,10 @@
 //! Explanations of one recording, and their probabilities.
 
-use rayon::prelude::*;
-
 use super::predicted::{Evidence, Predicted};
 use super::weights::probabilities;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 /// What may be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,7 +92,7 @@ pub fn evidence(channels: &[ChannelData], models: &[Extended]) -> Evidence {
 #[must_use]
 pub fn weigh(channels: &[ChannelData], explanations: Vec<Explanation>) -> Vec<Weighed> {
     let mut best: Vec<(Missing, Evidence)> = Vec::new();
-    let evidences: Vec<Evidence> = explanations.par_iter().map(|e| evidence(channels, &e.models)).collect();
+    let evidences: Vec<Evidence> = parallel::map(explanations.iter(), |e| evidence(channels, &e.models));
     for (Explanation { missing, .. }, evidence) in explanations.into_iter().zip(evidences) {
         if !evidence.log_density().is_finite() {
             continue;

@@ -1,7 +1,5 @@
 //! Every effect of the catalogue fitted in earnest on a channel, by the posterior density.
 
-use rayon::prelude::*;
-
 use super::filter::innovations;
 use super::posterior::{Posterior, log_likelihood};
 use super::scoring::Estimate;
@@ -11,6 +9,7 @@ use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::estimation::gain_of;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
+use crate::parallel;
 
 /// Starts that are followed for some rounds, of those of a base model and of an effect ...
 const LOOKED_AT: [usize; 2] = [4, 8];
@@ -61,7 +60,8 @@ pub fn rank(
         .collect();
     let base = race(&mut posterior(data, first, &expectation, counted), &starts, FOLLOWED[0])?;
     done();
-    let fitted = effects.par_iter().copied().filter(|&effect| may_act(data, effect)).map(|effect| {
+    let acting = effects.iter().copied().filter(|&effect| may_act(data, effect));
+    let fitted = parallel::map(acting, |effect| {
         let models = effect_starts(data, &base.model, effect);
         let tried = best_first(data, models, &base.uncertainty, counted);
         let mut of_effect = posterior(data, tried.first()?.clone(), &expectation, counted);
@@ -74,7 +74,7 @@ pub fn rank(
         done();
         Some(Ranked { effect, estimate: estimate? })
     });
-    let effects = fitted.collect::<Vec<Option<Ranked>>>().into_iter().flatten().collect();
+    let effects = fitted.into_iter().flatten().collect();
     Some(Ranking { base, effects })
 }
 
@@ -99,8 +99,7 @@ fn best_first(
     counted: &[bool],
 ) -> Vec<Extended> {
     let likelihood = |model: &Extended| log_likelihood(&innovations(data, model, uncertainty, counted));
-    let tried = models.into_par_iter().map(|model| (likelihood(&model), model));
-    let mut tried: Vec<(f64, Extended)> = tried.collect();
+    let mut tried = parallel::map(models, |model| (likelihood(&model), model));
     tried.retain(|(log, _)| log.is_finite());
     tried.sort_by(|a, b| b.0.total_cmp(&a.0));
     tried.into_iter().map(|(_, model)| model).collect()
@@ -115,8 +114,7 @@ fn race(
 ) -> Option<Estimate> {
     posterior.stiff = true;
     let (stiff, best) = (&*posterior, |a: &Estimate, b: &Estimate| b.log.total_cmp(&a.log));
-    let looks = starts.par_iter().map(|(model, uncertainty)| stiff.climb(model, uncertainty, ROUNDS[0]));
-    let mut looks: Vec<Estimate> = looks.collect();
+    let mut looks = parallel::map(starts, |(model, uncertainty)| stiff.climb(model, uncertainty, ROUNDS[0]));
     looks.retain(|look| look.log.is_finite());
     looks.sort_by(best);
     let to_the_end = |look: &Estimate| stiff.climb(&look.model, &look.uncertainty, ROUNDS[1]);

@@ -4,12 +4,12 @@
 
 use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::posterior::{Density, Posterior};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::Extended;
 use crate::model::Scale;
+use crate::parallel;
 
 /// A rise of the logarithm of the density that is not worth another round.
 const SMALL: f64 = 0.05;
@@ -99,26 +99,23 @@ impl Posterior<'_> {
         let (n, bounds) = (x.len(), self.bounds());
         let (errors, variances) = (&here.innovations.errors, &here.innovations.variances);
         // Of the errors in standard deviations, and of the variances, relative over root two: then the information is one sum of products.
-        let columns: Vec<(Vec<f64>, Vec<f64>)> = (0..n)
-            .into_par_iter()
-            .map(|k| {
-                let mut moved = x.to_vec();
-                let h = self.difference(x, k);
-                moved[k] += if x[k] + h > bounds[k].1 { -h } else { h };
-                let h = moved[k] - x[k];
-                let there = self.density(&moved).innovations;
-                if there.errors.len() != errors.len() {
-                    return (vec![0.0; errors.len()], vec![0.0; errors.len()]);
-                }
-                let by = |a: &f64, b: &f64| (a - b) / h;
-                let scaled = there.errors.iter().zip(errors).zip(variances);
-                let relative = there.variances.iter().zip(variances);
-                (
-                    scaled.map(|((a, b), v)| by(a, b) / v.sqrt()).collect(),
-                    relative.map(|(a, b)| by(a, b) / b * std::f64::consts::FRAC_1_SQRT_2).collect(),
-                )
-            })
-            .collect();
+        let columns: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(0..n, |k| {
+            let mut moved = x.to_vec();
+            let h = self.difference(x, k);
+            moved[k] += if x[k] + h > bounds[k].1 { -h } else { h };
+            let h = moved[k] - x[k];
+            let there = self.density(&moved).innovations;
+            if there.errors.len() != errors.len() {
+                return (vec![0.0; errors.len()], vec![0.0; errors.len()]);
+            }
+            let by = |a: &f64, b: &f64| (a - b) / h;
+            let scaled = there.errors.iter().zip(errors).zip(variances);
+            let relative = there.variances.iter().zip(variances);
+            (
+                scaled.map(|((a, b), v)| by(a, b) / v.sqrt()).collect(),
+                relative.map(|(a, b)| by(a, b) / b * std::f64::consts::FRAC_1_SQRT_2).collect(),
+            )
+        });
         let mut gradient = DVector::<f64>::zeros(n);
         let mut fisher = DMatrix::<f64>::zeros(n, n);
         let z: Vec<f64> = errors.iter().zip(variances).map(|(e, v)| e / v.sqrt()).collect();

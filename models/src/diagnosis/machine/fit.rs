@@ -2,8 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use rayon::prelude::*;
-
 use super::objective::JointObjective;
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
@@ -12,6 +10,7 @@ use crate::diagnosis::estimation::{EDGES, GAINS, rounded, start, with_usual};
 use crate::effects::catalogue::CATALOGUE;
 use crate::fit::{Minimum, Objective, Stopping, minimise};
 use crate::model::Scale;
+use crate::parallel;
 
 /// Evaluations spent on each start that looks best among its like.
 const LOOK: usize = 6;
@@ -80,7 +79,7 @@ pub fn race(
 ) -> Option<TiedModel> {
     let loose = known.map_or(Freedom::Loose, Freedom::Known);
     let best_of = |group: &Vec<TiedModel>| {
-        let costs: Vec<f64> = group.par_iter().map(|start| cost(channel, start)).collect();
+        let costs: Vec<f64> = parallel::map(group.iter(), |start| cost(channel, start));
         let best = costs.iter().zip(group).filter(|(c, _)| c.is_finite()).min_by(|a, b| a.0.total_cmp(b.0));
         best.map(|(_, start)| start.clone())
     };
@@ -158,7 +157,7 @@ fn base_starts(channel: &MachineChannel) -> Vec<TiedModel> {
 #[must_use]
 pub fn fit_base(channel: &MachineChannel, tick: &(dyn Fn() + Sync)) -> Option<TiedModel> {
     let starts = base_starts(channel);
-    let costs: Vec<f64> = starts.par_iter().map(|start| cost(channel, start)).collect();
+    let costs: Vec<f64> = parallel::map(starts.iter(), |start| cost(channel, start));
     let mut ranked: Vec<(f64, TiedModel)> = costs.into_iter().zip(starts).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let groups: Vec<Vec<TiedModel>> =

@@ -4,7 +4,6 @@
 //! at, and the error counted on its last part. What one recording does to the sizes of the others is a jackknife's (Efron and Stein,
 //! Annals of Statistics 9, 1981).
 
-use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::evidence::pieces;
@@ -13,6 +12,7 @@ use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
 use crate::diagnosis::channel::{Extended, OPEN, Role, rows_of};
 use crate::diagnosis::json::Gain;
+use crate::parallel;
 
 /// Evaluations that fit a machine without one of its recordings.
 const OTHERS: usize = 15;
@@ -40,13 +40,10 @@ impl HeldOut {
         tick: &(dyn Fn() + Sync),
     ) -> Self {
         let count = channel.recorded.len();
-        let left_out: Vec<TiedModel> = (0..count)
-            .into_par_iter()
-            .map(|recording| {
-                tick();
-                left_out(channel, models, recording, known)
-            })
-            .collect();
+        let left_out: Vec<TiedModel> = parallel::map(0..count, |recording| {
+            tick();
+            left_out(channel, models, recording, known)
+        });
         let pieces = pieces(count);
         let mut units = Vec::new();
         for (recording, fitted) in left_out.iter().enumerate() {

@@ -1,13 +1,13 @@
 //! All recordings of one channel as one sum of squares.
 
 use nalgebra::DVector;
-use rayon::prelude::*;
 
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
 use crate::diagnosis::channel::{Extended, HATS, Role, hats, rows_of};
 use crate::fit::{Normal, Objective};
 use crate::model::{Parameter, Scale};
+use crate::parallel;
 
 /// Residuals of rollouts (simulated minus measured, kPa) over the coordinates of what is free: the machine's, the heights of its smooth
 /// correction where it has one, then each recording's own.
@@ -163,24 +163,21 @@ impl Objective for JointObjective<'_> {
 
     fn normal(&self, coordinates: &[f64]) -> Normal {
         let width = self.width();
-        let parts: Vec<Normal> = (0..self.start.models.len())
-            .into_par_iter()
-            .map(|recording| {
-                let (residuals, matrix) = self.columns(coordinates, recording);
-                let mut part = Normal::zeros(width);
-                for row in rows_of(&self.channel.recorded[recording], self.roles) {
-                    let (r, j) = (residuals[row], &matrix[row * width..(row + 1) * width]);
-                    part.cost += r * r;
-                    for a in 0..width {
-                        part.gradient[a] += j[a] * r;
-                        for b in a..width {
-                            part.matrix[(a, b)] += j[a] * j[b];
-                        }
+        let parts: Vec<Normal> = parallel::map(0..self.start.models.len(), |recording| {
+            let (residuals, matrix) = self.columns(coordinates, recording);
+            let mut part = Normal::zeros(width);
+            for row in rows_of(&self.channel.recorded[recording], self.roles) {
+                let (r, j) = (residuals[row], &matrix[row * width..(row + 1) * width]);
+                part.cost += r * r;
+                for a in 0..width {
+                    part.gradient[a] += j[a] * r;
+                    for b in a..width {
+                        part.matrix[(a, b)] += j[a] * j[b];
                     }
                 }
-                part
-            })
-            .collect();
+            }
+            part
+        });
         let mut all = Normal::zeros(self.dimension());
         for (recording, part) in parts.iter().enumerate() {
             all.cost += part.cost;

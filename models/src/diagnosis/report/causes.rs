@@ -3,8 +3,6 @@
 use crate::diagnosis::settings::SETTINGS;
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::earned::{stands_out, usual};
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::inference::{Coordinate, as_estimated, coordinates, interval, pool};
@@ -13,6 +11,7 @@ use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, EffectParameter};
 use crate::model::Scale;
+use crate::parallel;
 
 /// A found cause as the report has it: where it acts, its parameters with their intervals, its rivals and its gain.
 ///
@@ -22,15 +21,11 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
     let info = CATALOGUE[found.effect];
     let acting: Vec<(usize, &ChannelData)> =
         channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
-    let mut by_channel: Vec<(String, Vec<Coordinate>)> = acting
-        .par_iter()
-        .map(|(k, data)| {
-            let stage = &outcome.stages[*k];
-            let known =
-                found.errors.as_ref().map(|errors| as_estimated(data, stage, found.effect, &errors[*k]));
-            (data.id.to_string(), known.unwrap_or_else(|| coordinates(data, stage, found.effect)))
-        })
-        .collect();
+    let mut by_channel: Vec<(String, Vec<Coordinate>)> = parallel::map(acting.iter(), |(k, data)| {
+        let stage = &outcome.stages[*k];
+        let known = found.errors.as_ref().map(|errors| as_estimated(data, stage, found.effect, &errors[*k]));
+        (data.id.to_string(), known.unwrap_or_else(|| coordinates(data, stage, found.effect)))
+    });
     let named = |estimates: Vec<Coordinate>| -> BTreeMap<String, Estimate> {
         info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
     };

@@ -8,8 +8,6 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
-
 use super::periodogram::strongest_cycle;
 use super::probe::{Probing, Trial};
 use crate::diagnosis::channel::ChannelData;
@@ -17,6 +15,7 @@ use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
+use crate::parallel;
 
 /// Draws of random signs.
 const DRAWS: usize = 999;
@@ -57,28 +56,22 @@ pub fn trials(
 ) -> Vec<Vec<Trial>> {
     // An effect that acts anywhere already is not asked about again elsewhere.
     let named = |effect: usize| stages.iter().any(|s| s.model.has(effect));
-    channels
-        .par_iter()
-        .zip(stages)
-        .map(|(data, stage)| {
-            // What is a part of the base model is a cause only where it would be more than is usual.
-            let at_rest = |effect: usize| stage.model.usual.contains(&effect) && !stage.is_held(data, effect);
-            let wanted: Vec<usize> = (0..CATALOGUE.len())
-                .filter(|&e| applicable(data, e, question) && !named(e) && !at_rest(e))
-                .collect();
-            let probing = Probing::new(data, stage);
-            let searched = OnceLock::new();
-            let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));
-            wanted
-                .par_iter()
-                .flat_map(|&effect| {
-                    let tried = probing.try_effect(effect, &cycle);
-                    tick();
-                    tried
-                })
-                .collect()
-        })
-        .collect()
+    parallel::map(channels.iter().zip(stages), |(data, stage)| {
+        // What is a part of the base model is a cause only where it would be more than is usual.
+        let at_rest = |effect: usize| stage.model.usual.contains(&effect) && !stage.is_held(data, effect);
+        let wanted: Vec<usize> = (0..CATALOGUE.len())
+            .filter(|&e| applicable(data, e, question) && !named(e) && !at_rest(e))
+            .collect();
+        let probing = Probing::new(data, stage);
+        let searched = OnceLock::new();
+        let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));
+        let tried = parallel::map(wanted, |effect| {
+            let tried = probing.try_effect(effect, &cycle);
+            tick();
+            tried
+        });
+        tried.into_iter().flatten().collect()
+    })
 }
 
 /// Statistics of all effects and what of them chance explains.
@@ -117,10 +110,9 @@ pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
     let draws: Vec<f64> = {
         let mut rng = generator(1);
         let drawn: Vec<Vec<f64>> = (0..DRAWS).map(|_| signs(&mut rng, length)).collect();
-        drawn
-            .par_iter()
-            .map(|s| tests.iter().map(|(_, one, z)| statistic(*one, z, Some(s))).fold(0.0, f64::max))
-            .collect()
+        parallel::map(drawn.iter(), |s| {
+            tests.iter().map(|(_, one, z)| statistic(*one, z, Some(s))).fold(0.0, f64::max)
+        })
     };
     let mut gates: Vec<Gate> = Vec::new();
     for (effect, one_sided, z) in &tests {

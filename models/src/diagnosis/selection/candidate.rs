@@ -1,7 +1,6 @@
 //! Effects that passed the gate, refitted in earnest.
 
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
 use crate::diagnosis::estimation::{ChannelStage, fit_from};
@@ -10,6 +9,7 @@ use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, total, 
 use crate::diagnosis::screening::Trial;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Question, Reach};
+use crate::parallel;
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
 const SECOND: f64 = 1.5;
@@ -51,12 +51,8 @@ pub fn refit_effect(
     before: Option<&Candidate>,
     evaluations: usize,
 ) -> Candidate {
-    let fitted: Vec<(Extended, Losses, bool)> = channels
-        .par_iter()
-        .zip(stages)
-        .zip(trials)
-        .enumerate()
-        .map(|(k, ((data, stage), trials))| {
+    let fitted: Vec<(Extended, Losses, bool)> =
+        parallel::map(channels.iter().zip(stages).zip(trials).enumerate(), |(k, ((data, stage), trials))| {
             let kept = stage.losses.clone();
             if let Some(look) = before {
                 if !look.models[k].has(effect) {
@@ -86,8 +82,7 @@ pub fn refit_effect(
                 }
                 None => (stage.model.clone(), kept, false),
             }
-        })
-        .collect();
+        });
     assemble(channels, stages, effect, fitted)
 }
 

@@ -3,7 +3,6 @@
 use super::acceptance::kept_total;
 use super::acceptance::open_rows;
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 use super::acceptance::{least_share, worth_naming};
 use super::candidate::{Candidate, refit_effect};
@@ -15,6 +14,7 @@ use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, Trial};
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 /// Candidates that are looked at in a round at most.
 const MOST_LOOKS: usize = 10;
@@ -81,11 +81,11 @@ pub fn round(
     };
     // A first look at all, then in earnest at the best, as long as that brings them further.
     let mut ranked: Vec<(f64, Candidate)> =
-        passed.par_iter().map(|&(_, effect)| look(effect, None, LOOK)).collect();
+        parallel::map(passed.iter(), |&(_, effect)| look(effect, None, LOOK));
     let mut moving = vec![true; ranked.len()];
     for (near, evaluations) in EARNEST {
         let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
-        ranked.par_iter_mut().zip(&mut moving).for_each(|((loss, candidate), moving)| {
+        parallel::map(ranked.iter_mut().zip(&mut moving), |((loss, candidate), moving)| {
             if !*moving || *loss - least > near * (whole - least) || *loss > OUTDONE * least {
                 return;
             }

@@ -4,7 +4,6 @@
 //! chatters behind a narrow tube) that the effect itself explains nothing from there.
 
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 use super::acceptance::worth_naming;
 use super::candidate::{Candidate, refit_effect};
@@ -18,6 +17,7 @@ use crate::diagnosis::likelihood::{Whitening, together, whitened_residuals};
 use crate::diagnosis::screening::{Trial, applicable, judge, scores};
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 /// Drive at which the valve's edges are taken to be.
 const EDGE: f64 = 0.06;
@@ -47,17 +47,16 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
     let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
         return Vec::new();
     };
-    let looked: Vec<(usize, Extended)> = first_looks(&channels[worst])
-        .into_par_iter()
-        .take(LOOKED)
-        .map(|(effect, model)| (effect, fit(&channels[worst], &model)))
-        .filter(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst])
-        .collect();
+    let mut looked =
+        parallel::map(first_looks(&channels[worst]).into_iter().take(LOOKED), |(effect, model)| {
+            (effect, fit(&channels[worst], &model))
+        });
+    looked.retain(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst]);
     let none = vec![Vec::new(); channels.len()];
     let mut fitted: Vec<(f64, Candidate)> = looked
         .into_iter()
         .map(|(effect, lent)| {
-            let models = channels.par_iter().map(|data| fit(data, &lent)).collect();
+            let models = parallel::map(channels.iter(), |data| fit(data, &lent));
             let acts = vec![true; channels.len()];
             let look = Candidate { effect, models, acts, losses: Vec::new() };
             // Only judged here: the weights that go with a model that is no description would lead a fit astray.
@@ -74,22 +73,18 @@ fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
     let asked = |&effect: &usize| {
         applicable(data, effect, Question::Structure) && CATALOGUE[effect].question == Question::Structure
     };
-    let mut best: Vec<(f64, usize, Extended)> = (0..CATALOGUE.len())
-        .filter(asked)
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .filter_map(|effect| {
-            let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
-                GAINS
-                    .iter()
-                    .map(|gain| with_usual(data, &start(data, *gain, EDGE)).with(&data.plant, effect, probe))
-            });
-            let starts: Vec<Extended> = starts.collect();
-            let costs = plain_costs(data, &starts).into_iter().zip(starts);
-            let costs = costs.map(|(cost, model)| (cost, effect, model));
-            costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
-        })
-        .collect();
+    let looked = parallel::map((0..CATALOGUE.len()).filter(asked), |effect| {
+        let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
+            GAINS
+                .iter()
+                .map(|gain| with_usual(data, &start(data, *gain, EDGE)).with(&data.plant, effect, probe))
+        });
+        let starts: Vec<Extended> = starts.collect();
+        let costs = plain_costs(data, &starts).into_iter().zip(starts);
+        let costs = costs.map(|(cost, model)| (cost, effect, model));
+        costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
+    });
+    let mut best: Vec<(f64, usize, Extended)> = looked.into_iter().flatten().collect();
     best.sort_by(|a, b| a.0.total_cmp(&b.0));
     best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
 }

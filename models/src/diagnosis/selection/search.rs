@@ -2,7 +2,6 @@
 
 use super::racing::SETTLE;
 use crate::diagnosis::settings::SETTINGS;
-use rayon::prelude::*;
 
 use super::acceptance::{forced, kept_total, large_in_loop, open_rows};
 use super::racing::{Considered, is_foil, rivals, round};
@@ -15,6 +14,7 @@ use crate::diagnosis::likelihood::{Whitening, hunts, likelier, together};
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, judge, trials};
 use crate::effects::Question;
+use crate::parallel;
 
 /// Times that is done again at most, while what is left falls to less than this part of it.
 const AGAIN: usize = 6;
@@ -58,18 +58,14 @@ pub fn search(
     progress("fitting the base model", 0);
     let base: Vec<Extended> = match reference {
         Some(models) => models,
-        None => channels.par_iter().map(fit_base).collect(),
+        None => parallel::map(channels.iter(), fit_base),
     };
     let fixed = question == Question::Change;
     share_draws(channels, &base);
-    let mut stages: Vec<ChannelStage> = channels
-        .par_iter()
-        .zip(&base)
-        .map(|(data, model)| {
-            let free = if fixed { Vec::new() } else { free_of(data, model, false) };
-            ChannelStage::new(data, model.clone(), free)
-        })
-        .collect();
+    let mut stages: Vec<ChannelStage> = parallel::map(channels.iter().zip(&base), |(data, model)| {
+        let free = if fixed { Vec::new() } else { free_of(data, model, false) };
+        ChannelStage::new(data, model.clone(), free)
+    });
     let first = stages.clone();
     let mut named = Named::default();
     name(channels, (&first, &mut stages), question, &mut named, progress);
@@ -186,7 +182,7 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
         let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
         open.flat_map(|(_, span)| &difference[span.clone()]).map(|d| d * d).sum()
     };
-    channels.par_iter().zip(stages).map(change).sum::<f64>() / open_rows(channels).max(1.0)
+    parallel::map(channels.iter().zip(stages), change).iter().sum::<f64>() / open_rows(channels).max(1.0)
 }
 
 /// Refits models with the weights that go with them, again with those of where that ends, until it brings no more.
@@ -214,14 +210,10 @@ fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec
 
 /// Where models stand, each with the weights that go with it.
 pub fn staged(channels: &[ChannelData], models: Vec<Extended>, fixed: bool) -> Vec<ChannelStage> {
-    channels
-        .par_iter()
-        .zip(models)
-        .map(|(data, model)| {
-            let free = free_of(data, &model, fixed);
-            ChannelStage::new(data, model, free)
-        })
-        .collect()
+    parallel::map(channels.iter().zip(models), |(data, model)| {
+        let free = free_of(data, &model, fixed);
+        ChannelStage::new(data, model, free)
+    })
 }
 
 /// Refits models with the weights of where they start.
@@ -232,16 +224,12 @@ fn fitted_by(
     fit: impl Fn(&ChannelData, &Whitening, &Extended, &[usize]) -> Extended + Sync,
 ) -> Vec<Extended> {
     share_draws(channels, models);
-    channels
-        .par_iter()
-        .zip(models)
-        .map(|(data, model)| {
-            let free = free_of(data, model, fixed);
-            let whitening = Whitening::new(data, &data.disturbances(model));
-            let fitted = fit(data, &whitening, model, &free);
-            if hunts(data, &fitted) { likelier(data, &whitening, [model.clone(), fitted]).1 } else { fitted }
-        })
-        .collect()
+    parallel::map(channels.iter().zip(models), |(data, model)| {
+        let free = free_of(data, model, fixed);
+        let whitening = Whitening::new(data, &data.disturbances(model));
+        let fitted = fit(data, &whitening, model, &free);
+        if hunts(data, &fitted) { likelier(data, &whitening, [model.clone(), fitted]).1 } else { fitted }
+    })
 }
 
 impl Outcome {

@@ -4,12 +4,11 @@
 //! that is zero and a corner without width have no slope. Channels of one rig resemble each other: one that is fitted well lends its
 //! parameters.
 
-use rayon::prelude::*;
-
 use super::candidate::{Candidate, acts, assemble, losses_of};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
 use crate::diagnosis::estimation::{ChannelStage, fit_from, rounded};
 use crate::diagnosis::likelihood::{Losses, row_count, total};
+use crate::parallel;
 
 /// A channel whose mean squared residual is larger by this factor than another's is tried from that one's model.
 const WORSE: f64 = 1.5;
@@ -24,23 +23,18 @@ pub fn borrow(
     evaluations: usize,
 ) -> Candidate {
     let lenders = Lenders::new(channels, stages, candidate);
-    let fitted = channels
-        .par_iter()
-        .zip(stages)
-        .enumerate()
-        .map(|(k, (data, stage))| {
-            let mut best = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
-            for start in [lenders.lent_to(k), corner_back(data, candidate, k)].into_iter().flatten() {
-                let model = fit_from(data, stage, &start, candidate.effect, evaluations);
-                let losses = losses_of(data, stage, &model);
-                if total(data, &losses.deviance, &[Role::Fit]) < total(data, &best.1.deviance, &[Role::Fit]) {
-                    let acts = acts(data, stage, &model, &losses);
-                    best = (model, losses, acts);
-                }
+    let fitted = parallel::map(channels.iter().zip(stages).enumerate(), |(k, (data, stage))| {
+        let mut best = (candidate.models[k].clone(), candidate.losses[k].clone(), candidate.acts[k]);
+        for start in [lenders.lent_to(k), corner_back(data, candidate, k)].into_iter().flatten() {
+            let model = fit_from(data, stage, &start, candidate.effect, evaluations);
+            let losses = losses_of(data, stage, &model);
+            if total(data, &losses.deviance, &[Role::Fit]) < total(data, &best.1.deviance, &[Role::Fit]) {
+                let acts = acts(data, stage, &model, &losses);
+                best = (model, losses, acts);
             }
-            best
-        })
-        .collect();
+        }
+        best
+    });
     assemble(channels, stages, candidate.effect, fitted)
 }
 
