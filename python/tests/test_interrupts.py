@@ -9,7 +9,7 @@ import pneudrive_py as pneu
 
 # Board 1 answers nothing but vents: whoever commands it waits for as long as the timeout says.
 TWO_BOARDS = """
-controller = pneu.PressureController(port, 2, timeout=3.0)
+controller = pneu.PressureController(port, 2, timeout=1.0)
 controller.set_pressure_commands(0, [100.0] * 4)
 """
 
@@ -19,7 +19,7 @@ def only_vents(board, counts):
 
 
 # Board 1 answers nothing at all: whoever vents it waits for some seconds.
-ONE_MISSING = TWO_BOARDS.replace("3.0", "0.4")
+ONE_MISSING = TWO_BOARDS.replace("1.0", "0.4")
 
 
 def not_there(board, counts):
@@ -29,12 +29,12 @@ def not_there(board, counts):
 CALLS = {
     "an exchange": (TWO_BOARDS, only_vents, "controller.set_pressure_commands(1, [10.0] * 4)"),
     "retries of an exchange": (
-        TWO_BOARDS.replace("3.0", "0.2, retries=100"),
+        TWO_BOARDS.replace("1.0", "0.2, retries=100"),
         only_vents,
         "controller.set_pressure_commands(1, [10.0] * 4)",
     ),
     "all boards": (TWO_BOARDS, only_vents, "controller.exchange_all([[100.0] * 4, [10.0] * 4])"),
-    "a ping": (TWO_BOARDS.replace("3.0", "0.01"), not_there, "controller.ping_devices(timeout=60.0)"),
+    "a ping": (TWO_BOARDS.replace("1.0", "0.01"), not_there, "controller.ping_devices(timeout=60.0)"),
     "opening": (TWO_BOARDS, only_vents, "controller.close()\n    pneu.PressureController(port, 1, timeout=60.0)"),
     "a close": (ONE_MISSING, not_there, "controller.close()"),
     "the end of a with block": (ONE_MISSING, not_there, "with controller:\n        pass"),

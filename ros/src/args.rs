@@ -1,113 +1,17 @@
-//! Flags, which are also the ROS parameters, and what they mean.
+//! What flags and ROS parameters mean together.
 
+use crate::flags::Flags;
 use crate::names::{NameError, Names};
 use crate::params_file::{self, ParamsFileError};
 use crate::ros_args::{self, RosArgsError};
 use clap::parser::ValueSource;
 use clap::{CommandFactory, Parser};
 use pneudrive_host::Calibration;
-use pneudrive_host::poller::{BaudChoice, ChannelLimit, Limits, PageShare};
+use pneudrive_host::poller::{BaudChoice, ChannelLimit, Limits};
 use pneudrive_host::rig::{self, CalibrationError, Rig, RigError};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
-
-const EXAMPLES: &str = "\
-Examples:
-  pneudrive-ros --port sim --devices 3                       three virtual boards
-  pneudrive-ros --port /dev/ttyUSB0 --devices 2 --namespace /arm
-  pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4 two buses of four boards: joint_0 to joint_7
-  pneudrive-ros --port /dev/ttyUSB0 --ros-args -r __ns:=/arm -p rate_hz:=500.0
-  pneudrive-ros --ros-args --params-file arm.yaml            as a launch file starts it
-
-Topics: ~/joint_N/pressure_command (subscribed), ~/joint_N/pressure_state, /diagnostics, /rosout. Services: ~/vent, ~/release. Commands hold
-for --command-timeout-s: repeat them. Ends on Ctrl-C or SIGTERM; then 0 kPa is commanded to every board.
-
-Exit status: 0 done, 1 failed while running, 2 unusable arguments.";
-
-/// PneuDrive boards as a ROS 2 node. Each flag is also a ROS parameter: --rate-hz 500 is -p rate_hz:=500.0.
-#[derive(Debug, Clone, PartialEq, Parser)]
-#[command(name = "pneudrive-ros", version, after_help = EXAMPLES, max_term_width = 110, args_override_self = true)]
-pub struct Flags {
-    /// Serial ports, or `sim` for virtual boards; several, separated by commas, for several buses [default: that of the rig file]
-    #[arg(long, value_name = "PATH|sim", value_delimiter = ',', required_unless_present = "rig")]
-    pub port: Vec<PathBuf>,
-    /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
-    #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
-    pub devices: Vec<u16>,
-    /// Number of the first board's joint; the boards of the second bus follow those of the first
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
-    pub first_joint: u16,
-    /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and goes back on errors
-    /// [default: that of the rig file, or 1000000]
-    #[arg(long, value_name = "auto|BAUD")]
-    pub baud: Option<BaudChoice>,
-    /// How long a board may take to answer beyond the wire time, us
-    #[arg(long, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
-    pub allowance_us: u64,
-    /// Cycles of each bus per second [default: 1000, or as fast as possible where the wire takes longer]
-    #[arg(long, value_name = "HZ")]
-    pub rate_hz: Option<f64>,
-    /// Publish states at most so often, per board [changeable while running]
-    #[arg(long, value_name = "HZ", default_value_t = 1_000.0)]
-    pub publish_rate_hz: f64,
-    /// Refuse commands whose stamp lies further from now, s; 0 accepts any. A stamp of 0 is always accepted [changeable while running]
-    #[arg(long, value_name = "S", default_value_t = 0.5)]
-    pub max_command_age_s: f64,
-    /// Command 0 kPa to channels that have got no valid command for so long, s; `never` (or 0) holds the last one for ever
-    /// [changeable while running]
-    #[arg(long, value_name = "S|never", default_value_t = 0.5, value_parser = timeout)]
-    pub command_timeout_s: f64,
-    /// Highest set point of every channel, kPa: commands above it are refused
-    #[arg(long, value_name = "KPA", allow_negative_numbers = true)]
-    pub max_kpa: Option<f64>,
-    /// Fastest change of every set point, kPa/s: what is faster is ramped; venting is not slowed down
-    #[arg(long, value_name = "KPA/S", allow_negative_numbers = true)]
-    pub max_rate_kpa_s: Option<f64>,
-    /// Rig file: port, boards, rate, calibration and limits (docs/rig.md). Boards are numbered as on each bus; of several limits the
-    /// strictest holds
-    #[arg(long, value_name = "FILE.toml")]
-    pub rig: Option<PathBuf>,
-    /// After a port has come back, follow commands again at once, by a ramp; otherwise boards stay vented until ~/release is called
-    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true")]
-    pub resume: bool,
-    /// Vent all joints when the node itself has been stuck for so long, s: the thread of each bus does it. 0 holds their commands
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
-    pub watchdog_s: f64,
-    /// Type of the pressure messages: joint_state (sensor_msgs/JointState, kPa in `effort`), fluid_pressure (sensor_msgs/FluidPressure, Pa
-    /// gauge, topics ~/joint_N/chamber_K/..), or PACKAGE/TYPE for a message {std_msgs/Header header, float64[] pressure} of that name
-    #[arg(long, value_name = "TYPE", default_value = "joint_state")]
-    pub message_type: String,
-    /// Publish /diagnostics every so often, s
-    #[arg(long, value_name = "S", default_value_t = 1.0)]
-    pub diagnostics_period_s: f64,
-    /// Ask boards for a page of the sensors on their I2C connector after this share of the polls, above 0 to 1, and publish
-    /// ~/joint_N/supply_pressure and ~/joint_N/imu; each page takes the bus as long as a poll
-    #[arg(long, value_name = "SHARE", value_parser = share)]
-    pub sensors: Option<PageShare>,
-    /// Record every row of every bus to FILE.mcap, a ROS 2 bag
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
-    /// Run calibrated models beside the boards (pneudrive-model watch) and say in /diagnostics what has changed: one file of `pneudrive-model
-    /// fit` for each bus
-    #[arg(long, value_name = "CALIBRATED.toml", value_delimiter = ',')]
-    pub watch: Vec<PathBuf>,
-    /// The program that watches [default: pneudrive-model beside this one, then in PATH]
-    #[arg(long, value_name = "PROGRAM")]
-    pub watch_program: Option<PathBuf>,
-    /// Replace the recording if it exists
-    #[arg(long, num_args = 0..=1, require_equals = true, default_value_t = false, default_missing_value = "true")]
-    pub overwrite: bool,
-    /// Namespace of the node; __ns:= wins
-    #[arg(long, value_name = "NS", default_value = "/")]
-    pub namespace: String,
-    /// Name of the node; __node:= wins
-    #[arg(long, value_name = "NAME", default_value = "pneudrive")]
-    pub name: String,
-    /// DDS domain [default: ROS_DOMAIN_ID, or 0]
-    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
-    pub domain_id: Option<u16>,
-}
 
 /// The flags, checked, with what follows from them.
 #[derive(Debug, Clone, PartialEq)]
@@ -320,19 +224,6 @@ impl Settings {
     }
 }
 
-fn share(text: &str) -> Result<PageShare, String> {
-    let share = text.parse().map_err(|_| "expected a number".to_owned())?;
-    PageShare::new(share).map_err(|error| error.to_string())
-}
-
-/// A time in s, or `never`, which is 0.
-fn timeout(text: &str) -> Result<f64, String> {
-    if text == "never" {
-        return Ok(0.0);
-    }
-    text.parse().map_err(|_| "expected a number of seconds, or never".to_owned())
-}
-
 /// Whether `number` can be a rate or a time.
 pub fn check_number(number: f64, may_be_zero: bool) -> Result<(), String> {
     let allowed = if may_be_zero { number >= 0.0 } else { number > 0.0 };
@@ -361,130 +252,4 @@ fn means_nothing(name: &str, value: &str) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    fn settings(line: &str) -> Result<Settings, ArgsError> {
-        Settings::from_command_line(format!("x {line}").split_whitespace().map(OsString::from))
-    }
-
-    #[test]
-    fn the_arguments_are_consistent() {
-        Flags::command().debug_assert();
-    }
-
-    #[test]
-    fn parameters_are_flags() {
-        let line =
-            "--ros-args -p port:=['/dev/a','/dev/b'] -p devices:=[4,2] -p rate_hz:=500.0 -r __ns:=/arm";
-        let settings = settings(line).unwrap();
-        assert_eq!(settings.flags.port, [PathBuf::from("/dev/a"), PathBuf::from("/dev/b")]);
-        assert_eq!((settings.devices(0), settings.devices(1)), (4, 2));
-        assert_eq!(settings.flags.rate_hz, Some(500.0));
-        assert_eq!(settings.names.full(), "/arm/pneudrive");
-    }
-
-    /// As launch files do, which put parameters behind flags. Only ports add up: each is a bus.
-    #[test]
-    fn the_last_word_counts_and_ports_add_up() {
-        let settings = settings("--port a,b --rate-hz 100 --port c --ros-args -p rate_hz:=200.0").unwrap();
-        assert_eq!(settings.flags.port, ["a", "b", "c"].map(PathBuf::from));
-        assert_eq!(settings.flags.rate_hz, Some(200.0));
-    }
-
-    /// A file is the farthest away: flags win over it, and parameters on the command line over both.
-    #[test]
-    fn files_of_parameters_come_before_flags() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("params.yaml");
-        let text = "/**:\n  ros__parameters: {port: [/dev/f, /dev/g], devices: [3, 2], rate_hz: 0.0, rig: '', use_sim_time: false}\n\
-                    /arm/air:\n  ros__parameters: {max_kpa: 200.0, watchdog_s: 3.0}\n/other:\n  ros__parameters: {devices: 9}\n";
-        std::fs::write(&file, text).unwrap();
-        let file = file.display();
-        let of = |line: &str| {
-            let flags = settings(line).unwrap().flags;
-            (flags.port, flags.devices, flags.max_kpa, flags.watchdog_s)
-        };
-        let ports = |ports: &[&str]| ports.iter().map(PathBuf::from).collect::<Vec<_>>();
-        let alone = of(&format!("--ros-args --params-file {file}"));
-        assert_eq!(alone, (ports(&["/dev/f", "/dev/g"]), vec![3, 2], None, 1.0));
-        let named = of(&format!("--name air --ros-args -r __ns:=/arm --params-file {file}"));
-        assert_eq!((named.2, named.3), (Some(200.0), 3.0));
-        let flags = of(&format!("--port /dev/a -n 1 --ros-args --params-file {file}"));
-        assert_eq!((flags.0, flags.1), (ports(&["/dev/a"]), vec![1]));
-        let last = of(&format!(
-            "--port /dev/a -n 1 --ros-args --params-file {file} -p port:=/dev/p -p devices:=[7]"
-        ));
-        assert_eq!((last.0, last.1), (ports(&["/dev/p"]), vec![7]));
-        let refused = |line: &str| settings(line).unwrap_err().to_string();
-        assert!(refused("--port a --ros-args --params-file /nowhere.yaml").contains("/nowhere.yaml"));
-        assert!(refused("--port a --overwrite").contains("give --record"));
-    }
-
-    #[test]
-    fn what_cannot_be_is_refused() {
-        let refused = |line: &str| settings(line).unwrap_err().to_string();
-        assert!(refused("--port a,b,c --devices 4,2").contains("each of the 3 ports"));
-        assert!(refused("--port a,b --watch x.toml").contains("one file for each of the 2 ports"));
-        assert!(refused("--port a --rate-hz 0").contains("--rate-hz 0: must be above 0"));
-        assert!(refused("--port a --max-command-age-s NaN").contains("at least 0"));
-        assert!(refused("--port a --message-type a/b/c").contains("PACKAGE/TYPE"));
-    }
-
-    /// Whoever wants commands to hold for ever says so.
-    #[test]
-    fn commands_expire_by_default() {
-        let timeout_s = |line: &str| settings(line).unwrap().flags.command_timeout_s;
-        assert_eq!(timeout_s("--port a"), 0.5);
-        assert_eq!(timeout_s("--port a --command-timeout-s 2.5"), 2.5);
-        for never in
-            ["--command-timeout-s never", "--command-timeout-s 0", "--ros-args -p command_timeout_s:=never"]
-        {
-            assert_eq!(timeout_s(&format!("--port a {never}")), 0.0);
-        }
-    }
-
-    #[test]
-    fn limits_come_from_flags_and_rig_file_and_the_strictest_holds() {
-        let folder = tempfile::tempdir().unwrap();
-        let rig = folder.path().join("rig.toml");
-        std::fs::write(&rig, "[boards.1.limits]\nmax_kpa = 100.0\n").unwrap();
-        let line = format!(
-            "--port a -n 2 --max-kpa 300 --ros-args -p max_rate_kpa_s:=50.0 -p rig:={}",
-            rig.display()
-        );
-        let limits = settings(&line).unwrap().limits;
-        let limit = |max_kpa| ChannelLimit { max_kpa, max_rate_kpa_s: 50.0 };
-        assert_eq!((limits.of(0)[0], limits.of(1)[3]), (limit(300.0), limit(100.0)));
-        let refused = |line: &str| settings(line).unwrap_err().to_string();
-        assert!(refused("--port a --max-kpa -1").contains("a highest pressure of -1 kPa"));
-        assert!(refused("--port a --rig /nowhere.toml").contains("/nowhere.toml"));
-    }
-
-    #[test]
-    fn a_rig_file_says_what_the_flags_do_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let rig = folder.path().join("rig.toml");
-        let text = "[bus]\nport = \"/dev/a\"\nboards = 3\nrate_hz = 250\n\
-                    [boards.1.channels.2.sensor]\nzero_counts = 110.0\nkpa_per_count = 0.9\n";
-        std::fs::write(&rig, text).unwrap();
-        let settings = |line: &str| settings(&format!("--rig {} {line}", rig.display())).unwrap();
-        let all = settings("");
-        assert_eq!((&all.flags.port, all.devices(0)), (&vec![PathBuf::from("/dev/a")], 3));
-        assert_eq!((all.flags.rate_hz, all.baud()), (Some(250.0), BaudChoice::Rate(1_000_000)));
-        assert_eq!(all.calibration.channel(1, 2).zero_counts(), 110.0);
-        std::fs::write(&rig, text.replace("rate_hz = 250", "baud = \"auto\"")).unwrap();
-        assert_eq!(settings("").baud(), BaudChoice::Auto);
-        assert_eq!(settings("--baud 500000").baud(), BaudChoice::Rate(500_000));
-        let some = settings("--port b -n 2 --rate-hz 100");
-        assert_eq!((&some.flags.port, some.devices(0)), (&vec![PathBuf::from("b")], 2));
-        assert_eq!(some.flags.rate_hz, Some(100.0));
-    }
-
-    #[test]
-    fn the_originals_message_goes_by_any_name() {
-        let message = settings("--port a --message-type arm_msgs/Pressures").unwrap().message;
-        assert_eq!(message, MessageType::Pressures { package: "arm_msgs".into(), name: "Pressures".into() });
-    }
-}
+mod tests;

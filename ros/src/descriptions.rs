@@ -1,6 +1,6 @@
 //! What `ros2 param describe` says of a parameter: the help of its flag, its range, and whether it can be set.
 
-use crate::args::Flags;
+use crate::flags::Flags;
 use crate::parameters::SETTABLE;
 use clap::CommandFactory;
 use ros2_client::ParameterValue;

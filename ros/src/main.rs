@@ -15,6 +15,7 @@ mod descriptions;
 mod diagnostic_msgs;
 mod diagnostics;
 mod failure;
+mod flags;
 mod fluid_pressure;
 mod gate;
 mod live;

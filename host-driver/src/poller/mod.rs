@@ -30,6 +30,7 @@ mod sensors;
 mod slew;
 mod thread;
 mod vent;
+mod visit;
 
 pub use baud_choice::{BaudChoice, BaudChoiceError};
 pub use builder::{PollerBuilder, StartError};

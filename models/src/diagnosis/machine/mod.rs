@@ -21,6 +21,7 @@ mod recordings;
 mod report;
 mod run;
 mod search;
+mod sentence;
 mod sizes;
 mod ties;
 

@@ -1,4 +1,4 @@
-//! What was found about a machine, as `report.json` has it and in words.
+//! What was found about a machine, as `report.json` has it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::diagnosis::json::{
     Report, SCHEMA, Symptom, Unexplained, Verdict,
 };
 use crate::diagnosis::report::alternatives::listed;
-use crate::diagnosis::report::{ExtendedFile, band_holds, extended_file, verdict};
+use crate::diagnosis::report::{ExtendedFile, band_holds, extended_file};
 use crate::diagnosis::settings;
 use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
@@ -230,75 +230,6 @@ impl Found<'_> {
             .collect();
         let left = significant(&data, &dependences(&data, &stages));
         (left, adequacy::allowed_kpa(&data, &models), (changed / rows.max(1.0)).sqrt())
-    }
-
-    fn sentence(&self, report: &Report) -> String {
-        let [before, after] = &self.findings.held_out;
-        let count = self.names.len();
-        let noise = report.baseline.noise_floor_kpa;
-        let loads = match (self.findings.known, count) {
-            (true, _) => "The machine's valves are taken as they were calibrated. ".to_owned(),
-            (false, _) => format!("These are {count} recordings of one machine with different loads. "),
-        };
-        let names: Vec<String> = report.causes.iter().map(verdict::name).collect();
-        let from = if self.findings.known {
-            "the last third of the recording, which was used for nothing else,"
-        } else {
-            "the last third of each recording, simulated with what the others say of the machine,"
-        };
-        let (was, is) = (before.rmse_kpa(), after.rmse_kpa());
-        let found = match report.causes.first() {
-            None if report.verdict == Verdict::Adequate => format!(
-                "The model is adequate: on {from} its error is {was:.2} kPa (sensor noise {noise:.2} kPa)."
-            ),
-            None => format!(
-                "The model misses something, and no known cause explains it: on {from} its error is {was:.2} kPa (sensor noise {noise:.2} kPa)."
-            ),
-            Some(_) => {
-                let gain = before.gain(after);
-                let [low, high] = gain.ci95.map(|g| 100.0 * g);
-                format!(
-                    "Missing from the model: {}. On {from} the error falls from {was:.2} to {is:.2} kPa ({:.0} % less, 95 % interval {low:.0} to {high:.0} %; sensor noise is {noise:.2} kPa).",
-                    names.join(" and "),
-                    100.0 * gain.reduction
-                )
-            }
-        };
-        let left: Vec<String> = report
-            .unexplained
-            .depends_on
-            .iter()
-            .map(|s| s.what.replace("the residual depends on ", ""))
-            .collect();
-        let moved = match self.findings.candidates.first() {
-            Some((likeliest, _)) if self.findings.known && report.causes.is_empty() => {
-                let effects = likeliest.missing.effects();
-                let of_load = |e: &usize| CATALOGUE[*e].parameters.iter().any(|p| p.of_load);
-                let odd: Vec<&str> =
-                    effects.iter().filter(|e| !of_load(e)).map(|&e| CATALOGUE[e].title).collect();
-                if odd.is_empty() {
-                    String::new()
-                } else {
-                    format!(
-                        " The likeliest is none of the load: \"{}\". The machine may not be what it was when it was calibrated (`--reference` asks what has moved), or the calibrated model is not good enough: calibrate it with more recordings.",
-                        odd.join("\" and \"")
-                    )
-                }
-            }
-            _ => String::new(),
-        };
-        let rest = match report.verdict {
-            Verdict::PartlyExplained if left.is_empty() => format!(
-                " That is not all: noise and a usual wander of the supply would leave {:.2} kPa.",
-                report.checks.allowed_rmse_kpa
-            ),
-            Verdict::PartlyExplained => {
-                format!(" That is not all: what remains still depends on {}.", left.join(", "))
-            }
-            Verdict::Unexplained if !left.is_empty() => format!(" It depends on {}.", left.join(", ")),
-            _ => String::new(),
-        };
-        format!("{loads}{found}{rest}{moved}")
     }
 }
 
