@@ -1,6 +1,7 @@
 //! Work shared between the cores of the processor.
 //!
-//! The one place that is compiled against rayon: an iterator of rayon's costs a thousand lines of machine code wherever it is used.
+//! The one place that is compiled against rayon: an iterator of rayon's was some 2000 lines of LLVM's code
+//! (`cargo llvm-lines`) at each of 91 places.
 
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
