@@ -47,9 +47,10 @@ pub(super) fn roll_lot<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &m
 }
 
 /// The same in single precision; on the oldest processors in double, and rounded.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn roll_lot_single<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f32]) -> bool {
     match_target! {
+        "x86_64+avx512f" => side_by_side::<_, SINGLE_LANES, _>(chamber, lot, outputs),
         "x86_64+avx2" => side_by_side::<_, SINGLE_LANES, _>(chamber, lot, outputs),
         "x86_64" => one_by_one_rounded(chamber, lot, outputs),
         _ => side_by_side::<_, SINGLE_LANES, _>(chamber, lot, outputs),
