@@ -138,7 +138,6 @@ def main(arguments=None):
     with pneu.PressureController(given.port, given.boards, max_kpa=HIGHEST_KPA) as bus:
         bus.ping_devices()
         with bus.poll(rate_hz=200, history_s=given.identify_seconds + 5.0) as poller:
-            time.sleep(2.5)  # boards vent for 2 s after power-up
             parameters = identify(poller, rig, given.boards, given.identify_seconds)
             plain_kpa, _, _ = follow(poller, given.boards, given.seconds)
             controller = Mpc(parameters, rig, 4 * given.boards)

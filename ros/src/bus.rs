@@ -201,7 +201,8 @@ impl VirtualBoards {
         }
         let rig =
             RigOptions { boards: usize::from(devices), baud, ..RigOptions::default() }.with_all_sensors();
-        let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
+        let options = PtyOptions { past_power_up: true, ..PtyOptions::default() };
+        let boards = EmbeddedSim::start(&rig, &options)
             .map_err(|error| Failure::running(format!("virtual boards: {error}")))?;
         Ok(Self { boards: Some(boards) })
     }

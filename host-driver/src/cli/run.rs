@@ -148,7 +148,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         keep_running: run.keep_running,
         watch: watch.as_ref().map(Watch::status),
     };
-    start::tell(args, first_row_s, &events);
+    start::tell(first_row_s, &events);
     let started_utc = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
     let poller = Poller::start(bus, options, source, observers)
         .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;

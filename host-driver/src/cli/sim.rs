@@ -4,7 +4,7 @@ use crate::cli::args::{BusArgs, SimTiming};
 use crate::cli::connect::Punctuality;
 use crate::cli::failure::Failure;
 use pneudrive_protocol::Baud;
-use pneudrive_sim::board::{NativeBoardConfig, Turnaround};
+use pneudrive_sim::board::Turnaround;
 use pneudrive_sim::pty::{EmbeddedSim, PtyOptions, SimError};
 use pneudrive_sim::rig::{RigOptions, Timing};
 
@@ -30,7 +30,7 @@ pub fn start(
         ..RigOptions::default()
     }
     .with_all_sensors();
-    let mut options = PtyOptions::default();
+    let mut options = PtyOptions { past_power_up: true, ..PtyOptions::default() };
     if let Punctuality::Best { dated } = punctuality {
         options.spin_us = BEST_SPIN_US;
         options.dates_back = dated;
@@ -39,9 +39,4 @@ pub fn start(
         SimError::Rig(_) => Failure::input(format!("virtual boards: {error}")),
         _ => Failure::running(format!("virtual boards: {error}")),
     })
-}
-
-/// How long the boards vent after power-up, whatever they are commanded, s.
-pub fn power_up_vent_s() -> f64 {
-    NativeBoardConfig::default().control.power_up_vent.get() as f64 * 1e-6
 }

@@ -78,22 +78,11 @@ fn names(rig: &Rig, devices: u16) -> BTreeMap<u8, BTreeMap<String, String>> {
 }
 
 /// Says why the boards may not do at once what they are commanded.
-#[cfg_attr(
-    not(feature = "sim"),
-    allow(unused_variables, reason = "only virtual boards were just powered up")
-)]
-pub fn tell(args: &BusArgs, first_row_s: Option<f64>, events: &Events) {
-    let happened = |text: String| events.happened(Notice::new(NoticeKind::Information, text));
-    #[cfg(feature = "sim")]
-    if super::connect::is_sim(args) {
-        let seconds = super::sim::power_up_vent_s();
-        happened(format!(
-            "the virtual boards vent for {seconds} s after power-up, then follow their commands"
-        ));
-    }
+pub fn tell(first_row_s: Option<f64>, events: &Events) {
     if let Some(seconds) = first_row_s.filter(|&seconds| seconds > 0.0) {
-        happened(format!(
+        let text = format!(
             "the trajectory begins at {seconds:.3} s; --from-first-row begins with its first row at once"
-        ));
+        );
+        events.happened(Notice::new(NoticeKind::Information, text));
     }
 }

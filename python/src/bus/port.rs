@@ -77,7 +77,8 @@ impl VirtualBoards {
         };
         let rig = RigOptions { boards: usize::from(devices), baud, timing, ..RigOptions::default() };
         let rig = rig.with_all_sensors();
-        let boards = EmbeddedSim::start(&rig, &PtyOptions::default())
+        let options = PtyOptions { past_power_up: true, ..PtyOptions::default() };
+        let boards = EmbeddedSim::start(&rig, &options)
             .map_err(|error| errors::PneuDriveError::new_err(format!("virtual boards: {error}")))?;
         Ok(Self { boards })
     }

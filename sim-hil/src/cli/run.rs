@@ -165,6 +165,7 @@ impl RunArgs {
             dates_back: !self.no_dating,
             spin_us: self.spin_us,
             fifo: usize::from(self.fifo),
+            past_power_up: false,
         };
         let rig = self.rig()?;
         self.write_rig(&rig)?;

@@ -25,11 +25,21 @@ pub struct PtyOptions {
     pub spin_us: u64,
     /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one piece.
     pub fifo: usize,
+    /// The boards have been on for as long as they vent after power-up: who opens the port finds them as on a rig that was switched on
+    /// before. Emulated chips take as long for it as they take otherwise. Default false: power-up is when the rig is built.
+    pub past_power_up: bool,
 }
 
 impl Default for PtyOptions {
     fn default() -> Self {
-        Self { link: None, pty_latency_us: None, dates_back: true, spin_us: 20, fifo: 16 }
+        Self {
+            link: None,
+            pty_latency_us: None,
+            dates_back: true,
+            spin_us: 20,
+            fifo: 16,
+            past_power_up: false,
+        }
     }
 }
 
@@ -70,7 +80,10 @@ impl FrontEnd {
     /// # Errors
     /// The rig cannot be built, or the system gives no port.
     pub fn new(rig: &RigOptions, options: &PtyOptions) -> Result<Self, SimError> {
-        let bus = rig.build()?;
+        let mut bus = rig.build()?;
+        if options.past_power_up {
+            bus.run_until(rig.follow_after_ns());
+        }
         let dates_back = options.dates_back && rig.timing == Timing::Wire;
         let round_trip_ns = match options.pty_latency_us {
             _ if !dates_back => 0,

@@ -75,6 +75,9 @@ pub struct RigOptions {
     pub strict: bool,
 }
 
+/// Two loops of a board, ns.
+const FIRST_LOOPS_NS: u64 = 2_000_000;
+
 impl Default for RigOptions {
     fn default() -> Self {
         Self {
@@ -117,6 +120,16 @@ impl RigOptions {
             Timing::Wire => Line::at_baud(self.baud)?,
             Timing::Instant => Line::instant(),
         })
+    }
+
+    /// When boards that were powered up at time 0 have vented and follow their commands, ns.
+    #[must_use]
+    pub fn follow_after_ns(&self) -> u64 {
+        let ours_ns = self.control.power_up_vent.get() * 1_000;
+        let vented_ns =
+            if self.original.is_empty() { ours_ns } else { ours_ns.max(OriginalBoard::POWER_UP_VENT_NS) };
+        // Boards are not in step with each other.
+        vented_ns + FIRST_LOOPS_NS
     }
 
     /// Builds the rig, at time 0.
