@@ -24,7 +24,7 @@ fn three_virtual_boards_are_polled_and_recorded() {
             "--json",
         ])
         // The machine that runs the tests may be busy with others.
-        .args(["--allowance-us", "10000000", "--record"])
+        .args(["--allowance-us", "10000000", "--echo", "absent", "--record"])
         .arg(&file)
         .output()
         .unwrap();
