@@ -53,7 +53,7 @@ pub struct Report {
 pub struct Alternative {
     /// Ids of effects, `none`, `something_else`.
     pub causes: Vec<String>,
-    /// Probability among all sets that were tried.
+    /// Probability. What all that are listed leave to 1 is that of sets that were not fitted, or are less probable than those.
     pub probability: f64,
     /// RMS error of rollouts over the parts where causes are chosen, kPa.
     pub select_rmse_kpa: f64,

@@ -66,7 +66,7 @@ settings! {
     widest_edge: f64 = 0.5, "Widest overlap or dead band of the base model's valve, as a drive.", "Beyond it a fit bends the valve's corner to imitate something else.";
     // Screening and selection.
     level: f64 = 0.05, "Level of the score test over the whole catalogue, and of the tests of what the residual depends on.", "The usual one.";
-    practical: f64 = 0.01, "Smallest part of the error that is worth a name, on blocks that were not fitted.", "A hundredth of the error changes no decision about a rig.";
+    practical: f64 = 0.01, "Smallest part of the error that is worth a name, on blocks that were not fitted, or that tells rivals apart.", "A hundredth of the error changes no decision about a rig.";
     practical_roughly_timed: f64 = 0.1, "The same in a board's loop beside what happens at times that the rows tell only roughly.", "There a simulation goes astray by itself.";
     practical_limit_cycle: f64 = 0.03, "The same beside what makes a loop hunt.", "By so much its likelihood differs by luck.";
     large_error: f64 = 2.0, "Mean squared weighted error, in variances of the noise, that is plainly not explained.", "Of sound rigs it is about 1 (hard rounds).";
@@ -75,7 +75,6 @@ settings! {
     forced_roughly_timed: f64 = 0.6, "The same where what was named happens at times that the rows tell only roughly.", "There a simulation goes astray by itself.";
     trace: f64 = 0.2, "An effect smaller than this part of another channel's, and than what is worth a name, does not act.", "However sure: something else is not described to the last digit.";
     channel_errors: f64 = 2.0, "Standard errors by which an effect must improve a channel to act there.", "95 %.";
-    tie_share: f64 = 0.01, "A rival ties when its squared error is larger by no more than this part.", "As practical.";
     tie_gain: f64 = 0.25, "A rival ties when blocks do not tell them apart and it leaves no more than this part of the gain.", "Chosen on own blind rounds.";
     most_causes: u8 = 4, "Causes that are looked for at most.", "A recording of minutes does not carry more.";
     restarted: f64 = 0.5, "Names give way to one found from other starts that leaves less than this part of their squared error.", "Chosen on own blind rounds.";
@@ -100,11 +99,12 @@ settings! {
     // Inference: what is taken for known and is not, as standard deviations.
     known_volume: f64 = 0.058, "The rig file's volume, relative.", "A tenth at most, evenly: 0.1 over the root of 3.";
     known_supply: f64 = 0.029, "The rig file's supply, over its gauge pressure.", "A twentieth at most, evenly: 0.05 over the root of 3.";
-    usual: f64 = 0.5, "What sound rigs have of an effect, over the largest usual size.", "The largest is two standard deviations.";
     misfit: f64 = 2.0, "Factor by which residuals leave room for these quantities.", "The world is not made of them alone.";
     // Report.
     flat: f64 = 0.8, "An interval wider than this factor of the value, or part of the bounds, determines nothing.", "Neither size nor sign could be used.";
     usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none.", "Chosen on hard rounds.";
+    coarsening_rows: f64 = 100.0, "Rows that the choosing blocks count as at most when explanations are weighed.", "A model is wrong in ways that last: many rows of one error are not much evidence; chosen on half of a hard round.";
+    not_fitted: f64 = 0.1, "Probability of a set of causes that was not fitted.", "Of 2 in 22 recordings of a hard round the hidden set was only screened.";
     sure_gain: f64 = 0.05, "A cause whose gain may be smaller than this is only probable.", "Five times practical.";
     sure_probability: f64 = 0.5, "A cause that is less probable than this is only probable.", "Something else is more so.";
     sure_p: f64 = 0.01, "A cause whose trace chance makes more often is only probable.", "The usual one.";

@@ -16,12 +16,15 @@ pub struct Reliability {
     stated: Vec<(f64, bool)>,
     /// Of each report, the sum over all sets of the squared error of its probability (G. W. Brier, Monthly Weather Review 78, 1950): 0 to 2.
     brier: Vec<f64>,
+    /// Of each report, the probability that the hidden set is not listed, and whether it is not.
+    unlisted: Vec<(f64, bool)>,
     /// Of each report, whether the most probable set was the one that was hidden.
     first: Vec<bool>,
 }
 
 impl Reliability {
-    /// Takes in a report; one without probabilities is left out. Sets that differ in "something else" only count as one.
+    /// Takes in a report; one without probabilities is left out. Sets that differ in "something else" only count as one. What is left to 1
+    /// is the probability that the hidden set is not listed.
     pub fn add(&mut self, case: &Case, report: &Value) {
         let Some(alternatives) = report["alternatives"].as_array().filter(|all| !all.is_empty()) else {
             return;
@@ -36,9 +39,12 @@ impl Reliability {
             Kind::Null | Kind::OffCatalogue => BTreeSet::new(),
             _ => case.effects.iter().cloned().collect(),
         };
-        sets.entry(hidden.clone()).or_default();
-        let error = |(set, p): (&BTreeSet<String>, &f64)| (p - f64::from(u8::from(*set == hidden))).powi(2);
-        self.brier.push(sets.iter().map(error).sum());
+        let others = (1.0 - sets.values().sum::<f64>()).max(0.0);
+        let listed = sets.contains_key(&hidden);
+        let truth = |is_true: bool| f64::from(u8::from(is_true));
+        let listed_error: f64 = sets.iter().map(|(set, p)| (p - truth(*set == hidden)).powi(2)).sum();
+        self.brier.push(listed_error + (others - truth(!listed)).powi(2));
+        self.unlisted.push((others, !listed));
         let most = sets.iter().max_by(|a, b| a.1.total_cmp(b.1));
         self.first.push(most.is_some_and(|(set, _)| *set == hidden));
         self.stated.extend(sets.iter().map(|(set, &p)| (p.min(1.0), *set == hidden)));
@@ -64,9 +70,13 @@ impl Reliability {
             }
             low = high;
         }
-        let unlisted = self.stated.iter().filter(|(p, right)| *right && *p <= 0.0).count();
-        text.push_str(&format!("\nHidden sets that were not listed: {unlisted}\n"));
         let n = self.brier.len().max(1) as f64;
+        let unlisted = self.unlisted.iter().filter(|(_, unlisted)| *unlisted).count();
+        let stated = self.unlisted.iter().map(|(p, _)| p).sum::<f64>() / n;
+        text.push_str(&format!(
+            "\nHidden sets that were not listed: {unlisted}, expected {:.1}\n",
+            stated * n
+        ));
         let first = self.first.iter().filter(|right| **right).count();
         text.push_str(&format!(
             "\nBrier score {:.3} over {} reports (0 to 2); the most probable set was the hidden one in {first}\n",
@@ -99,6 +109,15 @@ mod tests {
         lag.add(&Case::moderate(Kind::Single, &["supply_sag"]), &report);
         assert_eq!(lag.first, [false, false]);
         assert!((lag.brier[0] - 0.98).abs() < 1e-9 && (lag.brier[1] - 1.58).abs() < 1e-9, "{:?}", lag.brier);
+        let mut partly = Reliability::default();
+        let report = json!({ "alternatives": [{ "causes": ["valve_lag"], "probability": 0.8 }] });
+        partly.add(&Case::moderate(Kind::Single, &["valve_lag"]), &report);
+        partly.add(&Case::moderate(Kind::Single, &["supply_sag"]), &report);
+        assert!(
+            (partly.brier[0] - 0.08).abs() < 1e-9 && (partly.brier[1] - 1.28).abs() < 1e-9,
+            "{:?}",
+            partly.brier
+        );
         let mut none = Reliability::default();
         none.add(&Case::moderate(Kind::Null, &[]), &json!({ "alternatives": [] }));
         assert!(none.brier.is_empty());
@@ -107,14 +126,15 @@ mod tests {
     #[test]
     fn the_diagram_counts_how_often_a_stated_probability_was_right() {
         let sure = Reliability {
-            stated: vec![(0.9, true), (0.9, true), (0.9, false), (0.1, false), (1.0, true), (0.0, true)],
+            stated: vec![(0.9, true), (0.9, true), (0.9, false), (0.1, false), (1.0, true)],
+            unlisted: vec![(0.1, false), (0.2, true)],
             brier: vec![0.02, 0.02],
             first: vec![true, true],
         };
         let table = sure.table();
         assert!(table.contains("| 0.8 to 0.95 | 3 | 0.90 | 2 | 0.67 |"), "{table}");
         assert!(table.contains("| 0.95 to 1 | 1 | 1.00 | 1 | 1.00 |"), "{table}");
-        assert!(table.contains("Hidden sets that were not listed: 1"), "{table}");
+        assert!(table.contains("Hidden sets that were not listed: 1, expected 0.3"), "{table}");
         assert!(table.contains("Brier score 0.020 over 2"), "{table}");
     }
 }

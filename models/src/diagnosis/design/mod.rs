@@ -105,7 +105,7 @@ pub fn plan(
     let noise_kpa = watched.iter().map(|&k| channels[k].noise_kpa).sum::<f64>() / watched.len().max(1) as f64;
     let so_far: usize = watched.iter().map(|&k| channels[k].rows.len()).sum();
     // The rule for ties, on both recordings together.
-    let settles = apart.squared > 2.0 * SETTINGS.tie_share * (so_far + apart.rows) as f64;
+    let settles = apart.squared > 2.0 * SETTINGS.practical * (so_far + apart.rows) as f64;
     let considered = looked.iter().map(|(e, s)| ConsideredExperiment {
         excitation: e.name().to_owned(),
         seconds: e.seconds(),

@@ -3,6 +3,7 @@
 use super::predicted::{Evidence, Predicted};
 use super::weights::probabilities;
 use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::parallel;
 
@@ -74,7 +75,7 @@ pub struct Explanation {
 pub struct Weighed {
     /// What it holds to be missing.
     pub missing: Missing,
-    /// Its probability among all that were weighed.
+    /// Its probability. Those of all that were weighed leave room for what was not fitted.
     pub probability: f64,
     /// RMS error of rollouts over the blocks where causes are chosen, kPa.
     pub select_rmse_kpa: f64,
@@ -110,7 +111,7 @@ pub fn weigh(channels: &[ChannelData], explanations: Vec<Explanation>) -> Vec<We
         .zip(probable)
         .map(|((missing, evidence), probability)| Weighed {
             missing,
-            probability,
+            probability: (1.0 - SETTINGS.not_fitted) * probability,
             select_rmse_kpa: evidence.rmse_kpa(),
         })
         .collect();
@@ -141,9 +142,10 @@ mod tests {
         let weighed = weigh(std::slice::from_ref(&data), all);
         assert_eq!(weighed.len(), 2, "{weighed:?}");
         assert_eq!(weighed[0].missing, Missing::Effects(vec![lag]));
-        assert!(weighed[0].probability > 0.99, "{weighed:?}");
+        assert!(weighed[0].probability > 0.89, "{weighed:?}");
         assert!((weighed[0].select_rmse_kpa / data.noise_kpa - 1.0).abs() < 0.2, "{weighed:?}");
-        assert!((weighed.iter().map(|w| w.probability).sum::<f64>() - 1.0).abs() < 1e-9);
+        let all: f64 = weighed.iter().map(|w| w.probability).sum();
+        assert!((all + SETTINGS.not_fitted - 1.0).abs() < 1e-9, "{weighed:?}");
     }
 
     #[test]

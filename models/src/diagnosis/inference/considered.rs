@@ -18,6 +18,8 @@ use crate::effects::{EffectInfo, Question, Series};
 
 /// A change of the readings by less than this many standard deviations of the noise, over all rows, is none.
 const NOTHING: f64 = 1e-6;
+/// What sound rigs have of an effect, over the largest usual size, which is two standard deviations.
+const USUAL: f64 = 0.5;
 
 /// What the quantities add to the variance of every free parameter, on its scale. `ratio` is the variance of parameters over that from independent
 /// residuals of the noise's variance.
@@ -110,7 +112,7 @@ fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let of = |effect: usize| {
         let model: Extended = stage.model.with(&data.plant, effect, &largest_usual(CATALOGUE[effect])?);
         let [change] = probing.changes(effect, &[model]).try_into().ok()?;
-        Some(change.into_iter().map(|v| v * SETTINGS.usual).collect())
+        Some(change.into_iter().map(|v| v * USUAL).collect())
     };
     (0..CATALOGUE.len()).filter(absent).filter_map(of).collect()
 }

@@ -3,6 +3,7 @@
 use crate::diagnosis::json::Report;
 use crate::diagnosis::report::alternatives::LEAST_PROBABLE;
 use crate::diagnosis::report::verdict;
+use crate::diagnosis::settings::SETTINGS;
 use crate::report::{Align, Markup, Table, significant};
 
 /// The explanations with their probabilities; `units` are what is weighed anew: blocks or recordings.
@@ -25,9 +26,18 @@ pub fn markup(report: &Report, units: &str) -> Markup {
         let row = [names.join(" and "), format!("{:.3}", a.probability), significant(a.select_rmse_kpa, 3)];
         table.row(row);
     }
+    let others = 1.0 - report.alternatives.iter().map(|a| a.probability).sum::<f64>();
+    if others >= LEAST_PROBABLE {
+        table.row([
+            "a set that was not fitted, or is less probable than these".to_owned(),
+            format!("{others:.3}"),
+            String::new(),
+        ]);
+    }
     let caption = format!(
-        "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap). \
-         Explanations less probable than {LEAST_PROBABLE} are left out."
+        "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap), \
+         all their rows together counting as {:.0} rows at most, since what no model describes lasts.",
+        SETTINGS.coarsening_rows
     );
     table.caption(&caption).markup()
 }

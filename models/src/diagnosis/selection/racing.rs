@@ -174,7 +174,7 @@ pub fn rivals(
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
             let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
-            left < SETTINGS.tie_share * best.iter().sum::<f64>()
+            left < SETTINGS.practical * best.iter().sum::<f64>()
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
         .collect()
