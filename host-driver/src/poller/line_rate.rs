@@ -10,8 +10,8 @@ use pneudrive_protocol::pages::LineRate;
 /// They are asked when all boards of the bus answer. If they agree, and answer at the new rate, it
 /// is kept until a board fails [`PresencePolicy::failures`](super::PresencePolicy::failures) times
 /// in a row or [`lost_in_a_second`](Self::lost_in_a_second) exchanges are lost; then all are back
-/// at the compiled rate. They are asked again after `first_pause_ns`, for the next lower rate, and
-/// after twice as long each time up to `longest_pause_ns`.
+/// at the compiled rate. They are asked again after `first_pause_ns`, and after twice as long each time up to
+/// `longest_pause_ns`: for the next lower rate where one has lost too much, or has failed twice otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineRatePolicy {
     /// The fastest to ask for.
@@ -49,6 +49,8 @@ pub(super) struct LineRateSchedule {
     pause_ns: u64,
     /// What is asked for next, at most.
     ceiling: LineRate,
+    /// Has that failed before? One failure may be a passing one: of a machine that was busy, of a plug.
+    has_failed: bool,
     /// What was told last.
     reason: String,
     window_since_ns: u64,
@@ -65,19 +67,23 @@ impl LineRateSchedule {
             next_try_ns: 0,
             pause_ns,
             ceiling,
+            has_failed: false,
             reason: String::new(),
             window_since_ns: 0,
             lost_before: 0,
         }
     }
 
-    /// It did not work: later, and slower if there is a slower one.
-    fn give_up(&mut self, now_ns: u64) -> u64 {
+    /// It did not work: later, and slower if there is a slower one; the first time only where that
+    /// rate `cannot_be`.
+    fn give_up(&mut self, now_ns: u64, cannot_be: bool) -> u64 {
         let Some(policy) = self.policy else { return 0 };
-        self.ceiling = match self.ceiling {
-            LineRate::ThreeMbaud => LineRate::TwoMbaud,
-            _ => policy.fastest,
+        self.ceiling = match (self.has_failed || cannot_be, self.ceiling) {
+            (false, same) => same,
+            (true, LineRate::ThreeMbaud) => LineRate::TwoMbaud,
+            (true, _) => policy.fastest,
         };
+        self.has_failed = !(self.has_failed || cannot_be);
         let pause_ns = self.pause_ns;
         self.next_try_ns = now_ns + pause_ns;
         self.pause_ns = (2 * pause_ns).min(policy.longest_pause_ns.max(pause_ns));
@@ -133,7 +139,7 @@ impl<L: Line> Polling<L> {
             }
             Err(LineRateError::Line(error)) => return Err(error),
             Err(error) => {
-                let pause_ns = self.line_rate.give_up(now_ns);
+                let pause_ns = self.line_rate.give_up(now_ns, matches!(error, LineRateError::Adapter { .. }));
                 let reason = error.to_string();
                 if std::mem::replace(&mut self.line_rate.reason, reason.clone()) != reason {
                     let baud = self.bus.baud();
@@ -154,7 +160,7 @@ impl<L: Line> Polling<L> {
         let boards: Vec<u8> = self.rows.iter().map(|row| row.board).collect();
         self.bus.lower_line_rate(&boards)?;
         let silent = silent.and_then(|index| boards.get(index).copied());
-        let pause_ns = self.line_rate.give_up(self.bus.line().now_ns());
+        let pause_ns = self.line_rate.give_up(self.bus.line().now_ns(), silent.is_none());
         // At the compiled rate it is another matter.
         for presence in &mut self.presence {
             presence.ask_again();
@@ -174,15 +180,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pauses_grow_and_rates_fall() {
+    fn pauses_grow_and_a_rate_that_fails_twice_gives_way_to_a_slower_one() {
         let mut schedule = LineRateSchedule::new(Some(LineRatePolicy::default()));
         let mut tries = Vec::new();
         for _ in 0..9 {
             let asked = schedule.ceiling;
-            tries.push((asked as u8, schedule.give_up(0) / 1_000_000_000));
+            tries.push((asked as u8, schedule.give_up(0, false) / 1_000_000_000));
         }
-        let expected = [(3, 10), (2, 20), (3, 40), (2, 80), (3, 160), (2, 320), (3, 640), (2, 640), (3, 640)];
+        let expected = [(3, 10), (3, 20), (2, 40), (2, 80), (3, 160), (3, 320), (2, 640), (2, 640), (3, 640)];
         assert_eq!(tries, expected);
+    }
+
+    #[test]
+    fn a_rate_that_cannot_be_gives_way_at_once() {
+        let mut schedule = LineRateSchedule::new(Some(LineRatePolicy::default()));
+        schedule.give_up(0, true);
+        assert_eq!(schedule.ceiling, LineRate::TwoMbaud);
+        schedule.give_up(0, false);
+        assert_eq!(schedule.ceiling, LineRate::TwoMbaud);
+        schedule.give_up(0, false);
+        assert_eq!(schedule.ceiling, LineRate::ThreeMbaud);
     }
 
     #[test]
