@@ -100,5 +100,6 @@ def test_recordings_with_one_load_are_one(recordings, rig):
     """Said, they are joined; unsaid, their loads are found to differ."""
     same = pneu.diagnose([recordings[0], recordings[0]], rig, loads="same")
     assert same.machine is None and list(same.extended_models) == ["extended.toml"]
-    assert 0.9 < sum(one["probability"] for one in same.alternatives) <= 1 + 1e-9
+    # A tenth is kept for what was not fitted.
+    assert 0.85 < sum(one["probability"] for one in same.alternatives) <= 0.9 + 1e-9
     assert pneu.diagnose(recordings, rig).machine is not None
