@@ -3,6 +3,7 @@
 use crate::data::Recording;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, share_draws};
 use crate::diagnosis::error::DiagnosisError;
+use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::json::Gain;
 use crate::diagnosis::preconditions::{Purpose, prepare_for};
 use crate::diagnosis::rollout_errors::BlockErrors;
@@ -13,7 +14,7 @@ impl Diagnosis {
     /// Reduction of the rollouts' RMS error on the test blocks from the base models to the final ones, all causes together.
     #[must_use]
     pub fn gain(&self) -> Gain {
-        let finals: Vec<Extended> = self.stages.iter().map(|s| s.model.clone()).collect();
+        let finals = models_of(&self.stages);
         let error = |models: &[Extended]| BlockErrors::of(&self.channels, models, Role::Test);
         error(&self.base).gain(&error(&finals))
     }
@@ -35,7 +36,7 @@ impl Diagnosis {
         for block in channels.iter_mut().flat_map(|d| &mut d.blocks) {
             block.role = Role::Test;
         }
-        let finals: Vec<Extended> = self.stages.iter().map(|s| s.model.clone()).collect();
+        let finals = models_of(&self.stages);
         share_draws(&mut channels, &finals);
         let error = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
         Ok(error(&self.base).gain(&error(&finals)))

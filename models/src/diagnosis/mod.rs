@@ -35,6 +35,7 @@ mod rollout_errors;
 mod rollouts;
 mod run;
 mod screening;
+mod second_opinion;
 mod selection;
 pub mod settings;
 mod simulation;

@@ -7,9 +7,7 @@ use crate::diagnosis::discrepancy::{
     Dependence, Rest, adequacy, corrected, correction_gain, imitated_beside, significant,
 };
 use crate::diagnosis::error::DiagnosisError;
-use crate::diagnosis::estimation::ChannelStage;
-use crate::diagnosis::evidence::evidence;
-use crate::diagnosis::greybox;
+use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict,
 };
@@ -19,8 +17,9 @@ use crate::diagnosis::report::{
     ExtendedFile, alternatives, band_holds, cause, earned, extended_file, verdict,
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::second_opinion::second_opinion;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
-use crate::diagnosis::settings::{self, SETTINGS};
+use crate::diagnosis::settings;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -28,9 +27,6 @@ pub const EXTENDED_FILE: &str = "extended.toml";
 
 /// How models were fitted where the usual way leaves too much.
 const BY_LIKELIHOOD: &str = "The base model is so far from this recording that errors of rollouts say little about single causes. All models were fitted by a likelihood instead that has room for what none of them describes, and a cause is named only if it is the likeliest of the catalogue and its rollouts are the closest.";
-
-/// Rate at which the likelihood looks at a recording: what it compares lasts a tenth of a second and more, and its work goes with the rows.
-const LIKELIHOOD_HZ: f64 = 100.0;
 
 /// Everything a report is made of.
 #[derive(Debug, Clone)]
@@ -106,19 +102,10 @@ pub fn diagnose(
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }
-    if !change && adequacy::astray(&channels, &outcome.base) {
-        progress("fitting the catalogue by likelihood", 0);
-        // A channel that has too few rows to be looked at slowly is looked at as it is.
-        let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
-        let looked_at = slowly.as_ref().unwrap_or(&channels);
-        let named = greybox::name(looked_at, &outcome.base, &|| progress("", 1));
-        if let Some(named) =
-            named.filter(|named| outcome.causes.is_empty() || stands_instead(&channels, named, &outcome))
-        {
-            adopt(&mut outcome, &mut channels, named);
-            rest = Rest::new(&channels, &outcome, change);
-            notes.push(BY_LIKELIHOOD.to_owned());
-        }
+    if !change && let Some(named) = second_opinion(recording, rig, &channels, &outcome, progress) {
+        adopt(&mut outcome, &mut channels, named);
+        rest = Rest::new(&channels, &outcome, change);
+        notes.push(BY_LIKELIHOOD.to_owned());
     }
     progress("weighing explanations", 0);
     let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
@@ -129,29 +116,6 @@ pub fn diagnose(
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)
-}
-
-/// Does the effect that stands out by likelihood take the place of what the search has named from a base model that is far off? It does
-/// where it predicts the choosing blocks better. Where the search has named it among others, which take up what is left of a large error,
-/// each of them must take as much of it as any name by likelihood must.
-fn stands_instead(channels: &[ChannelData], named: &greybox::Named, outcome: &Outcome) -> bool {
-    let Some(effect) = &named.effect else { return false };
-    let searched: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
-    let density = |models: &[Extended]| evidence(channels, models).log_density();
-    let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
-    let others = outcome.causes.iter().filter(|cause| cause.effect != effect.effect).count();
-    let among = others > 0 && others < outcome.causes.len();
-    // What is left when each of the others takes the least share of what those before it leave.
-    let most_left = (0..others).fold(error(&effect.models), |left, _| (1.0 - SETTINGS.greybox_worth) * left);
-    among && error(&searched) > most_left || density(&effect.models) > density(&searched)
-}
-
-/// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.
-fn slowly(recording: &Recording, rig: &Rig) -> Result<Vec<ChannelData>, DiagnosisError> {
-    let factor = (recording.rate_hz() / LIKELIHOOD_HZ).floor();
-    let (mut channels, _) = prepare_for(&recording.thinned(factor as usize), rig, Purpose::Compare)?;
-    simulate_coarsely(&mut channels, true);
-    Ok(channels)
 }
 
 impl Diagnosis {
@@ -180,7 +144,7 @@ fn assemble(
     change: bool,
 ) -> Diagnosis {
     let errors_of = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
-    let finals: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+    let finals = models_of(&outcome.stages);
     let base_errors = errors_of(&outcome.base);
     let final_errors = errors_of(&finals);
     let Rest { base_stages, symptoms, left, share } = rest;

@@ -10,14 +10,13 @@ mod planned;
 mod separation;
 mod trajectory;
 
-use crate::diagnosis::estimation::refit;
+use crate::diagnosis::estimation::{ChannelStage, models_of, refit};
 use crate::diagnosis::settings::SETTINGS;
 
 pub use menu::Excitation;
 pub use separation::{Explanation, Separation, separation};
 
 use crate::diagnosis::channel::{ChannelData, Extended};
-use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::json::{Cause, ConsideredExperiment, NextExperiment};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::report::verdict;
@@ -135,7 +134,7 @@ fn at_its_limit(cause: &Cause) -> bool {
 
 fn question(channels: &[ChannelData], outcome: &Outcome, cause: &Cause, found: &Found) -> Question {
     let mut names = vec![cause.effect.clone()];
-    let finals: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+    let finals = models_of(&outcome.stages);
     let mut explanations = vec![explanation(channels, &outcome.stages, &finals)];
     let without: Vec<Extended> = channels
         .iter()

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use super::menu::Excitation;
 use super::planned::planned;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role, settled};
-use crate::diagnosis::estimation::{ChannelStage, normal_equations};
+use crate::diagnosis::estimation::{ChannelStage, models_of, normal_equations};
 use crate::diagnosis::likelihood::whitened_residuals;
 
 const ALL: [Role; 3] = [Role::Fit, Role::Select, Role::Test];
@@ -33,7 +33,7 @@ impl Explanation {
             normal_equations(data, &OPEN, &stage.residuals, &stage.sensitivities, stage.free.len()).matrix
         });
         Self {
-            models: stages.iter().map(|s| s.model.clone()).collect(),
+            models: models_of(stages),
             free: stages.iter().map(|s| s.free.clone()).collect(),
             known: known.collect(),
         }

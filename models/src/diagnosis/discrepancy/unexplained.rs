@@ -5,7 +5,7 @@ use crate::diagnosis::settings::SETTINGS;
 use super::discrepancy_model::fit_correction;
 use super::residual_test::{Dependence, dependences};
 use crate::diagnosis::channel::{ChannelData, Extended, Role, Variable};
-use crate::diagnosis::estimation::{ChannelStage, free_of};
+use crate::diagnosis::estimation::{ChannelStage, free_of, models_of};
 use crate::diagnosis::json::{Corrected, Symptom};
 use crate::diagnosis::likelihood::{is_hunting, row_count, select_total, total};
 use crate::diagnosis::rollout_errors::BlockErrors;
@@ -50,7 +50,7 @@ impl Rest {
     /// what noise and wander explain; where the model is wrong altogether, that can be won while the pressure is lost.
     #[must_use]
     pub fn harmful(channels: &[ChannelData], outcome: &Outcome) -> bool {
-        let last: Vec<Extended> = outcome.stages.iter().map(|s| s.model.clone()).collect();
+        let last = models_of(&outcome.stages);
         let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
         error(&last) >= error(&outcome.base)
     }

@@ -29,6 +29,12 @@ pub struct ChannelStage {
     factor: Option<Cholesky<f64, Dyn>>,
 }
 
+/// The models of channels, one a channel.
+#[must_use]
+pub fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
+    stages.iter().map(|stage| stage.model.clone()).collect()
+}
+
 impl ChannelStage {
     /// Evaluates a model.
     #[must_use]

@@ -16,5 +16,5 @@ pub use base::{
 pub use effect::fit_from;
 pub use frozen_jacobian::{refit_near, refit_with};
 pub use least_squares::refit;
-pub use linearization::ChannelStage;
+pub use linearization::{ChannelStage, models_of};
 pub use objective::{BlockObjective, normal_equations};

@@ -59,16 +59,22 @@ struct Contender {
     error_kpa: f64,
 }
 
-/// Fits the whole catalogue to some thousand rows of every channel, and names the effect that is both the likeliest and the closest,
+/// Fits some effects of the catalogue to some thousand rows of every channel, and names the one that is both the likeliest and the closest,
 /// if that is closer by far than the base models, its own and the `known` ones.
 #[must_use]
-pub fn name(channels: &[ChannelData], known: &[Extended], progress: &(dyn Fn() + Sync)) -> Option<Named> {
+pub fn name(
+    channels: &[ChannelData],
+    known: &[Extended],
+    effects: &[usize],
+    progress: &(dyn Fn() + Sync),
+) -> Option<Named> {
     let looked_at: Vec<ChannelData> = channels.iter().map(shortened).collect();
     let fit: Vec<Vec<bool>> = looked_at.iter().map(|data| rows_of(data, Role::Fit)).collect();
-    let rankings = rankings(&looked_at, &fit, progress)?;
+    let rankings = rankings(&looked_at, &fit, effects, progress)?;
     let base: Vec<Extended> = rankings.iter().map(|ranking| ranking.base.model.clone()).collect();
-    let mut contenders: Vec<Contender> = (0..CATALOGUE.len())
-        .filter_map(|effect| contender(&looked_at, &rankings, effect))
+    let mut contenders: Vec<Contender> = effects
+        .iter()
+        .filter_map(|effect| contender(&looked_at, &rankings, *effect))
         .filter(|c| c.gain >= SETTINGS.greybox_least_nats && c.held_out > 0.0)
         .collect();
     contenders.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -103,17 +109,17 @@ pub fn name(channels: &[ChannelData], known: &[Extended], progress: &(dyn Fn() +
     Some(Named { base, effect, contenders })
 }
 
-/// The whole catalogue on the channel whose pressure moves most over its noise, and what gained most there on the others.
+/// The effects on the channel whose pressure moves most over its noise, and what gained most there on the others.
 fn rankings(
     channels: &[ChannelData],
     fit: &[Vec<bool>],
+    effects: &[usize],
     progress: &(dyn Fn() + Sync),
 ) -> Option<Vec<Ranking>> {
-    let whole: Vec<usize> = (0..CATALOGUE.len()).collect();
     let scale = |data: &ChannelData| scales(data).discrepancy_pa / data.noise_kpa;
     let liveliest =
         (0..channels.len()).max_by(|&a, &b| scale(&channels[a]).total_cmp(&scale(&channels[b])))?;
-    let first = rank(&channels[liveliest], &fit[liveliest], &whole, progress)?;
+    let first = rank(&channels[liveliest], &fit[liveliest], effects, progress)?;
     let gain = |ranked: &Ranked| ranked.estimate.log - first.base.log;
     let most = first.effects.iter().map(gain).fold(0.0, f64::max);
     let promising: Vec<usize> =

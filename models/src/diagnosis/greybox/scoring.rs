@@ -100,6 +100,10 @@ impl Posterior<'_> {
         let (errors, variances) = (&here.innovations.errors, &here.innovations.variances);
         // Of the errors in standard deviations, and of the variances, relative over root two: then the information is one sum of products.
         let columns: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(0..n, |k| {
+            // What cannot move is held, whatever its slope: a run of the filter less.
+            if bounds[k].0 >= bounds[k].1 {
+                return (vec![0.0; errors.len()], vec![0.0; errors.len()]);
+            }
             let mut moved = x.to_vec();
             let h = self.difference(x, k);
             moved[k] += if x[k] + h > bounds[k].1 { -h } else { h };

@@ -90,7 +90,8 @@ fn a_simulation_that_runs_away_says_so() {
 fn named(data: ChannelData) -> Option<(&'static str, Vec<f64>)> {
     let channels = [data];
     let (_, known) = channel(false);
-    let named = name(&channels, &[known], &|| ()).expect("the base model runs");
+    let everything: Vec<usize> = (0..CATALOGUE.len()).collect();
+    let named = name(&channels, &[known], &everything, &|| ()).expect("the base model runs");
     named.effect.map(|found| {
         let range = found.models[0].range(&channels[0].plant, found.effect).expect("it acts");
         (CATALOGUE[found.effect].id, found.models[0].values[range].to_vec())

@@ -2,7 +2,7 @@
 
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::discrepancy::{Rest, corrected};
-use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Report, Verdict};
 use crate::diagnosis::selection::{Found, Outcome};
@@ -18,14 +18,15 @@ pub const LEAST_PROBABLE: f64 = 0.001;
 /// every size counts.
 #[must_use]
 pub fn weighed(channels: &[ChannelData], outcome: &Outcome, rest: &Rest, change: bool) -> Vec<Weighed> {
-    let models =
-        |stages: &[ChannelStage]| -> Vec<Extended> { stages.iter().map(|s| s.model.clone()).collect() };
     let named: Vec<usize> = outcome.causes.iter().map(|cause| cause.effect).collect();
     let mut all = outcome.explanations.clone();
     all.push(Explanation { missing: Missing::Nothing, models: outcome.base.clone() });
     all.extend(smooth(Vec::new(), corrected(channels, &rest.base_stages, &rest.symptoms)));
     if !named.is_empty() {
-        all.push(Explanation { missing: Missing::Effects(named.clone()), models: models(&outcome.stages) });
+        all.push(Explanation {
+            missing: Missing::Effects(named.clone()),
+            models: models_of(&outcome.stages),
+        });
         all.extend(smooth(named, corrected(channels, &outcome.stages, &rest.left)));
         all.extend(outcome.causes.iter().map(|cause| without(cause, outcome)));
     }

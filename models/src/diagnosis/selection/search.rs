@@ -8,7 +8,7 @@ use super::racing::{Considered, is_foil, rivals, round};
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, halved, share_draws, simulate_finer};
-use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, refit, refit_near};
+use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, models_of, refit, refit_near};
 use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::likelihood::{Whitening, hunts, likelier, together};
 use crate::diagnosis::resampling::bootstrap;
@@ -89,10 +89,6 @@ pub fn search(
     }
     let Named { causes, gates, first_gates, rounds, explanations, withheld } = named;
     Outcome { base, causes, stages, gates, first_gates, rounds, explanations, withheld, by_likelihood: false }
-}
-
-fn models_of(stages: &[ChannelStage]) -> Vec<Extended> {
-    stages.iter().map(|s| s.model.clone()).collect()
 }
 
 /// What the rounds of a search find.

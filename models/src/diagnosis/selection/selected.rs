@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use crate::diagnosis::channel::{ChannelData, Extended};
-use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::likelihood::select_total;
 
 /// A cause as the search found it.
@@ -41,7 +41,7 @@ impl Found {
             acts: ranked[winner].acts.clone(),
             p_value,
             equivalent: equivalent.iter().map(|&k| ranked[k].effect).collect(),
-            without: stages.iter().map(|s| s.model.clone()).collect(),
+            without: models_of(stages),
             gained: select_total(channels, stages.iter().map(|s| &s.losses))
                 - select_total(channels, &ranked[winner].losses),
             rivals: equivalent.iter().map(|&k| ranked[k].clone()).collect(),
@@ -52,7 +52,7 @@ impl Found {
     /// Notes what it adds to the stages `without` it.
     pub fn adds(&mut self, channels: &[ChannelData], without: &[ChannelStage], with: &[ChannelStage]) {
         let left = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
-        self.without = without.iter().map(|s| s.model.clone()).collect();
+        self.without = models_of(without);
         self.gained = left(without) - left(with);
     }
 }
