@@ -126,6 +126,8 @@ pub enum Unnamed {
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,
+    /// Beside what is named, it is less probable than not.
+    Improbable,
 }
 
 /// The recording.

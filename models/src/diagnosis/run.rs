@@ -113,6 +113,7 @@ pub fn diagnose(
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, rest, notes, change);
     diagnosis.report.weigh(&weighed);
+    diagnosis.report.sentence = verdict::sentence(&diagnosis.report, change);
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)
@@ -208,7 +209,7 @@ fn assemble(
     };
     let count = |role| channels.first().map_or(0, |d| d.blocks.iter().filter(|b| b.role == role).count());
     let extended = extended_file(&channels, &extended_models, rig);
-    let mut report = Report {
+    let report = Report {
         schema: SCHEMA.to_owned(),
         data: Data {
             file: recording.source.file.clone(),
@@ -237,7 +238,6 @@ fn assemble(
         alternatives: Vec::new(),
         machine: None,
     };
-    report.sentence = verdict::sentence(&report, change);
     Diagnosis {
         report,
         extended,

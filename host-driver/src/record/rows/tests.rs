@@ -1,4 +1,3 @@
-
 use super::*;
 use crate::notices::NoticeKind;
 use crate::poller::{BoardRow, BoardSensors, BoardState, DriveReading, Outcome, Reading, VENTED};

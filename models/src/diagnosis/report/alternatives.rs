@@ -4,7 +4,7 @@ use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::discrepancy::{Rest, corrected};
 use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
-use crate::diagnosis::json::{Alternative, Report, Verdict};
+use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, Verdict};
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 
@@ -12,6 +12,8 @@ use crate::effects::catalogue::CATALOGUE;
 const LISTED: usize = 8;
 /// Explanations less probable than this are not listed.
 pub const LEAST_PROBABLE: f64 = 0.001;
+/// More probable than not.
+const EVEN: f64 = 0.5;
 
 /// Weighs all explanations that a search has fitted, and beside them nothing at all and something smooth without a name; the most
 /// probable comes first. An effect in a size that sound rigs have is no cause: with it, nothing is missing. Since a calibration (`change`),
@@ -77,9 +79,26 @@ impl Report {
         };
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         for cause in &mut self.causes {
-            cause.probability = Some(probability_of(&cause.effect, weighed));
+            cause.probability = Some(probability_of(std::slice::from_ref(&cause.effect), weighed));
         }
+        let (named, improbable) = part(std::mem::take(&mut self.causes), weighed);
+        self.causes = named;
+        let unnamed = |cause| Imperfection { why: Unnamed::Improbable, cause };
+        self.imperfections.extend(improbable.into_iter().map(unnamed));
     }
+}
+
+/// Parts causes into those that keep their names and those that are less probable than not beside one that is more, each counted with
+/// what fits as well.
+fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
+    let probable = |cause: &Cause| {
+        let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
+        probability_of(&ties, weighed) >= EVEN
+    };
+    if !causes.iter().any(probable) {
+        return (causes, Vec::new());
+    }
+    causes.into_iter().partition(probable)
 }
 
 /// Where the error itself says that something is missing, "nothing" is something without a name.
@@ -104,9 +123,10 @@ fn without_a_name(weighed: &[Weighed]) -> Vec<Weighed> {
     others
 }
 
-/// Probability of all explanations with an effect.
-fn probability_of(id: &str, weighed: &[Weighed]) -> f64 {
-    let with = weighed.iter().filter(|w| w.missing.effects().iter().any(|&e| CATALOGUE[e].id == id));
+/// Probability of all explanations with one of some effects.
+fn probability_of(ids: &[String], weighed: &[Weighed]) -> f64 {
+    let one_of = |effect: &usize| ids.iter().any(|id| id == CATALOGUE[*effect].id);
+    let with = weighed.iter().filter(|w| w.missing.effects().iter().any(one_of));
     with.fold(0.0, |sum, w| sum + w.probability).min(1.0)
 }
 
@@ -127,6 +147,9 @@ pub fn listed<'a>(weighed: impl IntoIterator<Item = (&'a Missing, f64, f64)>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
+
+    use crate::diagnosis::json::Gain;
     use crate::diagnosis::testing::{channel, with};
     use crate::effects::catalogue::index_of;
 
@@ -169,10 +192,52 @@ mod tests {
             (Missing::Effects(vec![delay]), 0.0004),
         ]
         .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
-        assert!((probability_of("valve_lag", &weighed) - 0.9).abs() < 1e-12);
-        assert_eq!(probability_of("supply_sag", &weighed).to_bits(), 0.0_f64.to_bits());
+        assert!((probability_of(&["valve_lag".to_owned()], &weighed) - 0.9).abs() < 1e-12);
+        assert_eq!(probability_of(&["supply_sag".to_owned()], &weighed).to_bits(), 0.0_f64.to_bits());
         let listed = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         let causes: Vec<_> = listed.iter().map(|a| a.causes.join("+")).collect();
         assert_eq!(causes, ["valve_lag+transport_delay", "valve_lag+something_else", "none"]);
+    }
+
+    #[test]
+    fn beside_a_probable_name_an_improbable_one_is_none() {
+        let [lag, delay, sag] =
+            ["valve_lag", "transport_delay", "supply_sag"].map(|id| index_of(id).unwrap());
+        let weighed = [
+            (Missing::Effects(vec![sag, lag]), 0.4),
+            (Missing::Effects(vec![sag]), 0.35),
+            (Missing::Effects(vec![sag, delay]), 0.15),
+        ]
+        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
+        let named = |causes: &[(&str, &[&str])]| {
+            let (named, _) = part(causes.iter().map(|(id, ties)| cause(id, ties)).collect(), &weighed);
+            named.into_iter().map(|cause| cause.effect).collect::<Vec<_>>().join("+")
+        };
+        assert_eq!(named(&[("supply_sag", &[]), ("valve_lag", &[])]), "supply_sag");
+        // One of the two is there with 0.55.
+        assert_eq!(
+            named(&[("supply_sag", &[]), ("valve_lag", &["transport_delay"])]),
+            "supply_sag+valve_lag"
+        );
+        assert_eq!(named(&[("valve_lag", &[])]), "valve_lag", "alone, it is said to be improbable");
+    }
+
+    fn cause(effect: &str, equivalent: &[&str]) -> Cause {
+        Cause {
+            effect: effect.to_owned(),
+            channels: vec!["b0c0".to_owned()],
+            equivalent: equivalent.iter().map(|id| (*id).to_owned()).collect(),
+            parameters: BTreeMap::new(),
+            by_channel: BTreeMap::new(),
+            p_value: 0.001,
+            probability: None,
+            gain: Gain {
+                test_rmse_before_kpa: 2.0,
+                test_rmse_after_kpa: 1.0,
+                reduction: 0.5,
+                ci95: [0.4, 0.6],
+                weighted_ci95: [0.4, 0.6],
+            },
+        }
     }
 }
