@@ -1,4 +1,6 @@
-//! A channel for tests: twenty seconds of steps, measured by its own simulation.
+//! For tests: a channel, twenty seconds of steps, measured by its own simulation; a cause.
+
+use std::collections::BTreeMap;
 
 use rand::RngExt;
 
@@ -6,6 +8,7 @@ use crate::board::Law;
 use crate::data::ChannelId;
 use crate::diagnosis::channel::{ChannelData, Extended, compared_rows, split};
 use crate::diagnosis::estimation::{ChannelStage, refit};
+use crate::diagnosis::json::{Cause, Gain};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::resampling::generator;
 use crate::effects::catalogue::index_of;
@@ -106,4 +109,24 @@ pub fn normals(seed: u64, count: usize) -> Vec<f64> {
         (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
     };
     (0..count).map(normal).collect()
+}
+
+/// A cause on one channel that takes this part of an error of 2 kPa, without sizes and without a probability.
+pub fn cause(effect: &str, gain: f64) -> Cause {
+    Cause {
+        effect: effect.to_owned(),
+        channels: vec!["b0c0".to_owned()],
+        equivalent: Vec::new(),
+        parameters: BTreeMap::new(),
+        by_channel: BTreeMap::new(),
+        p_value: 0.001,
+        probability: None,
+        gain: Gain {
+            test_rmse_before_kpa: 2.0,
+            test_rmse_after_kpa: 2.0 * (1.0 - gain),
+            reduction: gain,
+            ci95: [gain - 0.2, gain + 0.2],
+            weighted_ci95: [0.0; 2],
+        },
+    }
 }

@@ -147,10 +147,7 @@ pub fn listed<'a>(weighed: impl IntoIterator<Item = (&'a Missing, f64, f64)>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeMap;
-
-    use crate::diagnosis::json::Gain;
-    use crate::diagnosis::testing::{channel, with};
+    use crate::diagnosis::testing::{cause, channel, with};
     use crate::effects::catalogue::index_of;
 
     #[test]
@@ -210,7 +207,11 @@ mod tests {
         ]
         .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
         let named = |causes: &[(&str, &[&str])]| {
-            let (named, _) = part(causes.iter().map(|(id, ties)| cause(id, ties)).collect(), &weighed);
+            let with_ties = |(id, ties): &(&str, &[&str])| Cause {
+                equivalent: ties.iter().map(|tie| (*tie).to_owned()).collect(),
+                ..cause(id, 0.5)
+            };
+            let (named, _) = part(causes.iter().map(with_ties).collect(), &weighed);
             named.into_iter().map(|cause| cause.effect).collect::<Vec<_>>().join("+")
         };
         assert_eq!(named(&[("supply_sag", &[]), ("valve_lag", &[])]), "supply_sag");
@@ -220,24 +221,5 @@ mod tests {
             "supply_sag+valve_lag"
         );
         assert_eq!(named(&[("valve_lag", &[])]), "valve_lag", "alone, it is said to be improbable");
-    }
-
-    fn cause(effect: &str, equivalent: &[&str]) -> Cause {
-        Cause {
-            effect: effect.to_owned(),
-            channels: vec!["b0c0".to_owned()],
-            equivalent: equivalent.iter().map(|id| (*id).to_owned()).collect(),
-            parameters: BTreeMap::new(),
-            by_channel: BTreeMap::new(),
-            p_value: 0.001,
-            probability: None,
-            gain: Gain {
-                test_rmse_before_kpa: 2.0,
-                test_rmse_after_kpa: 1.0,
-                reduction: 0.5,
-                ci95: [0.4, 0.6],
-                weighted_ci95: [0.4, 0.6],
-            },
-        }
     }
 }

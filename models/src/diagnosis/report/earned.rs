@@ -70,7 +70,8 @@ fn telling(info: &EffectInfo) -> impl Iterator<Item = &'static EffectParameter> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::json::{Estimate, Gain};
+    use crate::diagnosis::json::Estimate;
+    use crate::diagnosis::testing;
 
     fn cause(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Cause {
         let estimate = Estimate {
@@ -79,22 +80,7 @@ mod tests {
             unit: "1".to_owned(),
             state: "identified".to_owned(),
         };
-        Cause {
-            effect: effect.to_owned(),
-            channels: vec!["b0c0".to_owned()],
-            equivalent: Vec::new(),
-            parameters: [(name.to_owned(), estimate)].into(),
-            by_channel: BTreeMap::new(),
-            p_value: 0.001,
-            probability: None,
-            gain: Gain {
-                test_rmse_before_kpa: 2.0,
-                test_rmse_after_kpa: 1.0,
-                reduction: gain,
-                ci95: [gain - 0.2, gain + 0.2],
-                weighted_ci95: [0.0; 2],
-            },
-        }
+        Cause { parameters: [(name.to_owned(), estimate)].into(), ..testing::cause(effect, gain) }
     }
 
     fn verdict(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Option<Unnamed> {
