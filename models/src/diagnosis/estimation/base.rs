@@ -4,6 +4,7 @@ use super::least_squares::refit;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, readings_of};
 use crate::diagnosis::likelihood::{Whitening, block_losses, row_count, total, whitened_residuals};
 use crate::diagnosis::settings::SETTINGS;
+use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Parameter;
 
@@ -38,12 +39,14 @@ pub fn free_base(data: &ChannelData) -> Vec<usize> {
     (0..parameters.len()).filter(|&k| !(still && parameters[k].name == "volume_weight")).collect()
 }
 
-/// Positions of a model's free parameters; of a `calibrated` one only those of its effects.
+/// Positions of a model's free parameters. Where a reference was calibrated, only what can have changed since is free, and not the effects
+/// that the reference has.
 #[must_use]
 pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<usize> {
-    let base = data.plant.parameters().len();
     let own = if calibrated { Vec::new() } else { free_base(data) };
-    own.into_iter().chain(base..model.values.len()).collect()
+    let asked = |effect: &usize| !calibrated || CATALOGUE[*effect].question == Question::Change;
+    let effects = model.effects.iter().copied().filter(asked);
+    own.into_iter().chain(effects.filter_map(|effect| model.range(&data.plant, effect)).flatten()).collect()
 }
 
 /// The base model with what sound rigs have in small and no parameter of its own describes, where the drive of a spool is recorded.
@@ -188,6 +191,17 @@ mod tests {
         let mut level: Vec<f64> = data.disturbances(model).iter().map(|d| d[1]).collect();
         weights(data, model).apply(&mut level);
         level.iter().map(|v| v * v).sum()
+    }
+
+    #[test]
+    fn what_a_reference_has_is_held_and_only_what_can_have_changed_is_fitted() {
+        let (data, base) = channel(false);
+        let reference = with(&data, &base, "valve_asymmetry", &[1.1]);
+        assert!(free_of(&data, &reference, true).is_empty());
+        let leaking = with(&data, &reference, "exhaust_leak", &[0.02]);
+        let free = free_of(&data, &leaking, true);
+        assert_eq!(free.iter().map(|&k| leaking.values[k]).collect::<Vec<_>>(), [0.02]);
+        assert_eq!(free_of(&data, &leaking, false).len(), free_base(&data).len() + 2);
     }
 
     #[test]
