@@ -74,7 +74,6 @@ settings! {
     forced: f64 = 0.3, "Names that leave more than this part of a large error are withdrawn.", "What takes so little only imitates it; chosen on own blind rounds.";
     forced_roughly_timed: f64 = 0.6, "The same where what was named happens at times that the rows tell only roughly.", "There a simulation goes astray by itself.";
     trace: f64 = 0.2, "An effect smaller than this part of another channel's, and than what is worth a name, does not act.", "However sure: something else is not described to the last digit.";
-    channel_errors: f64 = 2.0, "Standard errors by which an effect must improve a channel to act there.", "95 %.";
     tie_gain: f64 = 0.25, "A rival ties when blocks do not tell them apart and it leaves no more than this part of the gain.", "Chosen on own blind rounds.";
     most_causes: u8 = 4, "Causes that are looked for at most.", "A recording of minutes does not carry more.";
     restarted: f64 = 0.5, "Names give way to one found from other starts that leaves less than this part of their squared error.", "Chosen on own blind rounds.";
