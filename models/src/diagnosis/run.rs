@@ -183,12 +183,7 @@ fn assemble(
     let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
     let left_kpa = final_errors.all();
     let rest = !depends_on.is_empty() || adequacy::beyond(left_kpa, allowed_kpa);
-    let verdict = match (causes.is_empty(), rest) {
-        (true, false) => Verdict::Adequate,
-        (true, true) => Verdict::Unexplained,
-        (false, false) => Verdict::Explained,
-        (false, true) => Verdict::PartlyExplained,
-    };
+    let verdict = Verdict::new(!causes.is_empty(), rest);
     let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
     let baseline = Baseline {
         model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),

@@ -8,7 +8,7 @@ use crate::board::Law;
 use crate::data::ChannelId;
 use crate::diagnosis::channel::{ChannelData, Extended, compared_rows, split};
 use crate::diagnosis::estimation::{ChannelStage, refit};
-use crate::diagnosis::json::{Cause, Gain};
+use crate::diagnosis::json::{Cause, Estimate, Gain};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::resampling::generator;
 use crate::effects::catalogue::index_of;
@@ -129,4 +129,15 @@ pub fn cause(effect: &str, gain: f64) -> Cause {
             weighted_ci95: [0.0; 2],
         },
     }
+}
+
+/// A cause with a size and its interval, in the middle of which the size is.
+pub fn sized(effect: &str, parameter: &str, ci95: [f64; 2]) -> Cause {
+    let estimate = Estimate {
+        value: 0.5 * (ci95[0] + ci95[1]),
+        ci95: Some(ci95),
+        unit: "1".to_owned(),
+        state: "identified".to_owned(),
+    };
+    Cause { parameters: [(parameter.to_owned(), estimate)].into(), ..cause(effect, 0.5) }
 }

@@ -47,12 +47,7 @@ impl Found<'_> {
         let mut report = Report {
             schema: SCHEMA.to_owned(),
             data: self.data(),
-            verdict: match (self.findings.causes.is_empty(), rest) {
-                (true, false) => Verdict::Adequate,
-                (true, true) => Verdict::Unexplained,
-                (false, false) => Verdict::Explained,
-                (false, true) => Verdict::PartlyExplained,
-            },
+            verdict: Verdict::new(!self.findings.causes.is_empty(), rest),
             sentence: String::new(),
             baseline: self.baseline(before.rmse_kpa(), noise_kpa),
             symptoms: Vec::new(),

@@ -2,7 +2,6 @@
 
 use crate::diagnosis::json::{Cause, Report, Verdict};
 use crate::diagnosis::report::verdict;
-use crate::diagnosis::settings::SETTINGS;
 
 /// File and finding.
 pub fn title(report: &Report) -> String {
@@ -25,9 +24,7 @@ fn cause(cause: &Cause) -> String {
             std::iter::once(&cause.effect).chain(&cause.equivalent).map(|id| title(id)).collect();
         return format!("one of: {}", all.join(", "));
     }
-    let likely = cause.probability.is_none_or(|p| p >= SETTINGS.sure_probability);
-    let sure = likely && cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p;
-    format!("{}{}", if sure { "" } else { "probably " }, title(&cause.effect))
+    format!("{}{}", if verdict::is_sure(cause) { "" } else { "probably " }, title(&cause.effect))
 }
 
 /// In the middle of a line, but for abbreviations.

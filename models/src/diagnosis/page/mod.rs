@@ -47,7 +47,7 @@ fn error_bars(diagnosis: &Diagnosis) -> Markup {
     if !report.causes.is_empty() {
         bars.push(("with the causes", "after", report.unexplained.test_rmse_kpa));
     } else if !report.imperfections.is_empty() {
-        bars.push(("with what sound rigs show", "after", report.unexplained.test_rmse_kpa));
+        bars.push(("with what has no name", "after", report.unexplained.test_rmse_kpa));
     }
     if let Some(corrected) = &report.unexplained.correction {
         bars.push(("with the smooth correction", "after", corrected.gain.test_rmse_after_kpa));

@@ -51,6 +51,15 @@ fn is_usual_size(parameter: &EffectParameter, size: &Estimate) -> bool {
     parameter.distance(size.value) <= parameter.usual * if doubtful { SETTINGS.usual_doubtful } else { 1.0 }
 }
 
+/// Does every interval that is known say that there may be nothing?
+#[must_use]
+pub fn may_be_nothing(cause: &Cause) -> bool {
+    let Some(k) = index_of(&cause.effect) else { return false };
+    let intervals = |p: &EffectParameter| Some((p.null, cause.parameters.get(p.name)?.ci95?));
+    let mut known = telling(CATALOGUE[k]).filter_map(intervals).peekable();
+    known.peek().is_some() && known.all(|(null, [low, high])| (low..=high).contains(&null))
+}
+
 /// Is one of them, with its whole interval, beyond that?
 #[must_use]
 pub fn stands_out(info: &EffectInfo, sizes: &Sizes) -> bool {
@@ -70,17 +79,12 @@ fn telling(info: &EffectInfo) -> impl Iterator<Item = &'static EffectParameter> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::json::Estimate;
-    use crate::diagnosis::testing;
+    use crate::diagnosis::testing::{self, sized};
 
     fn cause(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Cause {
-        let estimate = Estimate {
-            value: ci95.map_or(0.0, |[low, high]| 0.5 * (low + high)),
-            ci95,
-            unit: "1".to_owned(),
-            state: "identified".to_owned(),
-        };
-        Cause { parameters: [(name.to_owned(), estimate)].into(), ..testing::cause(effect, gain) }
+        let mut cause = sized(effect, name, ci95.unwrap_or_default());
+        cause.parameters.values_mut().for_each(|size| size.ci95 = ci95);
+        Cause { gain: testing::cause(effect, gain).gain, ..cause }
     }
 
     fn verdict(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Option<Unnamed> {

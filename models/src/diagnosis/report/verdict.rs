@@ -1,6 +1,7 @@
 //! The verdict in words, each with its numbers.
 
 use crate::diagnosis::json::{Cause, Report, Verdict};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 
 /// Title of an effect.
@@ -9,11 +10,41 @@ pub fn title(id: &str) -> &str {
     index_of(id).map_or(id, |k| CATALOGUE[k].title)
 }
 
-/// A cause and what it cannot be told from.
+impl Verdict {
+    /// Of whether anything has a name, and whether what is left counts.
+    #[must_use]
+    pub fn new(named: bool, rest: bool) -> Self {
+        match (named, rest) {
+            (false, false) => Self::Adequate,
+            (false, true) => Self::Unexplained,
+            (true, false) => Self::Explained,
+            (true, true) => Self::PartlyExplained,
+        }
+    }
+
+    /// The same rest, with names or without.
+    #[must_use]
+    pub fn of(self, named: bool) -> Self {
+        Self::new(named, matches!(self, Self::Unexplained | Self::PartlyExplained))
+    }
+}
+
+/// Is a cause more than probable?
+#[must_use]
+pub fn is_sure(cause: &Cause) -> bool {
+    let likely = cause.probability.is_none_or(|p| p >= SETTINGS.sure_probability);
+    likely && cause.gain.ci95[0] >= SETTINGS.sure_gain && cause.p_value <= SETTINGS.sure_p
+}
+
+/// A cause, how sure it is, and what it cannot be told from.
 #[must_use]
 pub fn name(cause: &Cause) -> String {
     let mut text = format!("\"{}\"", title(&cause.effect));
-    if !cause.equivalent.is_empty() {
+    if cause.equivalent.is_empty() {
+        if !is_sure(cause) {
+            text = format!("probably {text}");
+        }
+    } else {
         let rivals: Vec<String> = cause.equivalent.iter().map(|id| format!("\"{}\"", title(id))).collect();
         text = format!("either {text} or {} (this recording cannot tell them apart)", rivals.join(" or "));
     }
@@ -45,7 +76,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
         String::new()
     } else {
         format!(
-            " The extended model also has {}, no larger than sound rigs do or without a gain on the test blocks.",
+            " The extended model also has {}, no larger than sound rigs do, without a gain on the test blocks, or improbable.",
             small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
         )
     };
@@ -55,7 +86,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
             "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
         Verdict::Adequate if !small.is_empty() => format!(
-            "The model is adequate for this recording once it has what sound rigs show: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
+            "The model is adequate for this recording once it has effects that have not earned a name: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
         Verdict::Adequate => format!(
             "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
