@@ -1,8 +1,9 @@
 //! What the likelihood has found takes the place of what the search has found, or has not.
 
 use super::candidate::Candidate;
-use super::search::{Outcome, staged};
+use super::search::Outcome;
 use super::selected::Found;
+use super::settling::staged;
 use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, plain_cost};
 use crate::diagnosis::evidence::{Explanation, Missing};

@@ -3,13 +3,16 @@
 mod acceptance;
 mod adopt;
 mod candidate;
+mod elimination;
 mod racing;
 mod restart;
 mod search;
 mod selected;
+mod settling;
 mod warm_start;
 
 pub use adopt::adopt;
 pub use racing::Considered;
-pub use search::{Outcome, Progress, search, staged};
+pub use search::{Outcome, Progress, search};
 pub use selected::{Found, Withheld};
+pub use settling::staged;

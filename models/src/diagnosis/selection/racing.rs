@@ -6,6 +6,7 @@ use crate::diagnosis::settings::SETTINGS;
 
 use super::acceptance::{least_share, worth_naming};
 use super::candidate::{Candidate, refit_effect};
+use super::settling::SETTLE;
 use super::warm_start::borrow;
 use crate::diagnosis::channel::{ChannelData, OPEN};
 use crate::diagnosis::estimation::ChannelStage;
@@ -37,8 +38,6 @@ const ARRIVED_HUNTING: f64 = 0.02;
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
 const STUCK: f64 = 0.95;
-/// Evaluations that may be spent when everything is fitted together.
-pub const SETTLE: usize = 20;
 /// An effect in one round of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Considered {

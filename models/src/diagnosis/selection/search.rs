@@ -1,25 +1,18 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
-use super::racing::SETTLE;
-use crate::diagnosis::settings::SETTINGS;
-
-use super::acceptance::{forced, kept_total, large_in_loop, open_rows};
+use super::acceptance::{forced, kept_total, large_in_loop};
+use super::elimination::eliminate;
 use super::racing::{Considered, is_foil, rivals, round};
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
-use crate::diagnosis::channel::{ChannelData, Extended, OPEN, halved, share_draws, simulate_finer};
-use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, models_of, refit, refit_near};
+use super::settling::{fitted_by, settle_finely, staged};
+use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
+use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
-use crate::diagnosis::likelihood::{Whitening, hunts, likelier, together};
-use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, judge, trials};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
 use crate::parallel;
-
-/// Times that is done again at most, while what is left falls to less than this part of it.
-const AGAIN: usize = 6;
-/// See [`AGAIN`].
-const SETTLED: f64 = 0.99;
 
 /// Where the search ended.
 #[derive(Debug, Clone)]
@@ -159,75 +152,6 @@ fn name(
     }
 }
 
-/// As [`settle`]. A model may be stiffer than the one before: what its step leaves must not be named next.
-fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
-    let mut stages = settle(channels, models, fixed);
-    while halving(channels, &stages) > SETTINGS.step_error && simulate_finer(channels) {
-        let models = models_of(&stages);
-        stages = settle(channels, &models, fixed);
-    }
-    stages
-}
-
-/// Mean squared change of the whitened residuals when the integration step is halved, in variances of the noise.
-fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
-    let change = |(data, stage): (&ChannelData, &ChannelStage)| -> f64 {
-        let mut difference = halved(data).readings(&stage.model);
-        difference.iter_mut().zip(&stage.readings).for_each(|(a, b)| *a = (*a - b) / data.noise_kpa);
-        stage.whitening.apply(&mut difference);
-        let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-        open.flat_map(|(_, span)| &difference[span.clone()]).map(|d| d * d).sum()
-    };
-    parallel::map(channels.iter().zip(stages), change).iter().sum::<f64>() / open_rows(channels).max(1.0)
-}
-
-/// Refits models with the weights that go with them, again with those of where that ends, until it brings no more.
-fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
-    let settled = |channels: &mut [ChannelData], models: &[Extended]| {
-        let fitted = fitted_by(channels, models, fixed, |data, whitening, model, free| {
-            refit(data, whitening, model, free, SETTLE).0
-        });
-        staged(channels, fitted, fixed)
-    };
-    let mut stages = settled(channels, models);
-    let times = if channels.iter().all(|data| data.inputs.spool_is_recorded()) { AGAIN } else { 0 };
-    for _ in 0..times {
-        let further = settled(channels, &models_of(&stages));
-        let (before, after) = (kept_total(channels, &stages), kept_total(channels, &further));
-        if after < before {
-            stages = further;
-        }
-        if after >= SETTLED * before {
-            break;
-        }
-    }
-    stages
-}
-
-/// Where models stand, each with the weights that go with it.
-pub fn staged(channels: &[ChannelData], models: Vec<Extended>, fixed: bool) -> Vec<ChannelStage> {
-    parallel::map(channels.iter().zip(models), |(data, model)| {
-        let free = free_of(data, &model, fixed);
-        ChannelStage::new(data, model, free)
-    })
-}
-
-/// Refits models with the weights of where they start.
-fn fitted_by(
-    channels: &mut [ChannelData],
-    models: &[Extended],
-    fixed: bool,
-    fit: impl Fn(&ChannelData, &Whitening, &Extended, &[usize]) -> Extended + Sync,
-) -> Vec<Extended> {
-    share_draws(channels, models);
-    parallel::map(channels.iter().zip(models), |(data, model)| {
-        let free = free_of(data, model, fixed);
-        let whitening = Whitening::new(data, &data.disturbances(model));
-        let fitted = fit(data, &whitening, model, &free);
-        if hunts(data, &fitted) { likelier(data, &whitening, [model.clone(), fitted]).1 } else { fitted }
-    })
-}
-
 impl Outcome {
     /// Takes all names back.
     pub fn withdraw(&mut self, channels: &mut [ChannelData], base: &[ChannelStage]) {
@@ -260,55 +184,6 @@ impl Outcome {
         };
         self.stages = staged(channels, last, change);
     }
-}
-
-/// Drops causes that are no longer needed once the others are there, and sees what each that stays adds to the others: whatever was
-/// added first would otherwise have what several describe in part.
-fn eliminate(
-    channels: &mut [ChannelData],
-    first: &[ChannelStage],
-    stages: &mut Vec<ChannelStage>,
-    causes: &mut Vec<Found>,
-    fixed: bool,
-) {
-    while let Some((needless, reduced)) = without_each(channels, first, stages, causes, fixed) {
-        causes.remove(needless);
-        *stages = reduced;
-    }
-    share_draws(channels, &models_of(stages));
-}
-
-/// Refits the models without each cause in turn, and notes what it adds. Ends with the first that is not needed, and the stages without it.
-fn without_each(
-    channels: &mut [ChannelData],
-    first: &[ChannelStage],
-    stages: &[ChannelStage],
-    causes: &mut [Found],
-    fixed: bool,
-) -> Option<(usize, Vec<ChannelStage>)> {
-    if let [only] = causes {
-        only.adds(channels, first, stages);
-        return None;
-    }
-    for (k, cause) in causes.iter_mut().enumerate() {
-        let without = channels.iter().zip(stages).map(|(d, s)| s.model.without(&d.plant, cause.effect));
-        let models: Vec<Extended> = without.collect();
-        let reduced = settle(channels, &models, fixed);
-        if !is_needed(channels, stages, &reduced) {
-            return Some((k, reduced));
-        }
-        cause.adds(channels, &reduced, stages);
-    }
-    None
-}
-
-/// Is the error with all causes clearly smaller, and by enough, than that with one less?
-fn is_needed(channels: &[ChannelData], stages: &[ChannelStage], reduced: &[ChannelStage]) -> bool {
-    let losses = |stages: &[ChannelStage]| together(channels, stages.iter().map(|s| &s.losses), &OPEN);
-    let (with, without) = (losses(stages), losses(reduced));
-    let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
-    let gain = 1.0 - (with.iter().sum::<f64>() / without.iter().sum::<f64>()).sqrt();
-    low > 0.0 && gain >= 0.5 * SETTINGS.practical
 }
 
 #[cfg(test)]

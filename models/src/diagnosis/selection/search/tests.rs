@@ -1,6 +1,7 @@
 //! The search on channels whose truth is known.
 
 use super::*;
+use crate::diagnosis::selection::settling::settle;
 use crate::diagnosis::testing::{channel, measured, with};
 use crate::effects::catalogue::CATALOGUE;
 
