@@ -126,7 +126,7 @@ pub enum Unnamed {
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,
-    /// Less probable than not, beside what is more or in a size that may be nothing.
+    /// Less probable than not, beside what is more.
     Improbable,
 }
 

@@ -21,13 +21,13 @@ pub fn markup(report: &Report) -> Markup {
 /// What is modelled without a name, and why it has none.
 pub fn unnamed(report: &Report) -> Markup {
     html! {
-        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, gain nothing on the test blocks, do no more than any smooth correction would, or are improbable."))
+        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, may be nothing, gain nothing on the test blocks, do no more than any smooth correction would, or are improbable."))
         (table(report, report.imperfections.iter().map(|i| &i.cause)))
         @for i in &report.imperfections {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {
-                Unnamed::Usual => "no larger than usual.",
+                Unnamed::Usual => "no larger than usual, or maybe nothing.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
-                Unnamed::Improbable => "it is less probable than not, and what is named is more; or its size may be nothing.",
+                Unnamed::Improbable => "it is less probable than not, and what is named is more.",
                 Unnamed::Gainless => "no gain of more than 1 % on the test blocks.",
             }) }
         }

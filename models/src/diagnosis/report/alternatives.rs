@@ -5,7 +5,6 @@ use crate::diagnosis::discrepancy::{Rest, corrected};
 use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, Verdict};
-use crate::diagnosis::report::earned::may_be_nothing;
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 
@@ -81,7 +80,6 @@ impl Report {
         self.causes = named;
         let unnamed = |cause| Imperfection { why: Unnamed::Improbable, cause };
         self.imperfections.extend(improbable.into_iter().map(unnamed));
-        self.verdict = self.verdict.of(!self.causes.is_empty());
         let weighed = match self.verdict {
             Verdict::Unexplained => &without_a_name(weighed),
             _ => weighed,
@@ -90,15 +88,15 @@ impl Report {
     }
 }
 
-/// Parts causes into those that keep their names and those that have none: less probable than not, counted with what fits as well, beside
-/// one that is more; or, without such a one, in a size that may be nothing.
+/// Parts causes into those that keep their names and those that are less probable than not beside one that is more, each counted with
+/// what fits as well.
 fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
     let probable = |cause: &Cause| {
         let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
         probability_of(&ties, weighed) >= EVEN
     };
     let any = causes.iter().any(probable);
-    causes.into_iter().partition(|cause| probable(cause) || !any && !may_be_nothing(cause))
+    causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
 /// Where the error itself says that something is missing, "nothing" is something without a name.
@@ -147,7 +145,7 @@ pub fn listed<'a>(weighed: impl IntoIterator<Item = (&'a Missing, f64, f64)>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::{cause, channel, sized, with};
+    use crate::diagnosis::testing::{cause, channel, with};
     use crate::effects::catalogue::index_of;
 
     #[test]
@@ -221,26 +219,5 @@ mod tests {
             "supply_sag+valve_lag"
         );
         assert_eq!(named(&[("valve_lag", &[])]), "valve_lag", "alone, it is said to be improbable");
-    }
-
-    #[test]
-    fn what_is_improbable_and_may_be_nothing_has_no_name() {
-        let sag = index_of("supply_sag").unwrap();
-        let kept = |probability: f64, drop_kpa: [f64; 2]| {
-            let missing = Missing::Effects(vec![sag]);
-            let weighed = [Weighed { missing, probability, select_rmse_kpa: 1.0 }];
-            let (named, _) = part(vec![sized("supply_sag", "drop", drop_kpa)], &weighed);
-            !named.is_empty()
-        };
-        assert!(!kept(0.3, [0.0, 80.0]));
-        assert!(kept(0.3, [20.0, 80.0]) && kept(0.6, [0.0, 80.0]));
-    }
-
-    #[test]
-    fn a_verdict_goes_with_the_names_that_are_left() {
-        assert_eq!(Verdict::Explained.of(false), Verdict::Adequate);
-        assert_eq!(Verdict::PartlyExplained.of(false), Verdict::Unexplained);
-        assert_eq!(Verdict::PartlyExplained.of(true), Verdict::PartlyExplained);
-        assert_eq!(Verdict::Unexplained.of(false), Verdict::Unexplained);
     }
 }

@@ -21,12 +21,6 @@ impl Verdict {
             (true, true) => Self::PartlyExplained,
         }
     }
-
-    /// The same rest, with names or without.
-    #[must_use]
-    pub fn of(self, named: bool) -> Self {
-        Self::new(named, matches!(self, Self::Unexplained | Self::PartlyExplained))
-    }
 }
 
 /// Is a cause more than probable?
@@ -76,7 +70,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
         String::new()
     } else {
         format!(
-            " The extended model also has {}, no larger than sound rigs do, without a gain on the test blocks, or improbable.",
+            " The extended model also has {}, no larger than sound rigs do, in a size that may be nothing, without a gain on the test blocks, or improbable.",
             small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
         )
     };
