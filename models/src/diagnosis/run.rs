@@ -163,7 +163,8 @@ fn assemble(
         })
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
-    let (causes, imperfections) = earned::part(causes, &imitated, change);
+    let looped = channels.iter().any(|data| data.inputs.in_loop());
+    let (causes, imperfections) = earned::part(causes, &imitated, change, looped);
     let mut depends_on = significant(&channels, &left);
     if let Some((cycle, note)) = adequacy::withheld_cycle(&channels, &outcome) {
         depends_on.insert(0, cycle);

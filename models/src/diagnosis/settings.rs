@@ -101,6 +101,7 @@ settings! {
     misfit: f64 = 2.0, "Factor by which residuals leave room for these quantities.", "The world is not made of them alone.";
     // Report.
     flat: f64 = 0.8, "An interval wider than this factor of the value, or part of the bounds, determines nothing.", "Neither size nor sign could be used.";
+    usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none, the drive being recorded. In closed loop such a size is never more.", "Chosen on hard rounds.";
     coarsening_rows: f64 = 100.0, "Rows that the choosing blocks count as at most when explanations are weighed.", "A model is wrong in ways that last: many rows of one error are not much evidence; chosen on half of a hard round.";
     not_fitted: f64 = 0.1, "Probability of a set of causes that was not fitted.", "Of 2 in 22 recordings of a hard round the hidden set was only screened.";
     sure_gain: f64 = 0.05, "A cause whose gain may be smaller than this is only probable.", "Five times practical.";

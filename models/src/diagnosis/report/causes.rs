@@ -30,7 +30,8 @@ pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: G
         info.parameters.iter().zip(estimates).map(|(p, c)| (p.name.to_owned(), estimate(p, &c))).collect()
     };
     let mut sizes = named(pooled(info, &by_channel));
-    if !change && usual(info, &sizes) {
+    let looped = channels.iter().any(|data| data.inputs.in_loop());
+    if !change && usual(info, &sizes, looped) {
         let mut odd = by_channel.clone();
         odd.retain(|(_, coordinates)| stands_out(info, &named(coordinates.clone())));
         if !odd.is_empty() {

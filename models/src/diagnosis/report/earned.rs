@@ -11,13 +11,19 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
-/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well.
+/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. Of a board's
+/// loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: sizes must.
 #[must_use]
-pub fn part(found: Vec<Cause>, imitated: &[&str], change: bool) -> (Vec<Cause>, Vec<Imperfection>) {
+pub fn part(
+    found: Vec<Cause>,
+    imitated: &[&str],
+    change: bool,
+    looped: bool,
+) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
         let imitated = imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
-        match why_not(&cause, change).or(imitated) {
+        match why_not(&cause, change, looped).or(imitated) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }
@@ -26,29 +32,31 @@ pub fn part(found: Vec<Cause>, imitated: &[&str], change: bool) -> (Vec<Cause>, 
 }
 
 /// What is missing for a name. Since a calibration nothing may have moved: there, no size is usual.
-fn why_not(cause: &Cause, change: bool) -> Option<Unnamed> {
-    if !change && is_usual(cause) {
+fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
+    if !change && is_usual(cause, looped) {
         return Some(Unnamed::Usual);
     }
     let gains = f64::max(cause.gain.reduction, cause.gain.weighted_ci95[0]) > SETTINGS.practical;
     (!gains).then_some(Unnamed::Gainless)
 }
 
-fn is_usual(cause: &Cause) -> bool {
-    index_of(&cause.effect).is_some_and(|k| usual(CATALOGUE[k], &cause.parameters))
+fn is_usual(cause: &Cause, looped: bool) -> bool {
+    index_of(&cause.effect).is_some_and(|k| usual(CATALOGUE[k], &cause.parameters, looped))
 }
 
 /// Are the sizes of an effect such as sound rigs have? Where no interval says how large it is, they are not.
 #[must_use]
-pub fn usual(info: &EffectInfo, sizes: &Sizes) -> bool {
+pub fn usual(info: &EffectInfo, sizes: &Sizes, looped: bool) -> bool {
     let mut telling = telling(info).peekable();
-    telling.peek().is_some() && telling.all(|p| sizes.get(p.name).is_some_and(|size| is_usual_size(p, size)))
+    telling.peek().is_some()
+        && telling.all(|p| sizes.get(p.name).is_some_and(|size| is_usual_size(p, size, looped)))
 }
 
-/// Such as sound rigs have, or maybe nothing: the interval counts what the rig file may be off, and the tubes, lags and curves of sound rigs.
-fn is_usual_size(parameter: &EffectParameter, size: &Estimate) -> bool {
+fn is_usual_size(parameter: &EffectParameter, size: &Estimate, looped: bool) -> bool {
     let Some([low, high]) = size.ci95 else { return false };
-    parameter.distance(size.value) <= parameter.usual || (low..=high).contains(&parameter.null)
+    let doubtful = (low..=high).contains(&parameter.null);
+    let usual_sizes = if doubtful { SETTINGS.usual_doubtful } else { 1.0 };
+    doubtful && looped || parameter.distance(size.value) <= parameter.usual * usual_sizes
 }
 
 /// Is one of them, with its whole interval, beyond that?
@@ -79,15 +87,14 @@ mod tests {
     }
 
     fn verdict(effect: &str, name: &str, ci95: Option<[f64; 2]>, gain: f64) -> Option<Unnamed> {
-        why_not(&cause(effect, name, ci95, gain), false)
+        why_not(&cause(effect, name, ci95, gain), false, false)
     }
 
     #[test]
     fn what_sound_rigs_have_is_no_cause_however_certain() {
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.95, 0.96]), 0.4), Some(Unnamed::Usual));
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.69, 0.71]), 0.4), None);
-        // It may be 1, however large it may be as well.
-        assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.3, 1.05]), 0.4), Some(Unnamed::Usual));
+        // 0.875 may be 1.
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.7, 1.05]), 0.4), Some(Unnamed::Usual));
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.8, 0.95]), 0.4), None);
     }
@@ -96,12 +103,20 @@ mod tests {
     fn one_size_beyond_what_is_usual_is_enough() {
         let mut flow = cause("flow_function", "critical_ratio", Some([0.27, 0.31]), 0.4);
         let exponent = cause("flow_function", "exponent", Some([0.65, 0.7]), 0.4).parameters;
-        assert_eq!(why_not(&flow, false), None);
+        assert_eq!(why_not(&flow, false, false), None);
         flow.parameters.extend(exponent);
-        assert_eq!(why_not(&flow, false), None);
+        assert_eq!(why_not(&flow, false, false), None);
         let usual = cause("flow_function", "exponent", Some([0.49, 0.55]), 0.4).parameters;
         flow.parameters.extend(usual);
-        assert_eq!(why_not(&flow, false), Some(Unnamed::Usual));
+        assert_eq!(why_not(&flow, false, false), Some(Unnamed::Usual));
+    }
+
+    #[test]
+    fn what_may_be_nothing_is_no_cause_where_the_loop_hides_what_is_wrong() {
+        let sag = |low| cause("supply_sag", "drop", Some([low, 80.0]), 0.4);
+        assert_eq!(why_not(&sag(0.0), false, true), Some(Unnamed::Usual));
+        assert_eq!(why_not(&sag(10.0), false, true), None);
+        assert_eq!(why_not(&sag(0.0), false, false), None);
     }
 
     #[test]
@@ -112,7 +127,7 @@ mod tests {
         // Drifts of some kilopascals hide what is certain where they are weighed.
         let mut hidden = cause("transport_delay", "delay", Some([0.011, 0.013]), -0.1);
         hidden.gain.weighted_ci95 = [0.3, 0.5];
-        assert_eq!(why_not(&hidden, false), None);
+        assert_eq!(why_not(&hidden, false, false), None);
     }
 
     #[test]
@@ -121,7 +136,7 @@ mod tests {
             cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
             cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
         ];
-        let (causes, imperfections) = part(found, &["vent_restriction"], false);
+        let (causes, imperfections) = part(found, &["vent_restriction"], false, false);
         assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
         assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
     }
@@ -129,7 +144,7 @@ mod tests {
     #[test]
     fn since_a_calibration_every_size_counts() {
         let small = cause("valve_asymmetry", "ratio", Some([0.95, 0.96]), 0.4);
-        assert_eq!(why_not(&small, true), None);
+        assert_eq!(why_not(&small, true, false), None);
     }
 
     #[test]
