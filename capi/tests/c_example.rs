@@ -1,14 +1,10 @@
 //! `examples/step.c`, compiled as C11 and as C++ and run against the shared library.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use crate::support::{Driven, extended, generator};
 use pneudrive_capi::{Channel, Control};
-use support::{Driven, extended, generator};
 
 /// Where the test and, beside it, the library is.
 fn target() -> PathBuf {

@@ -1,12 +1,8 @@
 //! What cannot be created is refused with a sentence that names the file, the channel or the step.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::{Driven, extended, generator};
 use pneudrive_capi::{Channel, Control};
 use pneudrive_model::simulation::CalibratedModel;
-use support::{Driven, extended, generator};
 
 fn refusal(driven: Driven, name: &str, step_s: f64, control: Control) -> String {
     let model = CalibratedModel::from(extended(&mut generator(1), driven, 2, &[]));

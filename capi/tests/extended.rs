@@ -1,14 +1,10 @@
 //! An extended model stepped row by row gives the numbers of `pneudrive-model simulate`: every effect of the catalogue, random rigs.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::{Driven, Neighbours, channel, extended, generator, recording, stepped};
 use pneudrive_model::data::{ChannelId, Recording};
 use pneudrive_model::diagnosis::ExtendedFile;
 use pneudrive_model::effects::catalogue::CATALOGUE;
 use pneudrive_model::simulation::{CalibratedModel, SimulationSettings, simulate};
-use support::{Driven, Neighbours, channel, extended, generator, recording, stepped};
 
 const ROWS: usize = 250;
 /// kPa.

@@ -1,17 +1,13 @@
 //! The parameters of a fit stepped row by row give the numbers of `pneudrive-model simulate`: every model, random rigs.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
 use std::collections::BTreeMap;
 
+use crate::support::{Driven, Neighbours, base, channel, generator, recording, rig, stepped};
 use pneudrive_model::data::{ChannelId, Source};
 use pneudrive_model::experiment::{DriveKind, ModelKind, Setup};
 use pneudrive_model::model::{Gas, Model, Parametric, ValveDrive, nominal_values};
 use pneudrive_model::simulation::{CalibratedModel, SimulationSettings, simulate};
 use pneudrive_model::store::{ChannelParameters, ParameterFile, Provenance, Settings, StoredParameter};
-use support::{Driven, Neighbours, base, channel, generator, recording, rig, stepped};
 
 const ROWS: usize = 250;
 /// kPa.

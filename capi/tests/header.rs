@@ -1,8 +1,6 @@
 //! `include/pneudrive.h` says what the library has: it is what cbindgen makes of the sources.
 //!
-//! `PNEUDRIVE_WRITE_HEADER=1 cargo test -p pneudrive-capi --test header` writes it.
-
-#![allow(clippy::unwrap_used)]
+//! `PNEUDRIVE_WRITE_HEADER=1 cargo test -p pneudrive-capi --test integration header::` writes it.
 
 use std::path::Path;
 

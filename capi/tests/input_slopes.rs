@@ -1,16 +1,12 @@
 //! Derivatives of rollouts of extended models by their inputs: those of central differences, for every effect
 //! and everything that drives a channel.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::{Driven, STEP_S, extended, generator};
 use pneudrive_model::diagnosis::{ExtendedFile, ExtendedRollouts};
 use pneudrive_model::effects::catalogue::CATALOGUE;
 use pneudrive_model::model::column;
 use pneudrive_model::rollout::{BatchColumn, BatchInputs, BatchResults, BatchUnit, DIFFERENTIATED, Job};
 use rand::RngExt;
-use support::{Driven, STEP_S, extended, generator};
 
 /// More than are differentiated in one stretch.
 const ROWS: usize = 300;

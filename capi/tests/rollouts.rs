@@ -1,10 +1,7 @@
 //! Rollouts of an extended model from inputs in memory: the numbers of `pneudrive-model simulate`,
 //! and their derivatives.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::{Driven, Neighbours, STEP_S, extended, generator, recording, row_inputs};
 use pneudrive_capi::{Control, Inputs};
 use pneudrive_model::data::Recording;
 use pneudrive_model::diagnosis::{ExtendedFile, ExtendedRollouts};
@@ -12,7 +9,6 @@ use pneudrive_model::effects::catalogue::CATALOGUE;
 use pneudrive_model::model::column;
 use pneudrive_model::rollout::{BatchColumn, BatchError, BatchInputs, BatchResults, BatchUnit, Job};
 use pneudrive_model::simulation::{CalibratedModel, SimulationSettings, simulate};
-use support::{Driven, Neighbours, STEP_S, extended, generator, recording, row_inputs};
 
 const ROWS: usize = 250;
 const START_KPA: f64 = 50.0;

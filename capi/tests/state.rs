@@ -1,17 +1,15 @@
 //! A saved state holds everything; nothing allocates after creation; derivatives are those of the next step.
 
-#![allow(clippy::unwrap_used, unsafe_code)]
-
-mod support;
+#![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use crate::support::{Driven, channel, extended, generator};
 use pneudrive_capi::{Channel, Inputs, STATE_PRESSURE, StepError};
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::effects::catalogue::CATALOGUE;
 use pneudrive_model::simulation::CalibratedModel;
-use support::{Driven, channel, extended, generator};
 
 const ID: ChannelId = ChannelId { board: 0, channel: 0 };
 

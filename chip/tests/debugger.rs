@@ -1,8 +1,6 @@
 //! A debug probe at the chip.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use pneudrive_chip::{Chip, Fault, SEMIHOSTING, Ticks};
 
 const SRAM: u32 = 0x2000_0000;

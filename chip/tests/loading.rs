@@ -1,8 +1,6 @@
 //! ELF files, good and bad, and the RTT log.
 
-mod common;
-
-use common::{Program, STACK, elf, flash};
+use crate::common::{Program, STACK, elf, flash};
 use pneudrive_chip::{Chip, ElfError, ResetReason, Ticks};
 
 const FLASH: u32 = 0x1000_0000;

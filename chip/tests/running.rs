@@ -1,8 +1,6 @@
 //! The chip as a whole, driven through its public interface by small programs.
 
-mod common;
-
-use common::*;
+use crate::common::*;
 use pneudrive_chip::{Chip, Fault, Level, LineErrors, ResetReason, Ticks};
 
 /// GPIO registers of SIO.

@@ -1,10 +1,6 @@
 //! The bus responder: what is answered, with what, and what is not.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, counts, packet};
+use crate::common::{Bench, counts, packet};
 use pneudrive_control::{BoardConfig, Micros};
 use pneudrive_protocol::{Baud, CheckedPacket, Direction, Packet, Sequence};
 

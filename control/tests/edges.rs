@@ -1,10 +1,6 @@
 //! The state machines of docs/reliability.md: every edge that is drawn there is taken, and no other.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, counts, packet};
+use crate::common::{Bench, counts, packet};
 use pneudrive_control::{AdcSample, BoardConfig, BoardState, ChannelStatus, Micros, SensorFault};
 use pneudrive_protocol::{CheckedPacket, Counts, Direction, Sequence};
 use rand::{RngExt, SeedableRng};

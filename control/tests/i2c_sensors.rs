@@ -1,10 +1,6 @@
 //! The sensors on the I2C connector, as a board's pages tell of them.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::Bench;
+use crate::common::Bench;
 use pneudrive_control::{I2cSensors, Micros, Motion};
 use pneudrive_protocol::pages::{
     Acceleration, AngularRate, Electronics, Entry, GaugePressure, PageEntry, SensorEntry, SensorPart,

@@ -1,10 +1,6 @@
 //! A board at another line rate: that it is asked for properly, and that it changes nothing else.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, packet};
+use crate::common::{Bench, packet};
 use pneudrive_control::{BoardState, Micros};
 use pneudrive_protocol::pages::{
     Entry, LineRate, LineRateAnswer, LineRateState, PageEntry, RateReturn, SessionOffer,

@@ -1,7 +1,5 @@
 //! The board's loop at 2 kHz: the same closed loop as at 1 kHz, twice as often.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_control::{AdcSample, Board, BoardConfig, Micros, ParameterSet, ValveDrive};
 use pneudrive_protocol::pages::Parameter;
 use pneudrive_protocol::{Address, CHANNELS, Counts, Packet};

@@ -1,10 +1,6 @@
 //! What the original's board gets wrong, and this one does not. Each test names what was seen there.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, counts, packet};
+use crate::common::{Bench, counts, packet};
 use pneudrive_control::{AdcSample, BoardConfig, BoardState};
 use pneudrive_protocol::Packet;
 

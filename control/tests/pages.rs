@@ -1,10 +1,7 @@
 //! Page requests: what a board answers, and what they leave as it is.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, packet};
+use crate::common;
+use crate::common::{Bench, packet};
 use pneudrive_control::{AdcSample, BoardConfig, BoardState, Identity, Micros};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, Entry, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem,

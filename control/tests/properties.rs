@@ -1,7 +1,5 @@
 //! Any bytes, at any times, with any samples.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_control::{AdcSample, Board, BoardConfig, BoardState, ChannelStatus, DirPwm, Micros};
 use pneudrive_protocol::{Address, Counts, Packet};
 use proptest::collection::vec;

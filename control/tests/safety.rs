@@ -1,10 +1,7 @@
 //! What a board does when things go wrong, and how it comes back.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, counts, packet};
+use crate::common;
+use crate::common::{Bench, counts, packet};
 use pneudrive_control::{
     AdcSample, Board, BoardConfig, BoardState, ChannelStatus, ConfigError, DirPwm, Micros, SensorFault,
     ValveDrive,

@@ -1,10 +1,6 @@
 //! A board in a session: who is obeyed, how it ends, and what too many damaged requests do.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Bench, packet};
+use crate::common::{Bench, packet};
 use pneudrive_control::{BoardConfig, BoardState, Micros};
 use pneudrive_protocol::pages::{NowState, PageEntry, SessionOffer, StateNow};
 use pneudrive_protocol::{

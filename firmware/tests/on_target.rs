@@ -6,7 +6,7 @@
 //! $ cargo fw-test
 //! ```
 //!
-//! `system-tests` runs the same bodies on the emulated chip (`tests/tests/on_target.rs`). Required hardware: a board,
+//! `system-tests` runs the same bodies on the emulated chip (`tests/tests/firmware/on_target.rs`). Required hardware: a board,
 //! or a bare RP2040 module; nothing need be connected.
 #![no_std]
 #![no_main]

@@ -1,14 +1,10 @@
 //! Checked packets: negotiation, and what they catch that unchecked ones cannot. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
 use pneudrive_host::line::Line;
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, RequestDecoder};
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
     let options =

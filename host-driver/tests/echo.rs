@@ -1,13 +1,9 @@
 //! Adapters that return what the host sends, in virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FrameMode, OpenBusError};
 use pneudrive_protocol::Echo;
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 /// An echo and, from board 0, an answer of the very same bytes: what content cannot tell apart.
 fn echoing(request: &[u8]) -> Reply {

@@ -1,7 +1,6 @@
 //! The examples, on virtual boards behind ptys.
 
 #![cfg(all(feature = "sim", feature = "record", feature = "trajectory"))]
-#![allow(clippy::unwrap_used)]
 
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::poller::{Poller, StartError};

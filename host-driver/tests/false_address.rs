@@ -1,17 +1,13 @@
 //! No address on the wire that is not meant: what a board 0 of the original kind would hear of the host and the other boards.
 //! In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, Frames};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardCommand, Event, Observer, PollerOptions, Polling, Row, SetPoints};
 use pneudrive_protocol::{Address, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 fn options(frames: FrameMode) -> BusOptions {
     BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() }

@@ -1,10 +1,9 @@
 //! The Foxglove layout in docs/ shows what is in our bags.
 
 #![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::answer;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use byteorder::LittleEndian;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::messages::JointState;
@@ -13,8 +12,6 @@ use pneudrive_host::record::Recorder;
 use pneudrive_protocol::{Echo, SensorScale};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use support::answer;
-use support::virtual_line::{AT_ONCE, VirtualLine};
 
 const LAYOUT: &str = include_str!("../../docs/foxglove.json");
 

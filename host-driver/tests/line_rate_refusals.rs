@@ -1,16 +1,12 @@
 //! What keeps a bus at the rate that its boards were compiled for, and what is said of it. In virtual
-//! time; tests/tests/host_line_rate.rs has the rest with the simulator's boards.
+//! time; tests/tests/host/line_rate.rs has the rest with the simulator's boards.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::counts;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, LineRateError};
 use pneudrive_protocol::pages::{Entry, LineRate, LineRateAnswer, LineRateState, PageEntry, SessionOffer};
 use pneudrive_protocol::{Address, Asked, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::counts;
-use support::virtual_line::{AT_ONCE, VirtualLine};
 
 const OLD: &str = "board 0 (0xFFFF): its firmware is of before line rates; flash a newer one";
 

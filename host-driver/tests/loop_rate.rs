@@ -1,17 +1,13 @@
 //! The figures of the loop rate with a given rate, in virtual time: a run ends in the middle of a
 //! period.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::answer;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{CHANNELS, Counts, Echo};
-use support::answer;
-use support::virtual_line::{AT_ONCE, VirtualLine};
 
 /// `cycles` cycles of one board, and the run ends as soon as the last one's exchange is over.
 fn run(pace: Pace, cycles: u64, answers: bool) -> Statistics {

@@ -1,16 +1,12 @@
 //! What lost exchanges cost a board of the original kind, whose answers do not say which request they belong to. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::Echo;
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 const MS: u64 = 1_000_000;
 

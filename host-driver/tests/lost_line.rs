@@ -1,9 +1,7 @@
 //! The line goes and comes back, and the host stands still, in virtual time: what the rows say meanwhile.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
@@ -12,8 +10,6 @@ use pneudrive_host::poller::{
 use pneudrive_protocol::{Echo, Packet, SensorScale};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 const SECOND: u64 = 1_000_000_000;
 

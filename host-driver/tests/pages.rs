@@ -1,9 +1,7 @@
 //! Page requests between polls: what they cost, what they leave alone, and what is recorded. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode, Frames, PageError};
 use pneudrive_host::line::Line;
@@ -17,8 +15,6 @@ use pneudrive_protocol::pages::{
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 const MS: u64 = 1_000_000;
 const DRIVES: [i16; 4] = [400, -400, 0, 1];

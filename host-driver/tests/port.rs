@@ -1,9 +1,7 @@
 //! The port itself: opening it, and exchanges over a real pty.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::pty::PtyBoards;
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{BoardState, Outcome, Poller, PollerOptions, SetPoints};
@@ -11,8 +9,6 @@ use pneudrive_host::real_time::{RealTime, RealTimeError};
 use pneudrive_protocol::Counts;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use support::pty::PtyBoards;
-use support::{answer, counts};
 
 /// Waits for something that another thread does. The limit is for a hanging test, not for a slow machine.
 fn until(what: &str, mut done: impl FnMut() -> bool) {

@@ -1,17 +1,13 @@
 //! A board that falls silent: how soon it is back when it answers again, and what it costs the others until then. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::answer;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::Echo;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use support::answer;
-use support::virtual_line::{AT_ONCE, VirtualLine};
 
 const MS: u64 = 1_000_000;
 const TIMEOUT_NS: u64 = 2_200_000;

@@ -1,16 +1,13 @@
 //! `--realtime`, `--lock-memory` and `--pin-core`: given, or refused before anything is sent.
 
 #![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::pty::PtyBoards;
 use pneudrive_host::real_time::RealTime;
 use rustix::thread::{CpuSet, sched_getaffinity};
 use std::fs;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::pty::PtyBoards;
 
 /// Scheduling policy in /proc/PID/task/TID/stat (sched.h).
 const SCHED_OTHER: &str = "0";

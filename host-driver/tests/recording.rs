@@ -2,10 +2,9 @@
 //! played again.
 
 #![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::answer;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::{Notice, NoticeKind};
@@ -18,8 +17,6 @@ use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
 use std::io::Read;
 use std::path::Path;
-use support::answer;
-use support::virtual_line::{AT_ONCE, VirtualLine};
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
 const PERIOD_NS: u64 = 2_000_000;

@@ -1,16 +1,12 @@
 //! What one disturbed exchange does to the next ones, in virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::false_address::guard_pause_ns;
 use pneudrive_protocol::{Baud, Counts, Echo};
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 const TIMEOUT_NS: u64 = 2_200_000;
 

@@ -1,15 +1,12 @@
 //! The rig file, as the program uses it: where the boards are, and what their counts mean.
 
 #![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::pty::PtyBoards;
 
 fn run(args: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));

@@ -1,17 +1,14 @@
 //! The program while its surroundings misbehave: the port goes and comes back, the process is stopped, the machine is busy.
 
 #![cfg(feature = "cli")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::pty::PtyBoards;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use support::pty::PtyBoards;
 
 /// Allowances of a second: the machine that runs the tests may be busy with others.
 const PATIENT: &[&str] = &["--allowance-us", "1000000", "--late-us", "1000000"];

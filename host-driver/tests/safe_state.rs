@@ -1,15 +1,11 @@
 //! How a run leaves boards of the original kind, whose answers confirm nothing, and boards that check. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
+use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
 use pneudrive_host::line::Line;
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use support::{answer, counts};
 
 const MS: u64 = 1_000_000;
 

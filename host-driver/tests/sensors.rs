@@ -1,9 +1,7 @@
 //! Sensors on boards' I2C connectors, asked for between polls: what is asked, told and recorded. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::counts;
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, PageError};
 use pneudrive_host::line::Line;
@@ -18,8 +16,6 @@ use pneudrive_protocol::pages::{
 };
 use pneudrive_protocol::{Address, Asked, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::counts;
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 
 const MS: u64 = 1_000_000;
 const BOTH: SensorStatus = SensorStatus {

@@ -1,17 +1,13 @@
 //! Sessions: asked for, kept over losses, taken up again after a board's reset, and never shared. In virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::counts;
+use crate::support::pty::PtyBoards;
+use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames, PageError};
 use pneudrive_host::line::{Line, SerialOptions, SerialPort};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
 use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
 use std::sync::{Arc, Mutex};
-use support::counts;
-use support::pty::PtyBoards;
-use support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 
 /// A board that knows sessions.
 struct Board {

@@ -1,7 +1,6 @@
 //! The main job: `--port sim` from start to end.
 
 #![cfg(all(feature = "cli", feature = "sim"))]
-#![allow(clippy::unwrap_used)]
 
 use std::process::Command;
 

@@ -1,9 +1,7 @@
 //! The program on a terminal: a real pty, which closes, and keys.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::counts;
+use crate::support::pty::PtyBoards;
 use pneudrive_host::poller::VENTED;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
@@ -18,8 +16,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use support::counts;
-use support::pty::PtyBoards;
 
 /// Longer than anything here should take, on any machine.
 const PATIENCE: Duration = Duration::from_secs(60);

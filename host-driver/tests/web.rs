@@ -2,10 +2,9 @@
 //! stops the bus.
 
 #![cfg(feature = "web")]
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::counts;
+use crate::support::pty::PtyBoards;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::{Override, Pace, Poller, PollerOptions, SetPoints};
@@ -18,8 +17,6 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use support::counts;
-use support::pty::PtyBoards;
 
 const TOKEN: &str = "a-token-of-the-tests";
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -1,11 +1,8 @@
 //! Recordings that cannot carry a diagnosis: each is said in a sentence, and nothing is named from it.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
-use cli::{json, run};
-use common::Folder;
+use crate::common::Folder;
+use crate::common::cli;
+use crate::common::cli::{json, run};
 
 const RIG: &str = "[supply]\npressure_kpa = 550.0\n[chamber]\nradius_m = 0.024\nlength_m = 0.2\n\
 [controller]\nrate_hz = 1000.0\nkp = 10.0\nsaturation = 400.0\n[sensor]\nbits = 10\nzero_counts = 102.4\nkpa_per_count = 0.841645\n";

@@ -1,8 +1,7 @@
 //! Every kind of unusable data file, and the exact sentence a user reads.
 
-mod common;
-
-use common::Folder;
+use crate::common;
+use crate::common::Folder;
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
 
 /// Loads `text` from a file and returns the error with the folder's path taken out.

@@ -1,8 +1,7 @@
 //! What the loader masks, counts and says; and that it reads what it should.
 
-mod common;
-
-use common::Folder;
+use crate::common;
+use crate::common::Folder;
 use pneudrive_model::data::{
     ChannelId, Drive, FindingKind, Flags, LoadOptions, Loaded, SensorLimits, load, write,
 };

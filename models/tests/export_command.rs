@@ -1,15 +1,9 @@
 //! `pneudrive-model export`: what it writes, and what it refuses.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
 use std::io::Read as _;
 
-use cli::run;
-use common::Folder;
+use crate::common::Folder;
+use crate::common::cli::run;
 
 const MODEL: &str = r#"
 schema = "pneudrive-extended/1"

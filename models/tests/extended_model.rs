@@ -1,13 +1,7 @@
 //! The extended model: simulated by effects, saved, loaded, and simulated again from the command line.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
-use cli::run;
-use common::Folder;
+use crate::common::Folder;
+use crate::common::cli::run;
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
 use pneudrive_model::diagnosis::{Correction, ExtendedFile, Request, Variable, diagnose};
 use pneudrive_model::rig::Rig;

@@ -1,11 +1,7 @@
 //! `completions` and `man`.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
-use cli::run;
-use common::Folder;
+use crate::common::Folder;
+use crate::common::cli::run;
 
 #[test]
 fn completions_and_man_pages_come_from_the_definition() {

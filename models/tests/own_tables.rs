@@ -1,7 +1,5 @@
 //! Chambers and valves that boards and channels have of their own: honoured by simulations, fits, comparisons and diagnoses.
 
-#![allow(clippy::unwrap_used)]
-
 use std::fmt::Write as _;
 
 use pneudrive_model::data::{ChannelId, LoadOptions, Recording, read};

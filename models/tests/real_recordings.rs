@@ -1,12 +1,8 @@
 //! The ventilator recordings (see docs/models.md). They are not in the repository: PNEUDRIVE_DATA names the folder that holds
 //! `respiraworks/`; without it these tests say loudly that they were skipped.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
-use cli::{json, run};
-use common::{Folder, real_data};
+use crate::common::cli::{json, run};
+use crate::common::{Folder, real_data};
 use pneudrive_model::data::{Drive, LoadOptions, load};
 
 #[test]

@@ -1,11 +1,7 @@
 //! `pneudrive-model trends` from outside.
 
-#[path = "common/cli.rs"]
-mod cli;
-mod common;
-
-use cli::{json, run};
-use common::Folder;
+use crate::common::Folder;
+use crate::common::cli::{json, run};
 
 /// 12 s at 100 Hz of steps of the command, and a first-order lag that follows them, recorded on a day of November 2026.
 fn lag(day: u32, rate_per_s: f64) -> String {

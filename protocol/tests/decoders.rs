@@ -1,7 +1,5 @@
 //! What boards and hosts rely on when they listen to a shared, noisy line.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::pages::PageEntry;
 use pneudrive_protocol::{
     Address, AnswerDecoder, Asked, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet,

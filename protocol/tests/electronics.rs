@@ -2,8 +2,6 @@
 //!
 //! If a test in this file fails, do not change the test: the change that broke it cannot be made.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::pages::{Electronics, Entry, NO_SUCH_ENTRY, PageEntry, Temperature, Voltage};
 use pneudrive_protocol::{Address, Asked, Counts, PageRequest, RequestDecoder, Sequence};
 use proptest::prelude::*;

@@ -1,8 +1,6 @@
 //! Whatever is said on a bus that keeps the two rules of `false_address`, a board of the original kind finds its address only
 //! where a packet with it begins.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::false_address::{GUARD, needs_guard, without_false_address};
 use pneudrive_protocol::{
     Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Direction, Echo, FrameFinder, Heard, PACKET_LEN,

@@ -2,8 +2,6 @@
 //!
 //! If a test of bytes in this file fails, do not change the test: the change that broke it cannot be made.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, StateNow,
 };

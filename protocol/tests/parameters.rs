@@ -2,8 +2,6 @@
 //!
 //! If a test of bytes or numbers in this file fails, do not change the test: the change that broke it cannot be made.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::pages::{Change, PageEntry, Parameter};
 use pneudrive_protocol::{Address, Asked, PageRequest, RequestDecoder, Sequence};
 

@@ -1,7 +1,5 @@
 //! Feature `serde`: packets as others store and send them.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::{Address, Counts, Packet};
 
 #[test]

@@ -3,8 +3,6 @@
 //! A CRC is linear, so which errors are missed depends on the packet only by what a board expects: the round that it takes the sequence
 //! to be of. All sequences, all windows and all 15 steps between rounds are tried, each with all patterns of up to five bits.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::{
     Address, CheckedError, CheckedPacket, Counts, Direction, Packet, RequestNumber, Sequence, Session,
 };

@@ -2,8 +2,6 @@
 //!
 //! If a test in this file fails, do not change the test: the change that broke it cannot be made.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::pages::{
     LastTrial, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply, UpdateState,
 };

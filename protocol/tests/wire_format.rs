@@ -2,8 +2,6 @@
 //!
 //! If a test in this file fails, do not change the test: the change that broke it cannot be made.
 
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::{Address, Counts, Packet, PacketError};
 
 fn packet(board: u8, values: [u16; 4]) -> Packet {

@@ -1,10 +1,6 @@
 //! Every violation is counted, delivered as garbage where a wire would, and a panic in strict mode.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{CHARACTER, Host, MS, ScriptedBoard, US, drain, packet, rig, scripted_bus};
+use crate::common::{CHARACTER, Host, MS, ScriptedBoard, US, drain, packet, rig, scripted_bus};
 use pneudrive_protocol::{Baud, Packet};
 use pneudrive_sim::board::Turnaround;
 use pneudrive_sim::bus::{Bus, BusCounters};

@@ -1,10 +1,6 @@
 //! Sixteen chambers regulated over the bus, in virtual time.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Host, MS, packet, rig};
+use crate::common::{Host, MS, packet, rig};
 use pneudrive_protocol::{Counts, SensorScale};
 
 #[test]

@@ -1,10 +1,6 @@
 //! Every fault arrives where it should, is counted, and leaves alone what it should.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{
+use crate::common::{
     CHARACTER, Host, MS, ScriptedBoard, StillAir, US, drain, faulty_scripted_bus, line, packet, rig,
 };
 use pneudrive_protocol::Address;

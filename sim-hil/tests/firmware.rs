@@ -1,6 +1,4 @@
-//! Rigs with firmware that cannot be built. Those that can run the real ELF in `tests/tests/firmware_rig.rs`.
-
-#![allow(clippy::unwrap_used)]
+//! Rigs with firmware that cannot be built. Those that can run the real ELF in `tests/tests/firmware/rig.rs`.
 
 use pneudrive_protocol::Baud;
 use pneudrive_sim::rig::{Firmware, RigError, RigOptions, Timing};

@@ -1,10 +1,6 @@
 //! The board of the original kind behaves as the original's firmware does: one fault a test.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{CHARACTER, Drives, Host, MS, StillAir, US, drain, line, packet};
+use crate::common::{CHARACTER, Drives, Host, MS, StillAir, US, drain, line, packet};
 use pneudrive_protocol::{Address, CheckedPacket, Direction, Packet, Sequence};
 use pneudrive_sim::board::OriginalBoard;
 use pneudrive_sim::bus::{Bus, BusNode};

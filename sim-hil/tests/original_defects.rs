@@ -1,10 +1,6 @@
 //! What the original boards got wrong on the bus, and ours do not. In virtual time, on a strict bus.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Host, MS, US, counts, drain, packet, rig};
+use crate::common::{Host, MS, US, counts, drain, packet, rig};
 use pneudrive_protocol::{Address, Packet};
 
 /// The original's boards took a data word that ends in 0xFF, followed by board n's 0xFF.., for board 0's address: with two

@@ -1,6 +1,4 @@
 //! docs/plant.md says what the code does: its tables are compared with the code.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
-
 use pneudrive_sim::plant::{PlantParameters, effects_table};
 
 fn docs() -> String {

@@ -1,6 +1,4 @@
 //! Every effect by name: nothing when null, something when on, and the something is what its physics says.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
-
 use pneudrive_sim::plant::{ChannelId, Effect, GasModel, Plant, PlantParameters, catalogue, counts12_to_kpa};
 use pneudrive_sim::record::{Recorder, RecordingSettings, Row};
 

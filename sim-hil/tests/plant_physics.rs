@@ -1,6 +1,4 @@
 //! The plant against closed forms, conservation laws and an independent integration of the paper's model.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
-
 use pneudrive_sim::plant::{
     ANR_DENSITY_KG_PER_M3, ChannelId, Effect, GasModel, Plant, PlantParameters, kpa_to_volts,
 };

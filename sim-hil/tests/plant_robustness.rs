@@ -1,6 +1,4 @@
 //! Whatever is switched on within the documented ranges, the plant is refused by name or stays physical.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
-
 use pneudrive_sim::plant::{
     ChannelId, Effect, EffectDefinition, Plant, PlantError, PlantParameters, Scope, catalogue,
 };

@@ -1,10 +1,6 @@
 //! The program `pneudrive-sim` as a user has it: first line, last line, exit status, messages.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::packet;
+use crate::common::packet;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;

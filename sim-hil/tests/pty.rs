@@ -1,11 +1,7 @@
 //! A real client on the pty, in this process. Time runs only while the front end runs, so nothing depends on how fast
 //! the machine is.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::packet;
+use crate::common::packet;
 use nix::fcntl::OFlag;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::termios::{

@@ -1,6 +1,4 @@
 //! Recordings: the format, the order of command and measurement, noise, repeatability, refusals.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
-
 use std::io::Read;
 use std::path::Path;
 

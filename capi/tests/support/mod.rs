@@ -1,7 +1,5 @@
 //! Random rigs with models of their channels, recordings of their inputs, and the same inputs step by step.
 
-#![allow(dead_code)] // each test file uses a part
-
 use std::collections::BTreeMap;
 
 use pneudrive_capi::{Channel, Control, Inputs, REPEATS_AFTER, REPEATS_END, REPEATS_START};

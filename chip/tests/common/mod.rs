@@ -1,8 +1,6 @@
 //! Programs for the tests, written one instruction at a time.
 
 // Every test binary uses its own part of this.
-#![allow(dead_code)]
-
 pub const RESETS: u32 = 0x4000_c000;
 pub const PSM: u32 = 0x4001_0000;
 pub const IO_BANK0: u32 = 0x4001_4000;

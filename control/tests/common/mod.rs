@@ -1,7 +1,5 @@
 //! A board on a bench: a bus at 1 Mbaud, and one sample for all four sensors.
 
-#![allow(clippy::unwrap_used, dead_code)]
-
 use pneudrive_control::{AdcSample, Answer, Board, BoardConfig, Micros, ValveDrive};
 use pneudrive_protocol::{Address, CHANNELS, Counts, Packet};
 

@@ -1,12 +1,9 @@
 //! Deadman mode by requests. Its times are held in virtual time by `src/deadman.rs`.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support;
+use crate::support::{PATIENCE, Page};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-use support::{PATIENCE, Page};
 
 #[track_caller]
 fn until(what: &str, mut done: impl FnMut() -> bool) {

@@ -1,9 +1,6 @@
 //! Clients that want to keep others out.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support::{Page, TOKEN, try_to_vent};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -11,7 +8,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{JoinHandle, sleep};
 use std::time::Duration;
-use support::{Page, TOKEN, try_to_vent};
 
 /// A vent that is not through after so many tries is kept out.
 const MOST_TRIES: u32 = 10;

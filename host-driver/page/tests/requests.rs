@@ -1,12 +1,9 @@
 //! What the server makes of requests: limits, HEAD, and what is no HTTP.
 
-#![allow(clippy::unwrap_used)]
-
-mod support;
-
+use crate::support;
+use crate::support::{Page, status};
 use std::io::{Read, Write};
 use std::net::Shutdown;
-use support::{Page, status};
 
 #[test]
 fn what_is_too_much_or_no_http_is_refused() {

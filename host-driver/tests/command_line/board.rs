@@ -1,6 +1,6 @@
 //! `board status`: what boards say of themselves.
 
-use crate::program::{refused, run};
+use crate::command_line::program::{refused, run};
 use crate::support::pty::PtyBoards;
 
 /// Of virtual boards, on a machine that may be busy.

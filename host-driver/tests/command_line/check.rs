@@ -1,7 +1,7 @@
 //! The self-test as users run it. What it finds is tested in virtual time (`host-driver/check/tests/virtual_rigs.rs`).
 
-use crate::program::{refused, run};
-use crate::schema::{CHECK, conforms};
+use crate::command_line::program::{refused, run};
+use crate::command_line::schema::{CHECK, conforms};
 use crate::support::pty::PtyBoards;
 use serde_json::Value;
 use std::fs;

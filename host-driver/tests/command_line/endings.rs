@@ -1,7 +1,7 @@
 //! How a run ends, and what it leaves and says.
 
-use crate::program::{program, rows, run, signal, until};
-use crate::schema::{RUN, conforms};
+use crate::command_line::program::{program, rows, run, signal, until};
+use crate::command_line::schema::{RUN, conforms};
 use crate::support::counts;
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;

@@ -1,6 +1,6 @@
 //! The live page, as far as the command line has to do with it.
 
-use crate::program::{refused, run, signal};
+use crate::command_line::program::{refused, run, signal};
 use crate::support::pty::PtyBoards;
 use rustix::process::Signal;
 use std::fs;

@@ -1,6 +1,6 @@
 //! What a recording is worth when something goes wrong.
 
-use crate::program::{program, refused, rows, run, table, until};
+use crate::command_line::program::{program, refused, rows, run, table, until};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;

@@ -1,6 +1,6 @@
 //! What is refused before a byte is sent, and with which words.
 
-use crate::program::{program, refused, rows, until};
+use crate::command_line::program::{program, refused, rows, until};
 use crate::support::pty::PtyBoards;
 use std::fs;
 

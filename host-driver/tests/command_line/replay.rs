@@ -1,6 +1,6 @@
 //! Recordings that are looked at or commanded again, and trajectories that are drawn first.
 
-use crate::program::{refused, run, table};
+use crate::command_line::program::{refused, run, table};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;

@@ -1,7 +1,7 @@
 //! `--sensors` and `--sessions`, of virtual boards on a machine that may be busy.
 
-use crate::program::{program, refused, run, table};
-use crate::schema::{RUN, conforms};
+use crate::command_line::program::{program, refused, run, table};
+use crate::command_line::schema::{RUN, conforms};
 use std::fs;
 
 const PATIENT: [&str; 6] = ["--port", "sim", "--wait", "60", "--allowance-us", "100000"];

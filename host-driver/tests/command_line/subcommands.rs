@@ -1,6 +1,6 @@
 //! Subcommands that measure and list.
 
-use crate::program::{program, refused, run};
+use crate::command_line::program::{program, refused, run};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;

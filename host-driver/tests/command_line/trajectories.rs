@@ -1,6 +1,6 @@
 //! What is played, and when.
 
-use crate::program::{program, refused, run, table};
+use crate::command_line::program::{program, refused, run, table};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;

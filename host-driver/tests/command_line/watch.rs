@@ -1,6 +1,6 @@
 //! `--watch`: the calibrated model beside a run. The program that runs it is a script here, which speaks as `pneudrive-model watch` does.
 
-use crate::program::{refused, run};
+use crate::command_line::program::{refused, run};
 use crate::support::pty::PtyBoards;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

@@ -1,7 +1,5 @@
 //! Boards made of nothing but the protocol, for tests of the host alone. (System tests use the simulator.)
 
-#![allow(dead_code, reason = "every test binary uses its own part")]
-
 pub mod pty;
 pub mod virtual_line;
 

@@ -1,6 +1,4 @@
 //! Running the binary.
-#![allow(dead_code, reason = "each test binary uses its own part")]
-
 use std::path::Path;
 use std::process::{Command, Output};
 

@@ -1,5 +1,5 @@
 //! What the tests of files and of the command line share.
-#![allow(dead_code, reason = "each test binary uses its own part")]
+pub mod cli;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

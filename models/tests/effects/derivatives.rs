@@ -2,8 +2,8 @@
 
 use pneudrive_model::effects::EffectInfo;
 
-use crate::bench::{Bench, catalogue};
-use crate::random::{DrivenBy, rig_for};
+use crate::effects::bench::{Bench, catalogue};
+use crate::effects::random::{DrivenBy, rig_for};
 
 /// Largest error as a part of the largest derivative of the recording.
 const ERROR: f64 = 3e-4;

@@ -3,8 +3,8 @@
 use pneudrive_model::effects::EffectParameter;
 use pneudrive_model::model::{GAMMA, Scale};
 
-use crate::bench::{Bench, Sample, catalogue};
-use crate::random::{DrivenBy, rig_for};
+use crate::effects::bench::{Bench, Sample, catalogue};
+use crate::effects::random::{DrivenBy, rig_for};
 
 /// Rounding of a few hundred steps.
 const ROUNDING: f64 = 1e-10;

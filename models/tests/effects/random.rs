@@ -5,7 +5,7 @@ use pneudrive_model::model::{BaseModel, Nonlinear, ValveDrive};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::bench::Bench;
+use crate::effects::bench::Bench;
 
 /// Rows of a recording.
 const ROWS: usize = 300;

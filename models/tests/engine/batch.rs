@@ -6,7 +6,7 @@ use pneudrive_model::rollout::{
     BatchColumn, BatchError, BatchInputs, Chamber, Job, Rows, Steps, rollout, simulate_batch,
 };
 
-use crate::support;
+use crate::engine::support;
 
 /// Not a multiple of the rows that are fetched and written at once.
 const ROWS: usize = 123;

@@ -4,7 +4,7 @@ use pneudrive_model::fit::{Control, FitOptions, Problem, Space, fit_rollouts};
 use pneudrive_model::model::{Model, Nonlinear, column};
 use pneudrive_model::rollout::{Chamber, Series, Start, simulate};
 
-use crate::support;
+use crate::engine::support;
 
 const SIGMA_PA: f64 = 360.0;
 

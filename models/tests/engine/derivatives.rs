@@ -5,7 +5,7 @@ use pneudrive_model::model::{Linear, Model, Nonlinear, Parametric, ValveDrive, c
 use pneudrive_model::numeric::{Dual, Scalar};
 use pneudrive_model::rollout::{Chamber, Rows, Steps, rollout};
 
-use crate::support;
+use crate::engine::support;
 
 const ROWS: usize = 400;
 const START_PA: f64 = 250e3;

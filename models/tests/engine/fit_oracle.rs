@@ -7,7 +7,7 @@ use pneudrive_model::fit::{Control, Fit, FitOptions, Problem, Space, Stopping, f
 use pneudrive_model::model::{Model, Nonlinear, column};
 use pneudrive_model::rollout::{Chamber, Series};
 
-use crate::oracle::Table;
+use crate::engine::oracle::Table;
 
 /// LMFIT's values and standard errors of one fit.
 fn reference(fit: &str) -> HashMap<String, (f64, f64)> {

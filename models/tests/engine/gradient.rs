@@ -7,7 +7,7 @@ use pneudrive_model::rollout::{
 };
 use rand::RngExt;
 
-use crate::support;
+use crate::engine::support;
 
 const ROWS: usize = 40;
 

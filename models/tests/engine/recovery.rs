@@ -6,7 +6,7 @@ use pneudrive_model::fit::{
 use pneudrive_model::model::{Model, Nonlinear, column};
 use pneudrive_model::rollout::{Chamber, Series};
 
-use crate::support;
+use crate::engine::support;
 
 const SIGMA_PA: f64 = 360.0;
 

@@ -4,7 +4,7 @@
 use pneudrive_model::model::{FlowForm, FlowFunction, Linear, Nonlinear, Parametric, ValveDrive, column};
 use pneudrive_model::rollout::{Chamber, Series, Start, System, simulate, step_check};
 
-use crate::oracle::Table;
+use crate::engine::oracle::Table;
 
 const SPOOL: [f64; 7] = [0.03, 0.05, 4.0, 0.12, -0.09, 0.15, 0.9];
 const SEPARATE: [f64; 8] = [0.03, 0.05, 4.0, 6.0, 0.12, 0.2, 0.15, 1.1];

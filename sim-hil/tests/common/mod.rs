@@ -1,7 +1,4 @@
 //! What the tests share: a host in virtual time, boards that do as told, and air that holds still.
-#![allow(dead_code, reason = "every test file uses its own part")]
-#![allow(clippy::unwrap_used)]
-
 use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, PACKET_LEN, Packet};
 use pneudrive_sim::bus::{Air, Bus, BusNode, Character, Heard, Line};
 use pneudrive_sim::fault::{FaultInjector, FaultSpec};

@@ -4,6 +4,7 @@ use bolero::check;
 use elf_maker::elf;
 use pneudrive_chip::{Chip, Ticks};
 
+#[allow(dead_code, reason = "of what makes programs, only the one that makes files")]
 #[path = "../../../chip/tests/common/mod.rs"]
 mod elf_maker;
 

@@ -13,7 +13,7 @@
 //!
 //! The valve pins are high already (`start.rs`). Nothing here may call or read what lies in RAM, where no program is yet: no function
 //! of another crate, no panic, no copying by a library. Registers and memory are read and written one word at a time, volatile, which
-//! the compiler leaves alone. `tests/tests/firmware_memory.rs` looks at what it made of it.
+//! the compiler leaves alone. `tests/tests/firmware/memory.rs` looks at what it made of it.
 
 use super::places::{CHOICE, DAMAGED, FIRST_PLACE, NOT_CONFIRMED, PLACE, RAM, SCRATCH, SECTOR, State};
 use pneudrive_control::update::choice;

@@ -1,7 +1,5 @@
 //! A run that is not there, its page, and clients that send whatever they like.
 
-#![allow(dead_code, reason = "every test binary uses its own part")]
-
 use pneudrive_page::{
     BoardMoment, BoardState, Commanding, Control, Listener, Moment, PageOptions, Refusal, Run, Server,
     SetPoint, Token, WatchMoment,

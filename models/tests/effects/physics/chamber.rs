@@ -3,7 +3,7 @@
 use pneudrive_model::model::{ATMOSPHERE_PA, GAMMA};
 
 use super::{assert_all_close, assert_close, last, readings};
-use crate::bench::{Bench, Sample};
+use crate::effects::bench::{Bench, Sample};
 
 /// Full drive for some rows, then closed.
 fn pulse(open: usize, rows: usize) -> Vec<f64> {

@@ -3,7 +3,7 @@
 use pneudrive_model::model::{ATMOSPHERE_PA, psi_max};
 
 use super::{assert_all_close, assert_close, choked, openings};
-use crate::bench::{Bench, CRITICAL_RATIO};
+use crate::effects::bench::{Bench, CRITICAL_RATIO};
 
 /// Subsonic part of the flow function over its largest value, at a pressure ratio.
 fn psi(ratio: f64, critical: f64, exponent: f64) -> f64 {
@@ -29,7 +29,7 @@ pub fn two_orifices_in_series_pass_the_flow_that_is_equal_in_both() {
     assert_close((first / last).ln(), expected, 2e-3);
     // Where the port is nearly closed the restriction is as good as not there.
     let nearly_closed = Bench::valve(gain, 600e3, &[-0.05; 12]);
-    let fall = |run: Vec<crate::bench::Sample>| (run[3].reading_pa / run[11].reading_pa).ln();
+    let fall = |run: Vec<crate::effects::bench::Sample>| (run[3].reading_pa / run[11].reading_pa).ln();
     let with = fall(nearly_closed.run(&[("vent_restriction", &[area_ratio, 0.001])]));
     assert_close(with, fall(nearly_closed.run(&[])), 1e-2);
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use pneudrive_model::model::psi_max;
 
-use crate::bench::{Bench, Sample, catalogue};
+use crate::effects::bench::{Bench, Sample, catalogue};
 
 /// One test for each entry, of the same name.
 macro_rules! laws {

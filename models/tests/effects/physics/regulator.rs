@@ -3,7 +3,7 @@
 use pneudrive_model::model::ATMOSPHERE_PA;
 
 use super::{assert_all_close, assert_close, last, readings};
-use crate::bench::Bench;
+use crate::effects::bench::Bench;
 
 /// The pressure at which it starts and is first commanded, Pa absolute.
 const START_PA: f64 = ATMOSPHERE_PA + 100e3;

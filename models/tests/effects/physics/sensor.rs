@@ -3,7 +3,7 @@
 use pneudrive_model::model::ATMOSPHERE_PA;
 
 use super::{assert_all_close, assert_close, choked, readings};
-use crate::bench::{Bench, Installed, catalogue};
+use crate::effects::bench::{Bench, Installed, catalogue};
 
 /// A chamber that keeps its gauge pressure, Pa.
 fn still(gauge_pa: f64, rows: usize) -> Bench {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use pneudrive_model::model::psi_max;
 
 use super::{assert_all_close, assert_close, choked, openings};
-use crate::bench::{Bench, Installed};
+use crate::effects::bench::{Bench, Installed};
 
 /// A port of a thousandth of a mm^2, through which the supply's pressure is seen and hardly changes anything.
 const PORT_MM2: f64 = 1e-3;

@@ -1,7 +1,7 @@
 //! What moves the spool, and how far the ports open.
 
 use super::{GAIN_MM2, assert_all_close, assert_close, choked, openings, readings};
-use crate::bench::Bench;
+use crate::effects::bench::Bench;
 
 /// A step to full drive in row 5.
 fn step(rows: usize) -> Vec<f64> {

@@ -1,0 +1,123 @@
+//! Which crate may depend on which: the architecture, held by a test.
+
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+/// From each crate to those of ours that it may depend on. What is not here may not be.
+///
+/// Two arrows are missing on purpose. Host and simulator meet only through bytes, so that they cannot share a bug above the
+/// packet: only what takes `sim` for a port (the host's binary, the Python package, the ROS node) starts the simulator, and that is an
+/// optional dependency. And the simulator's plant does not use the models, or every fit would be tested against itself.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("pneudrive-protocol", &[]),
+    ("pneudrive-control", &["pneudrive-protocol"]),
+    ("pneudrive-firmware", &["pneudrive-control", "pneudrive-protocol"]),
+    ("pneudrive-rig", &[]),
+    ("pneudrive-manual", &[]),
+    (
+        "pneudrive-host",
+        &[
+            "pneudrive-protocol",
+            "pneudrive-rig",
+            "pneudrive-page",
+            "pneudrive-check",
+            "pneudrive-manual",
+            "pneudrive-sim",
+        ],
+    ),
+    ("pneudrive-check", &[]),
+    ("pneudrive-uf2", &[]),
+    ("pneudrive-page", &["pneudrive-protocol"]),
+    ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip", "pneudrive-manual"]),
+    ("pneudrive-chip", &[]),
+    ("pneudrive-model", &["pneudrive-rig", "pneudrive-manual"]),
+    ("pneudrive-capi", &["pneudrive-model"]),
+    (
+        "pneudrive_py",
+        &["pneudrive-capi", "pneudrive-host", "pneudrive-model", "pneudrive-protocol", "pneudrive-sim"],
+    ),
+    ("pneudrive-ros", &["pneudrive-host", "pneudrive-protocol", "pneudrive-sim"]),
+    (
+        "system-tests",
+        &[
+            "pneudrive-protocol",
+            "pneudrive-control",
+            "pneudrive-host",
+            "pneudrive-sim",
+            "pneudrive-chip",
+            "pneudrive-model",
+        ],
+    ),
+];
+
+fn metadata() -> Value {
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.toml");
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version=1", "--no-deps", "--offline", "--manifest-path", manifest])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// (crate, dependency, whether it is optional) among the workspace's own crates, dev-dependencies left out: tests
+/// may look anywhere.
+fn arrows(metadata: &Value) -> Vec<(String, String, bool)> {
+    let packages = metadata["packages"].as_array().unwrap();
+    let name = |value: &Value| value["name"].as_str().unwrap().to_owned();
+    let ours: BTreeSet<_> = packages.iter().map(name).collect();
+    let mut arrows = Vec::new();
+    for package in packages {
+        for dependency in package["dependencies"].as_array().unwrap() {
+            if dependency["kind"] != "dev" && ours.contains(&name(dependency)) {
+                arrows.push((name(package), name(dependency), dependency["optional"] == true));
+            }
+        }
+    }
+    arrows
+}
+
+#[test]
+fn crates_depend_only_on_what_the_architecture_allows() {
+    let allowed: BTreeMap<_, _> = ALLOWED.iter().copied().collect();
+    let metadata = metadata();
+    for package in metadata["packages"].as_array().unwrap() {
+        let name = package["name"].as_str().unwrap();
+        assert!(allowed.contains_key(name), "{name} is new: add it and its arrows here and to the README");
+    }
+    let arrows = arrows(&metadata);
+    assert!(arrows.len() > 5, "metadata was understood: {arrows:?}");
+    for (from, to, _) in &arrows {
+        assert!(allowed[from.as_str()].contains(&to.as_str()), "{from} must not depend on {to}");
+    }
+}
+
+#[test]
+fn the_host_library_does_not_know_the_simulator() {
+    let metadata = metadata();
+    for user in ["pneudrive-host", "pneudrive_py", "pneudrive-ros"] {
+        let arrow = arrows(&metadata).into_iter().find(|(from, to, _)| from == user && to == "pneudrive-sim");
+        let optional = arrow.map(|(_, _, optional)| optional);
+        assert_eq!(optional, Some(true), "{user}: feature `sim` can be switched off");
+    }
+    // Only the binary's own files name it.
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/../host-driver/src");
+    let mut folders = vec![std::path::PathBuf::from(source)];
+    let mut seen = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                if !path.ends_with("src/cli") {
+                    folders.push(path);
+                }
+            } else {
+                seen += 1;
+                let text = std::fs::read_to_string(&path).unwrap();
+                assert!(!text.contains("pneudrive_sim"), "{} is part of the library", path.display());
+            }
+        }
+    }
+    assert!(seen > 20, "{seen} files");
+}

@@ -1,0 +1,10 @@
+//! What holds the project together: its arrows, its files, its documents.
+
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+mod crate_arrows;
+mod defect_table;
+mod documentation;
+mod module_cycles;
+mod one_file_one_line;
+mod test_files;
