@@ -3,9 +3,10 @@
 //! ```text
 //! blind generate DIR --rounds 3          recordings and truth.json, by the truth plant alone; --seed 7 makes others,
 //!                                        --size limit|moderate|gross and --loop drive|closed only some; --hard by a rig with
-//!                                        a background of imperfections, which its file describes wrongly
-//! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`
-//! blind score DIR                        the confusion matrix, from truth.json and report.json
+//!                                        a background of imperfections, which its file describes wrongly; --short a minute of
+//!                                        two channels, to make many
+//! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`; --at-once 2 two at a time
+//! blind score DIR                        the confusion matrix, from truth.json and report.json, and reliability.svg
 //! blind table [FILE]                     whether the diagnosis still says of fixed recordings what the table says
 //! ```
 
@@ -14,19 +15,23 @@ mod table;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
+use std::sync::{Mutex, PoisonError};
 
 use recording::{Extent, record};
+use system_tests::blind::diagram::svg;
 use system_tests::blind::plan::{self, Case, SIZES, round};
 use system_tests::blind::reliability::Reliability;
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
-  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--hard]
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--hard] [--short]
                                             recordings and truth.json, by the truth plant alone; --hard: 50 to
                                             500 Hz, 60 to 300 s, of a rig with a background of imperfections
-                                            and a rig file that is off by up to 10 % in volume, 5 % in supply
-  diagnose DIR [--program pneudrive-model]  report.json beside each; goes on where it was stopped
-  score DIR                                 tables, from truth.json and report.json
+                                            and a rig file that is off by up to 10 % in volume, 5 % in supply; --short:
+                                            60 s of two channels, 100 Hz at most, to make many
+  diagnose DIR [--program pneudrive-model] [--at-once 1]
+                                            report.json beside each; goes on where it was stopped
+  score DIR                                 tables, from truth.json and report.json, and reliability.svg
   table [FILE] [--share 0.1] [--only TEXT] [--write]
                                             makes and diagnoses the recordings of the committed table and compares: exit status 1
                                             when a name differs or a number moves by more than this share of its interval;
@@ -74,14 +79,30 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
                 option("--size").is_none_or(|size| *size == case.size)
                     && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
             };
-            let hard = arguments.iter().any(|a| a == "--hard");
-            generate(&directory, seed, rounds, hard, wanted)?;
+            let given = |name: &str| arguments.iter().any(|a| a == name);
+            generate(
+                &directory,
+                seed,
+                rounds,
+                Kind { hard: given("--hard"), short: given("--short") },
+                wanted,
+            )?;
         }
-        "diagnose" => diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str))?,
+        "diagnose" => {
+            let at_once: usize = option("--at-once").map_or(Ok(1), |text| text.parse())?;
+            diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str), at_once)?;
+        }
         "score" => print_score(&directory)?,
         other => return Err(format!("no command {other}: generate, diagnose, score or table").into()),
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Which recordings are made of the cases.
+#[derive(Clone, Copy)]
+struct Kind {
+    hard: bool,
+    short: bool,
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on the board.
@@ -89,18 +110,21 @@ fn generate(
     directory: &Path,
     seed: u64,
     rounds: u64,
-    hard: bool,
+    kind: Kind,
     wanted: impl Fn(&Case) -> bool,
 ) -> Result<()> {
     for k in 0..rounds {
         let size = [1, 2, 0][(k as usize / 2) % SIZES.len()];
         let mut cases = round(seed + k, size, k % 2 == 0);
-        if hard {
+        if kind.hard {
             cases = plan::hard(seed + k, cases);
+        }
+        if kind.short {
+            cases = plan::short(cases);
         }
         for case in cases.into_iter().filter(&wanted) {
             let folder = directory.join(format!("r{k:03}c{:03}", case.number));
-            record(&folder, &case, Extent::default())?;
+            record(&folder, &case, if kind.short { Extent::SHORT } else { Extent::default() })?;
             println!("{}", folder.display());
         }
     }
@@ -116,23 +140,33 @@ fn folders(directory: &Path) -> Result<Vec<PathBuf>> {
     Ok(folders)
 }
 
-fn diagnose(directory: &Path, program: &str) -> Result<()> {
-    for folder in folders(directory)? {
-        if folder.join("report.json").exists() {
-            continue;
+fn diagnose(directory: &Path, program: &str, at_once: usize) -> Result<()> {
+    let mut left = folders(directory)?;
+    left.retain(|folder| !folder.join("report.json").exists());
+    left.reverse();
+    let left = Mutex::new(left);
+    let next = || left.lock().unwrap_or_else(PoisonError::into_inner).pop();
+    let worker = || -> std::io::Result<()> {
+        while let Some(folder) = next() {
+            // Nothing but the data and the nominal rig is handed over.
+            let status = Command::new(program)
+                .arg("diagnose")
+                .arg(folder.join("run.csv"))
+                .arg("--rig")
+                .arg(folder.join("rig.toml"))
+                .arg("--out")
+                .arg(&folder)
+                .status()?;
+            println!("{}: {status}", folder.display());
         }
-        // Nothing but the data and the nominal rig is handed over.
-        let status = Command::new(program)
-            .arg("diagnose")
-            .arg(folder.join("run.csv"))
-            .arg("--rig")
-            .arg(folder.join("rig.toml"))
-            .arg("--out")
-            .arg(&folder)
-            .status()?;
-        println!("{}: {status}", folder.display());
-    }
-    Ok(())
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..at_once.max(1)).map(|_| scope.spawn(worker)).collect();
+        workers
+            .into_iter()
+            .try_for_each(|worker| worker.join().map_err(|_| "a worker panicked")?.map_err(Into::into))
+    })
 }
 
 fn print_score(directory: &Path) -> Result<()> {
@@ -159,6 +193,8 @@ fn print_score(directory: &Path) -> Result<()> {
     }
     println!("\n{}\n{}", matrix(&scored), summary(&scored));
     println!("95 % intervals of sizes that contain the hidden size: {inside} of {intervals}");
-    println!("\nProbabilities:\n{}", reliability.table());
+    let diagram = directory.join("reliability.svg");
+    std::fs::write(&diagram, svg(&reliability.bins()))?;
+    println!("\nProbabilities, drawn in {}:\n{}", diagram.display(), reliability.table());
     Ok(())
 }

@@ -6,7 +6,7 @@ use pneudrive_sim::plant::{Background, Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use system_tests::blind::plan::{Case, Hard};
+use system_tests::blind::plan::{Case, Hard, SHORT_CHANNELS, SHORT_S};
 
 use super::Result;
 
@@ -17,6 +17,11 @@ pub struct Extent {
     pub seconds: f64,
     /// Channels of the board.
     pub channels: usize,
+}
+
+impl Extent {
+    /// As the table's.
+    pub const SHORT: Self = Self { seconds: SHORT_S, channels: SHORT_CHANNELS };
 }
 
 impl Default for Extent {
@@ -39,7 +44,7 @@ pub fn record(folder: &Path, case: &Case, extent: Extent) -> Result<()> {
     let (seconds, rate_hz) = case.hard.as_ref().map_or((extent.seconds, 100.0), |h| (h.seconds, h.rate_hz));
     let effects =
         case.arguments.iter().map(|text| text.parse()).collect::<std::result::Result<Vec<Effect>, _>>()?;
-    let settings = RecordingSettings {
+    let mut settings = RecordingSettings {
         plant,
         effects,
         seed: case.seed,
@@ -51,7 +56,12 @@ pub fn record(folder: &Path, case: &Case, extent: Extent) -> Result<()> {
     };
     let mut clock = Pcg64Mcg::seed_from_u64(case.seed);
     let jitter_s = case.hard.as_ref().map_or(0.0, |hard| hard.jitter / hard.rate_hz);
-    let rows = Recorder::new(&settings)?.map(|mut row| {
+    // A background's tubes can be too short for the usual step.
+    let recorder = Recorder::new(&settings).or_else(|_| {
+        settings.plant.step_ns /= 2;
+        Recorder::new(&settings)
+    })?;
+    let rows = recorder.map(|mut row| {
         row.t_s += jitter_s * (2.0 * clock.random::<f64>() - 1.0);
         row
     });

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{self, diagnose};
 use pneudrive_model::rig::Rig;
-use system_tests::blind::plan::{Case, TABLE_CHANNELS, table};
+use system_tests::blind::plan::{Case, table};
 use system_tests::blind::score::{named, score};
 use system_tests::blind::table::{Entry, Table};
 
@@ -14,9 +14,6 @@ use super::recording::{Extent, record};
 
 /// Part of its interval by which a number may move.
 pub const SHARE: f64 = 0.1;
-
-/// Length of the recordings, s.
-const SECONDS: f64 = 60.0;
 
 const HEAD: &str = "\
 # What the diagnosis says of fixed recordings by the truth plant, right or wrong: what a rewrite is compared with.
@@ -75,7 +72,7 @@ pub fn run(request: &Request) -> Result<bool> {
 /// Makes one recording and says what the diagnosis says. It is given the data file and the nominal rig, nothing else.
 fn diagnosed(folder: &Path, name: &str, case: &Case) -> Result<Entry> {
     let folder = folder.join(name);
-    record(&folder, case, Extent { seconds: SECONDS, channels: TABLE_CHANNELS })?;
+    record(&folder, case, Extent::SHORT)?;
     let rig = Rig::parse("rig.toml", &std::fs::read_to_string(folder.join("rig.toml"))?)?;
     let limits = |channel| rig.sensor_limits(channel);
     let loaded =

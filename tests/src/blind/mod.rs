@@ -4,6 +4,7 @@
 //! `truth.json` and `report.json` and nothing else, and so does [`table`], which compares what was said with what was said before.
 //! None uses another's crate: the example `blind` and the tests `blind_rounds` bring them together.
 
+pub mod diagram;
 pub mod plan;
 pub mod reliability;
 pub mod score;

@@ -22,6 +22,38 @@ pub struct Reliability {
     first: Vec<bool>,
 }
 
+/// Sets of causes whose probabilities were about the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bin {
+    /// Lower end, left out.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// How many.
+    pub sets: usize,
+    /// Mean of their probabilities.
+    pub stated: f64,
+    /// How many of them were hidden.
+    pub hidden: usize,
+}
+
+impl Bin {
+    /// Part of the sets that was hidden.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.hidden as f64 / self.sets as f64
+    }
+
+    /// Its 95 % interval (E. B. Wilson, Journal of the American Statistical Association 22, 1927).
+    #[must_use]
+    pub fn share_ci95(&self) -> [f64; 2] {
+        let (n, share, z2) = (self.sets as f64, self.share(), 1.96_f64.powi(2));
+        let middle = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half = (z2 * (share * (1.0 - share) + z2 / (4.0 * n)) / n).sqrt() / (1.0 + z2 / n);
+        [(middle - half).max(0.0), (middle + half).min(1.0)]
+    }
+}
+
 impl Reliability {
     /// Takes in a report; one without probabilities is left out. Sets that differ in "something else" only count as one. What is left to 1
     /// is the probability that the hidden set is not listed.
@@ -50,25 +82,42 @@ impl Reliability {
         self.stated.extend(sets.iter().map(|(set, &p)| (p.min(1.0), *set == hidden)));
     }
 
-    /// The diagram as a table, and the scores.
+    /// What was stated in each bin of the diagram, and how often it was right.
     #[must_use]
-    pub fn table(&self) -> String {
-        let mut text =
-            String::from("| stated | sets | mean stated | hidden | share |\n|---|--:|--:|--:|--:|\n");
+    pub fn bins(&self) -> Vec<Bin> {
         let mut low = 0.0;
+        let mut bins = Vec::new();
         for high in BINS {
             let inside: Vec<&(f64, bool)> =
                 self.stated.iter().filter(|(p, _)| *p > low && *p <= high).collect();
-            let count = inside.len();
-            if count > 0 {
-                let mean = inside.iter().map(|(p, _)| p).sum::<f64>() / count as f64;
-                let right = inside.iter().filter(|(_, right)| *right).count();
-                text.push_str(&format!(
-                    "| {low} to {high} | {count} | {mean:.2} | {right} | {:.2} |\n",
-                    right as f64 / count as f64
-                ));
+            let sets = inside.len();
+            if sets > 0 {
+                let stated = inside.iter().map(|(p, _)| p).sum::<f64>() / sets as f64;
+                let hidden = inside.iter().filter(|(_, right)| *right).count();
+                bins.push(Bin { low, high, sets, stated, hidden });
             }
             low = high;
+        }
+        bins
+    }
+
+    /// The diagram as a table, and the scores.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text = String::from(
+            "| stated | sets | mean stated | hidden | share | 95 % |\n|---|--:|--:|--:|--:|--:|\n",
+        );
+        for bin in self.bins() {
+            let [from, to] = bin.share_ci95();
+            text.push_str(&format!(
+                "| {} to {} | {} | {:.2} | {} | {:.2} | {from:.2} to {to:.2} |\n",
+                bin.low,
+                bin.high,
+                bin.sets,
+                bin.stated,
+                bin.hidden,
+                bin.share()
+            ));
         }
         let n = self.brier.len().max(1) as f64;
         let unlisted = self.unlisted.iter().filter(|(_, unlisted)| *unlisted).count();
@@ -132,8 +181,8 @@ mod tests {
             first: vec![true, true],
         };
         let table = sure.table();
-        assert!(table.contains("| 0.8 to 0.95 | 3 | 0.90 | 2 | 0.67 |"), "{table}");
-        assert!(table.contains("| 0.95 to 1 | 1 | 1.00 | 1 | 1.00 |"), "{table}");
+        assert!(table.contains("| 0.8 to 0.95 | 3 | 0.90 | 2 | 0.67 | 0.21 to 0.94 |"), "{table}");
+        assert!(table.contains("| 0.95 to 1 | 1 | 1.00 | 1 | 1.00 | 0.21 to 1.00 |"), "{table}");
         assert!(table.contains("Hidden sets that were not listed: 1, expected 0.3"), "{table}");
         assert!(table.contains("Brier score 0.020 over 2"), "{table}");
     }
