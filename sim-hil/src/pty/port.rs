@@ -5,7 +5,7 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll, ppoll};
 use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::stat::Mode;
 use nix::sys::termios::{
-    BaudRate, ControlFlags, FlushArg, SetArg, cfmakeraw, cfsetspeed, tcflush, tcgetattr, tcsetattr,
+    BaudRate, ControlFlags, FlushArg, SetArg, Termios, cfmakeraw, cfsetspeed, tcflush, tcgetattr, tcsetattr,
 };
 use nix::sys::time::{TimeSpec, TimeValLike};
 use nix::unistd::{read, write};
@@ -75,8 +75,14 @@ impl VirtualPort {
         if self.raised_baud()?.is_some() {
             cfsetspeed(&mut settings, BaudRate::B38400)?;
         }
-        // Only what differs: the next client may be setting its own in this moment, and must find them afterwards.
-        if settings == found { Ok(()) } else { tcsetattr(&client, SetArg::TCSANOW, &settings) }
+        // Only what differs: the next client may be setting its own in this moment, and must find them afterwards. Flag by flag: a
+        // `Termios` keeps the characters that `cfmakeraw` has set beside those that were put back, and never equals what it was.
+        let flags = |of: &Termios| (of.input_flags, of.output_flags, of.control_flags, of.local_flags);
+        if flags(&settings) == flags(&found) {
+            Ok(())
+        } else {
+            tcsetattr(&client, SetArg::TCSANOW, &settings)
+        }
     }
 
     /// What a client left unread must not greet the next one. A serial port forgets it when it is closed; a pty does not.
