@@ -76,7 +76,7 @@ impl VirtualPort {
             cfsetspeed(&mut settings, BaudRate::B38400)?;
         }
         // Only what differs: the next client may be setting its own in this moment, and must find them afterwards. Flag by flag: a
-        // `Termios` keeps the characters that `cfmakeraw` has set beside those that were put back, and never equals what it was.
+        // `Termios` keeps the characters that `cfmakeraw` has set beside those that were put back, and differs where VMIN is not 1.
         let flags = |of: &Termios| (of.input_flags, of.output_flags, of.control_flags, of.local_flags);
         if flags(&settings) == flags(&found) {
             Ok(())
