@@ -1,5 +1,6 @@
 //! The whole catalogue tried at low cost: score tests of probes, cycles found by their period.
 
+mod cycles;
 mod periodogram;
 mod probe;
 mod score_test;

@@ -1,49 +1,81 @@
-//! Where a cycle of the supply may hide: a periodogram of what a sine in the supply would do to the readings.
+//! A periodogram of what a sine in the supply would do to the readings.
 
 use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Matrix2, Vector2};
 
-use crate::diagnosis::channel::{ChannelData, Role, rows_of};
+use super::probe::scores;
+use crate::diagnosis::channel::{ChannelData, OPEN, rows_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::SINES;
 use crate::effects::Wave;
 
-/// Shortest period looked for, s.
-const SHORTEST_S: f64 = 1.5;
-/// Frequencies looked at, at most, from the lowest: in an hour's recording the fastest cycles are left out.
-const MOST: usize = 160;
-/// Distance of neighbouring frequencies, periods per recording.
-const SPACING: f64 = 0.8;
 /// Every how many frequencies the response is simulated; between them it is interpolated.
 const SIMULATED: usize = 4;
-/// The strongest cycle on the fit blocks.
-#[must_use]
-pub fn strongest_cycle(data: &ChannelData, stage: &ChannelStage) -> Option<Wave> {
-    if data.plant.model.is_regulator() {
-        return None;
+
+/// A channel and what cycles do to it.
+pub struct Listener<'a> {
+    data: &'a ChannelData,
+    stage: &'a ChannelStage,
+    envelopes: Envelopes<'a>,
+    /// What is left of the readings, whitened, in standard deviations of the noise.
+    white: Vec<f64>,
+}
+
+impl<'a> Listener<'a> {
+    /// Of a channel whose stage is what was found so far, and frequencies in Hz, ascending.
+    pub fn new(data: &'a ChannelData, stage: &'a ChannelStage, frequencies: &[f64]) -> Self {
+        let mut white: Vec<f64> =
+            data.measured_kpa.iter().zip(&stage.readings).map(|(m, y)| (m - y) / data.noise_kpa).collect();
+        stage.whitening.apply(&mut white);
+        Self { data, stage, envelopes: Envelopes::new(data, stage, frequencies), white }
     }
-    let duration = data.inputs.duration_s.max(1.0);
-    let lowest = 1.5 / duration;
-    let count = (((1.0 / SHORTEST_S) - lowest) / (SPACING / duration)).max(1.0);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at least one
-    let count = (count as usize).min(MOST);
-    let gauge = data.inputs.supply_pa.first().copied().unwrap_or(0.0) - data.inputs.ambient_pa;
-    let residual: Vec<f64> =
-        data.measured_kpa.iter().zip(&stage.readings).map(|(m, y)| (m - y) / data.noise_kpa).collect();
-    let mut best: Option<(f64, f64, [f64; 2])> = None;
-    let frequencies: Vec<f64> = (0..count).map(|k| lowest + SPACING / duration * k as f64).collect();
-    let mut white = residual;
-    stage.whitening.apply(&mut white);
-    let envelopes = Envelopes::new(data, stage, &frequencies);
-    for &frequency in &frequencies {
-        if let Some((gain, waves)) = response(data, stage, envelopes.waves(frequency), &white)
-            && best.as_ref().is_none_or(|(g, _, _)| gain > *g)
-        {
-            best = Some((gain, frequency, waves));
+
+    /// Gauge supply pressure, Pa.
+    fn gauge_pa(&self) -> f64 {
+        self.data.inputs.supply_pa.first().copied().unwrap_or(0.0) - self.data.inputs.ambient_pa
+    }
+}
+
+/// What is heard of one frequency.
+pub struct Heard {
+    /// The frequency, Hz.
+    pub frequency_hz: f64,
+    /// How much the best wave takes out of the squared whitened residual ...
+    pub gain: f64,
+    /// ... and that wave, where the recording tells one.
+    pub wave: Option<Wave>,
+    /// Products of the residual with a cosine and a sine, quarter of a block by quarter.
+    pub parts: Vec<Vector2<f64>>,
+}
+
+impl Heard {
+    /// Of one frequency on all channels, which have one supply: the same part of its pressure in all of them.
+    pub fn new(listeners: &[Listener<'_>], frequency_hz: f64) -> Self {
+        let mut gram = Matrix2::zeros();
+        let mut parts: Vec<Vector2<f64>> = Vec::new();
+        for Listener { data, stage, envelopes, white } in listeners {
+            let mut columns = envelopes.waves(frequency_hz);
+            stage.whitening.apply_columns(&mut columns, 2);
+            let column = |k: usize| columns.iter().skip(k).step_by(2).copied().collect::<Vec<f64>>();
+            let [cosine, sine] = [column(0), column(1)];
+            for row in rows_of(data, &OPEN) {
+                let u = Vector2::new(cosine[row], sine[row]);
+                gram += u * u.transpose();
+            }
+            let [cosine, sine] = [cosine, sine].map(|column| scores(data, white, &column, &OPEN));
+            parts.resize(parts.len().max(cosine.len()), Vector2::zeros());
+            for (part, (c, s)) in parts.iter_mut().zip(cosine.into_iter().zip(sine)) {
+                *part += Vector2::new(c, s);
+            }
         }
+        let right: Vector2<f64> = parts.iter().sum();
+        let solution = gram.cholesky().map(|root| root.solve(&right));
+        let gain = solution.map_or(0.0, |solution| solution.dot(&right));
+        let gauge_pa = listeners.first().map_or(0.0, Listener::gauge_pa);
+        let wave = solution.map(|s| Wave { cosine: s[0], sine: s[1], frequency_hz, gauge_pa });
+        Self { frequency_hz, gain, wave, parts }
     }
-    best.map(|(_, frequency_hz, [cosine, sine])| Wave { cosine, sine, frequency_hz, gauge_pa: gauge })
 }
 
 /// What sines in the supply do to the readings. To a wave `exp(i w t)` they answer with `Z(w, t) exp(i w t)`; the envelope `Z` changes with
@@ -93,27 +125,4 @@ impl<'a> Envelopes<'a> {
             })
             .collect()
     }
-}
-
-/// How much a cosine and a sine take out of the whitened residual on the fit blocks, and their amplitudes as parts of the gauge pressure.
-/// `columns` are what they do to the readings.
-fn response(
-    data: &ChannelData,
-    stage: &ChannelStage,
-    mut columns: Vec<f64>,
-    white: &[f64],
-) -> Option<(f64, [f64; 2])> {
-    stage.whitening.apply_columns(&mut columns, 2);
-    let (mut gram, mut right) = (DMatrix::<f64>::zeros(2, 2), DVector::<f64>::zeros(2));
-    for row in rows_of(data, &[Role::Fit]) {
-        let u = [columns[2 * row], columns[2 * row + 1]];
-        for a in 0..2 {
-            right[a] += u[a] * white[row];
-            for b in 0..2 {
-                gram[(a, b)] += u[a] * u[b];
-            }
-        }
-    }
-    let solution = gram.cholesky()?.solve(&right);
-    Some((solution.dot(&right), [solution[0], solution[1]]))
 }

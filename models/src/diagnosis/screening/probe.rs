@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
+use super::cycles::{Cycles, Search};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role, readings_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{at_rest, hunts, is_hunting};
-use crate::effects::Wave;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Scale;
 
@@ -32,6 +32,8 @@ pub struct Trial {
     pub promise: f64,
     /// Does only one sign of the score speak for the effect?
     pub one_sided: bool,
+    /// Of a probe that was searched for in the recording: how far that stands out of what chance finds.
+    pub searched: Option<Search>,
 }
 
 /// A channel on which effects are tried.
@@ -58,19 +60,16 @@ impl<'a> Probing<'a> {
         Self { data, stage, rough, readings, at_rest }
     }
 
-    /// Tries all sizes of an effect; `cycle` finds the strongest cycle in the residual, which some are tried at.
-    pub fn try_effect(&self, effect: usize, cycle: &(dyn Fn() -> Option<Wave> + Sync)) -> Vec<Trial> {
+    /// Tries all sizes of an effect; those that come back are tried at `cycles`, which were searched for.
+    pub fn try_effect(&self, effect: usize, cycles: &Cycles) -> Vec<Trial> {
         let info = CATALOGUE[effect];
-        let searched = info.probes.is_empty();
-        let probes: Vec<Vec<f64>> = if searched {
-            cycle().map_or_else(Vec::new, |wave| info.probes_of(&wave))
+        let (probes, searched): (Vec<Vec<f64>>, _) = if info.probes.is_empty() {
+            (cycles.waves.iter().flat_map(|wave| info.probes_of(wave)).collect(), Some(cycles.search))
         } else {
-            info.probes.iter().map(|p| p.to_vec()).collect()
+            (info.probes.iter().map(|p| p.to_vec()).collect(), None)
         };
         let first = info.parameters[0];
         let one_sided = first.null <= first.lower || first.null >= first.upper;
-        // A probe that was found by searching the fit blocks is judged on the others.
-        let roles: &[Role] = if searched { &[Role::Select] } else { &OPEN };
         self.try_probes(effect, &probes)
             .into_iter()
             .enumerate()
@@ -79,10 +78,11 @@ impl<'a> Probing<'a> {
                 effect,
                 probe,
                 start,
-                scores: scores(self.data, &self.stage.residuals, &direction, roles),
+                scores: scores(self.data, &self.stage.residuals, &direction, &OPEN),
                 loss,
                 promise,
-                one_sided: one_sided || searched,
+                one_sided,
+                searched,
             })
             .collect()
     }
@@ -230,10 +230,6 @@ mod tests {
     use crate::diagnosis::testing::{channel, fitted, measured, with};
     use crate::effects::catalogue::index_of;
 
-    fn no_cycle() -> Option<Wave> {
-        None
-    }
-
     #[test]
     fn the_scores_of_a_blocks_quarters_add_up_to_its_product_and_closed_blocks_have_none() {
         let (data, _) = channel(false);
@@ -254,7 +250,7 @@ mod tests {
         let data = measured(data.clone(), &with(&data, &base, "valve_lag", &[0.03]), 1);
         let stage = ChannelStage::new(&data, base.clone(), (0..base.values.len()).collect());
         let lag = index_of("valve_lag").unwrap();
-        let trials = Probing::new(&data, &stage).try_effect(lag, &no_cycle);
+        let trials = Probing::new(&data, &stage).try_effect(lag, &Cycles::default());
         let sizes = CATALOGUE[lag].probes;
         assert_eq!(trials.len(), sizes.len());
         let best = trials.iter().min_by(|a, b| a.loss.total_cmp(&b.loss)).unwrap();
@@ -279,7 +275,9 @@ mod tests {
         let (data, base) = channel(false);
         let data = measured(data.clone(), &with(&data, &base, "valve_gain", &[1.2]), 2);
         let stage = fitted(&data, &base);
-        for trial in Probing::new(&data, &stage).try_effect(index_of("valve_gain").unwrap(), &no_cycle) {
+        for trial in
+            Probing::new(&data, &stage).try_effect(index_of("valve_gain").unwrap(), &Cycles::default())
+        {
             let score: f64 = trial.scores.iter().sum();
             assert!(score.abs() < 0.01 * products(&data, &stage.residuals, &stage.residuals)[0], "{score}");
         }

@@ -6,9 +6,9 @@
 //! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
 //! clusters, Westfall and Young 1993 for the maximum).
 
-use std::sync::OnceLock;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::periodogram::strongest_cycle;
+use super::cycles::{Cycles, Search, strongest_cycles};
 use super::probe::{Probing, Trial};
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
@@ -56,17 +56,18 @@ pub fn trials(
 ) -> Vec<Vec<Trial>> {
     // An effect that acts anywhere already is not asked about again elsewhere.
     let named = |effect: usize| stages.iter().any(|s| s.model.has(effect));
-    parallel::map(channels.iter().zip(stages), |(data, stage)| {
+    let wanted = parallel::map(channels.iter().zip(stages), |(data, stage)| -> Vec<usize> {
         // What is a part of the base model is a cause only where it would be more than is usual.
         let at_rest = |effect: usize| stage.model.usual.contains(&effect) && !stage.is_held(data, effect);
-        let wanted: Vec<usize> = (0..CATALOGUE.len())
-            .filter(|&e| applicable(data, e, question) && !named(e) && !at_rest(e))
-            .collect();
+        let asked = |effect: usize| applicable(data, effect, question) && !named(effect) && !at_rest(effect);
+        (0..CATALOGUE.len()).filter(|&effect| asked(effect)).collect()
+    });
+    let searched = wanted.iter().flatten().any(|&effect| CATALOGUE[effect].probes.is_empty());
+    let cycles = if searched { strongest_cycles(channels, stages) } else { Cycles::default() };
+    parallel::map(channels.iter().zip(stages).zip(wanted), |((data, stage), wanted)| {
         let probing = Probing::new(data, stage);
-        let searched = OnceLock::new();
-        let cycle = || *searched.get_or_init(|| strongest_cycle(data, stage));
         let tried = parallel::map(wanted, |effect| {
-            let tried = probing.try_effect(effect, &cycle);
+            let tried = probing.try_effect(effect, &cycles);
             tick();
             tried
         });
@@ -77,14 +78,12 @@ pub fn trials(
 /// Statistics of all effects and what of them chance explains.
 #[must_use]
 pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
-    // One test for every trial of every channel, and one for the same trial on all channels together.
-    let mut tests: Vec<(usize, bool, Vec<f64>)> = Vec::new();
-    for channel in trials {
-        tests.extend(channel.iter().map(|t| (t.effect, t.one_sided, normalised(&t.scores))));
-    }
+    // One test for every trial of every channel, and one for the same trial on all channels together; what was searched for has its own.
+    let by_score = || trials.iter().flatten().filter(|t| t.searched.is_none());
+    let mut tests: Vec<(usize, bool, Vec<f64>)> =
+        by_score().map(|t| (t.effect, t.one_sided, normalised(&t.scores))).collect();
     if trials.len() > 1 {
-        let keys: std::collections::BTreeSet<(usize, usize)> =
-            trials.iter().flatten().map(|t| (t.effect, t.probe)).collect();
+        let keys: BTreeSet<(usize, usize)> = by_score().map(|t| (t.effect, t.probe)).collect();
         for (effect, probe) in keys {
             let same: Vec<&Trial> =
                 trials.iter().flatten().filter(|t| (t.effect, t.probe) == (effect, probe)).collect();
@@ -126,6 +125,13 @@ pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
         let reached = draws.iter().filter(|d| **d >= gate.statistic).count();
         gate.p_value = (reached + 1) as f64 / (DRAWS + 1) as f64;
     }
+    let found = trials.iter().flatten().filter_map(|t| Some((t.effect, t.searched?)));
+    let found: BTreeMap<usize, Search> = found.collect();
+    gates.extend(found.into_iter().map(|(effect, Search { statistic, p_value })| Gate {
+        effect,
+        statistic,
+        p_value,
+    }));
     gates.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.statistic.total_cmp(&a.statistic)));
     gates
 }
@@ -148,7 +154,16 @@ mod tests {
 
     fn trial(scores: Vec<f64>) -> Trial {
         let start = Extended::base(Vec::new());
-        Trial { effect: 0, probe: 0, start, scores, loss: 0.0, promise: 0.0, one_sided: false }
+        Trial {
+            effect: 0,
+            probe: 0,
+            start,
+            scores,
+            loss: 0.0,
+            promise: 0.0,
+            one_sided: false,
+            searched: None,
+        }
     }
 
     #[test]

@@ -180,7 +180,7 @@ mod tests {
             .iter()
             .zip(&stages)
             .map(|(data, stage)| {
-                crate::diagnosis::screening::Probing::new(data, stage).try_effect(lag, &|| None)
+                crate::diagnosis::screening::Probing::new(data, stage).try_effect(lag, &Default::default())
             })
             .collect();
         (refit_effect(&channels, &stages, &trials, lag, None, 20), lag)

@@ -109,6 +109,7 @@ fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candid
             loss: 0.0,
             promise: 0.0,
             one_sided: true,
+            searched: None,
         }]
     };
     let trials: Vec<Vec<Trial>> = channels.iter().zip(stages).zip(&candidate.models).map(trial).collect();
