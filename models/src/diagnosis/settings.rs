@@ -106,7 +106,6 @@ settings! {
     not_fitted: f64 = 0.1, "Probability of a set of causes that was not fitted.", "Of 2 in 22 recordings of a hard round the hidden set was only screened.";
     sure_gain: f64 = 0.05, "A cause whose gain may be smaller than this is only probable.", "Five times practical.";
     sure_probability: f64 = 0.5, "A cause that is less probable than this is only probable.", "Something else is more so.";
-    least_probability: f64 = 0.1, "A cause that is, with what fits as well, less probable than this has no name.", "Nine to one against it.";
     sure_p: f64 = 0.01, "A cause whose trace chance makes more often is only probable.", "The usual one.";
 }
 

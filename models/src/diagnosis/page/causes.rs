@@ -27,7 +27,7 @@ pub fn unnamed(report: &Report) -> Markup {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {
                 Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
-                Unnamed::Improbable => "it is less probable than not beside what is named, or hardly probable at all.",
+                Unnamed::Improbable => "it is less probable than not, and what is named is more.",
                 Unnamed::Gainless => "no gain of more than 1 % on the test blocks.",
             }) }
         }

@@ -24,11 +24,30 @@ fn step(measured: &[f64], usable: &[bool]) -> f64 {
     steps[steps.len() / 2]
 }
 
-/// Scatter of a measurement, in its unit, RMS, from what a parabola over nine samples leaves, in the quieter quarter of the recording (where the
-/// lower quartile of chi-squared with six degrees of freedom, 3.455, stands for its mean).
+/// Parts of a recording in which it is taken to be quiet: its quieter quarter, or less where even that is not.
+const QUIET: [f64; 2] = [0.25, 0.05];
+/// The quantiles of chi-squared with six degrees of freedom at [`QUIET`], over its mean.
+const QUANTILES: [f64; 2] = [3.455 / 6.0, 1.635 / 6.0];
+/// Noise is as large in the quietest part as in a quiet one. What is so many times as large is a movement.
+const MOVEMENT: f64 = 2.0;
+
+/// Scatter of a measurement, in its unit, RMS, from what a parabola over nine samples leaves where the pressure is quiet. Behind a tube a
+/// board's loop may chatter nearly all the time.
 fn scatter(measured: &[f64], usable: &[bool]) -> f64 {
+    let variances = variances(measured, usable);
+    if variances.is_empty() {
+        return 0.0;
+    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a part of the length
+    let at = |part: f64| variances[(part * variances.len() as f64) as usize];
+    let [quiet, quietest] = [0, 1].map(|k| (at(QUIET[k]) / QUANTILES[k]).sqrt());
+    let quietest = quietest.max(step(measured, usable) / 12.0_f64.sqrt());
+    if quiet > MOVEMENT * quietest && quietest > 0.0 { quietest } else { quiet }
+}
+
+/// Variances of what a parabola over nine samples leaves, ascending.
+fn variances(measured: &[f64], usable: &[bool]) -> Vec<f64> {
     const N: usize = 9;
-    const QUARTILE: f64 = 3.455 / 6.0;
     let x: Vec<f64> = (0..N).map(|k| k as f64 - 4.0).collect();
     let square: Vec<f64> = x.iter().map(|v| v * v - 60.0 / 9.0).collect();
     let (sx, sq) = (60.0, square.iter().map(|v| v * v).sum::<f64>());
@@ -43,11 +62,8 @@ fn scatter(measured: &[f64], usable: &[bool]) -> f64 {
             (total - dot(&x).powi(2) / sx - dot(&square).powi(2) / sq).max(0.0) / 6.0
         })
         .collect();
-    if variances.is_empty() {
-        return 0.0;
-    }
     variances.sort_by(f64::total_cmp);
-    (variances[variances.len() / 4] / QUARTILE).sqrt()
+    variances
 }
 
 #[cfg(test)]
@@ -65,6 +81,24 @@ mod tests {
         let usable = vec![true; measured.len()];
         assert!(scatter(&measured, &usable) < 0.1);
         assert!((noise(&measured, &usable) - 0.84 / 12.0_f64.sqrt()).abs() < 1e-6);
+    }
+
+    /// Noise of unit variance.
+    fn noisy(count: usize) -> Vec<f64> {
+        crate::diagnosis::testing::normals(3, count)
+    }
+
+    #[test]
+    fn what_chatters_four_fifths_of_the_time_is_as_noisy_as_the_rest_and_no_more() {
+        let mut measured = noisy(9000);
+        let usable = vec![true; measured.len()];
+        let all = noise(&measured, &usable);
+        assert!((all - 1.0).abs() < 0.06, "{all}");
+        for (k, y) in measured.iter_mut().enumerate().filter(|(k, _)| k % 1000 >= 200) {
+            *y += 40.0 * (2.1 * k as f64).sin();
+        }
+        let chattering = noise(&measured, &usable);
+        assert!((chattering - 1.0).abs() < 0.25, "{chattering}");
     }
 
     #[test]

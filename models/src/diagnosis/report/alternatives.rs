@@ -6,7 +6,6 @@ use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, Verdict};
 use crate::diagnosis::selection::{Found, Outcome};
-use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
 /// Explanations that are listed.
@@ -81,10 +80,6 @@ impl Report {
         self.causes = named;
         let unnamed = |cause| Imperfection { why: Unnamed::Improbable, cause };
         self.imperfections.extend(improbable.into_iter().map(unnamed));
-        if self.causes.is_empty() {
-            let rest = matches!(self.verdict, Verdict::PartlyExplained | Verdict::Unexplained);
-            self.verdict = Verdict::new(false, rest);
-        }
         let weighed = match self.verdict {
             Verdict::Unexplained => &without_a_name(weighed),
             _ => weighed,
@@ -93,16 +88,15 @@ impl Report {
     }
 }
 
-/// Parts causes into those that keep their names and those that are improbable: less so than not beside one that is more, or hardly probable at
-/// all. Each is counted with what fits as well.
+/// Parts causes into those that keep their names and those that are less probable than not beside one that is more, each counted with
+/// what fits as well.
 fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
-    let probability = |cause: &Cause| {
+    let probable = |cause: &Cause| {
         let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
-        probability_of(&ties, weighed)
+        probability_of(&ties, weighed) >= EVEN
     };
-    let any = causes.iter().any(|cause| probability(cause) >= EVEN);
-    let least = if any { EVEN } else { SETTINGS.least_probability };
-    causes.into_iter().partition(|cause| probability(cause) >= least)
+    let any = causes.iter().any(probable);
+    causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
 /// Where the error itself says that something is missing, "nothing" is something without a name.
@@ -225,8 +219,5 @@ mod tests {
             "supply_sag+valve_lag"
         );
         assert_eq!(named(&[("valve_lag", &[])]), "valve_lag", "alone, it is said to be improbable");
-        assert_eq!(named(&[("transport_delay", &[])]), "transport_delay");
-        assert_eq!(named(&[("heat_exchange", &[])]), "", "what nothing speaks for");
-        assert_eq!(named(&[("heat_exchange", &["transport_delay"])]), "heat_exchange");
     }
 }

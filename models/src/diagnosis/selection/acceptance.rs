@@ -75,11 +75,10 @@ fn large_enough(channels: &[ChannelData], candidate: &Candidate) -> bool {
     sizes.any(|size| size >= CATALOGUE[candidate.effect].smallest)
 }
 
-/// Is much unexplained where a board's loop is part of the simulation?
+/// Is much unexplained?
 #[must_use]
-pub fn large_in_loop(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
-    let looped = channels.iter().any(|data| data.inputs.in_loop());
-    looped && kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
+pub fn is_large(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
+    kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
 }
 
 /// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
@@ -99,6 +98,16 @@ pub fn forced(
     after > large && after - 1.0 > most * (before - 1.0)
 }
 
+/// Does a further name take little of a large error? Beside what is named, something else always has a part of what that leaves; it takes at least
+/// as much as all names may leave.
+#[must_use]
+pub fn a_trace_beside(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
+    let rows = open_rows(channels);
+    let before = kept_total(channels, stages) / rows;
+    let after = together(channels, &candidate.losses, &OPEN).iter().sum::<f64>() / rows;
+    after > SETTINGS.large_error && after - 1.0 > (1.0 - SETTINGS.forced) * (before - 1.0)
+}
+
 /// [Deviance](Losses::deviance) of all channels on the open blocks.
 pub fn kept_total(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     together(channels, stages.iter().map(|s| &s.losses), &OPEN).iter().sum()
@@ -112,7 +121,8 @@ pub fn open_rows(channels: &[ChannelData]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::channel;
+    use crate::diagnosis::selection::candidate::losses_of;
+    use crate::diagnosis::testing::{channel, measured};
     use crate::effects::catalogue::index_of;
 
     /// What a further name needs beside an effect.
@@ -131,5 +141,22 @@ mod tests {
         // A recorded drive leads back, whatever the spool or the samples do.
         assert_eq!(needed_beside("valve_stiction", 0.05, false), SETTINGS.practical);
         assert_eq!(needed_beside("stale_samples", 0.5, false), SETTINGS.practical);
+    }
+
+    #[test]
+    fn a_further_name_takes_much_of_a_large_error_or_is_none() {
+        let (data, base) = channel(false);
+        let lag = index_of("valve_lag").unwrap();
+        let truth = base.with(&data.plant, lag, &[0.08]);
+        let data = measured(data, &truth, 1);
+        let stages = [ChannelStage::new(&data, base.clone(), Vec::new())];
+        let beside = |lag_s: f64| {
+            let models = vec![base.with(&data.plant, lag, &[lag_s])];
+            let losses = vec![losses_of(&data, &stages[0], &models[0])];
+            let candidate = Candidate { effect: lag, models, acts: vec![true], losses };
+            a_trace_beside(std::slice::from_ref(&data), &stages, &candidate)
+        };
+        assert!(is_large(std::slice::from_ref(&data), &stages));
+        assert!(beside(0.005) && !beside(0.08));
     }
 }

@@ -1,6 +1,6 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
-use super::acceptance::{forced, kept_total, large_in_loop};
+use super::acceptance::{a_trace_beside, forced, is_large, kept_total};
 use super::elimination::eliminate;
 use super::racing::{Considered, is_foil, rivals, round};
 use super::restart::explained_afresh;
@@ -62,7 +62,7 @@ pub fn search(
     let first = stages.clone();
     let mut named = Named::default();
     name(channels, (&first, &mut stages), question, &mut named, progress);
-    if named.withheld.is_none() && !fixed && large_in_loop(channels, &stages) {
+    if named.withheld.is_none() && !fixed && is_large(channels, &stages) {
         progress("trying the catalogue afresh", 0);
         let (left, models) = (kept_total(channels, &stages), models_of(&stages));
         share_draws(channels, &base);
@@ -122,6 +122,9 @@ fn name(
         let Some(winner) = winner else {
             break;
         };
+        if !causes.is_empty() && a_trace_beside(channels, stages, &ranked[winner]) {
+            break;
+        }
         let equivalent = rivals(channels, stages, &ranked, winner);
         if let Some(&foil) = equivalent.iter().find(|&&k| is_foil(&ranked[k])) {
             *withheld = Some(Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() });

@@ -1,6 +1,7 @@
 //! Data that cannot carry a diagnosis, said in a sentence before anything is fitted.
 
 mod clipped;
+mod restless;
 mod statistics;
 mod swapped;
 mod units;
@@ -12,6 +13,7 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::DriveInput;
 use clipped::unusable;
+use restless::restless;
 use statistics::deviation;
 use swapped::swapped;
 use units::units;
@@ -37,6 +39,7 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
     let mut notes = Vec::new();
     for data in channels {
         notes.extend(unusable(file, data)?);
+        notes.extend(restless(data));
     }
     // A block in which nothing is compared says nothing.
     let full = |d: &ChannelData, role: Option<Role>| {
