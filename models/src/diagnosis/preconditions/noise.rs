@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn what_chatters_four_fifths_of_the_time_is_as_noisy_as_the_rest_and_no_more() {
+    fn what_chatters_four_fifths_of_the_time_is_hardly_noisier_than_the_rest() {
         let mut measured = noisy(9000);
         let usable = vec![true; measured.len()];
         let all = noise(&measured, &usable);
@@ -98,7 +98,9 @@ mod tests {
             *y += 40.0 * (2.1 * k as f64).sin();
         }
         let chattering = noise(&measured, &usable);
-        assert!((chattering - 1.0).abs() < 0.25, "{chattering}");
+        // A twentieth of all is the quieter quarter of what is quiet, which is taken for its quietest twentieth.
+        let expected = (QUANTILES[0] / QUANTILES[1]).sqrt();
+        assert!((chattering / expected - 1.0).abs() < 0.1, "{chattering} of 1.45, and not of 28");
     }
 
     #[test]
