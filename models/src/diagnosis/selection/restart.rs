@@ -1,7 +1,7 @@
 //! A second look where nothing explains: every effect with base parameters of its own.
 //!
-//! In a board's loop, a base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what
-//! chatters behind a narrow tube) that the effect itself explains nothing from there.
+//! A base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what chatters behind a narrow
+//! tube) that the effect itself explains nothing from there.
 
 use crate::diagnosis::settings::SETTINGS;
 
