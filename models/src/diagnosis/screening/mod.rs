@@ -4,6 +4,8 @@ mod cycles;
 mod periodogram;
 mod probe;
 mod score_test;
+mod scores;
 
-pub use probe::{Probing, Trial, scores};
+pub use probe::{Probing, Trial};
 pub use score_test::{Gate, applicable, judge, trials};
+pub use scores::scores;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::probe::scores;
+use super::scores::scores;
 use crate::diagnosis::channel::{ChannelData, OPEN, rows_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::SINES;

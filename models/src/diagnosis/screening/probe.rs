@@ -3,14 +3,12 @@
 use std::borrow::Cow;
 
 use super::cycles::{Cycles, Search};
-use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role, readings_of};
+use super::scores::scores;
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN, readings_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{at_rest, hunts, is_hunting};
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Scale;
-
-/// Parts of a block with a score of their own.
-const PARTS: usize = 4;
 
 /// A direction that takes no more than this part out of the squared residual is not followed further.
 const HOPELESS: f64 = 0.002;
@@ -209,40 +207,11 @@ fn products(data: &ChannelData, residuals: &[f64], direction: &[f64]) -> [f64; 3
     sums
 }
 
-/// Scores of the quarters of all blocks, zero where a block does not count.
-pub fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
-    let mut scores = Vec::with_capacity(data.spans.len() * PARTS);
-    for (block, span) in data.blocks.iter().zip(&data.spans) {
-        let length = span.len();
-        for part in 0..PARTS {
-            let range = span.start + part * length / PARTS..span.start + (part + 1) * length / PARTS;
-            let counts = roles.contains(&block.role);
-            let score: f64 = range.map(|row| residuals[row] * direction[row]).sum();
-            scores.push(if counts { score } else { 0.0 });
-        }
-    }
-    scores
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::diagnosis::testing::{channel, fitted, measured, with};
     use crate::effects::catalogue::index_of;
-
-    #[test]
-    fn the_scores_of_a_blocks_quarters_add_up_to_its_product_and_closed_blocks_have_none() {
-        let (data, _) = channel(false);
-        let series = |hz: f64| (0..data.rows.len()).map(|k| (hz * k as f64).sin()).collect::<Vec<_>>();
-        let (a, b) = (series(0.11), series(0.13));
-        let scores = scores(&data, &a, &b, &[Role::Select]);
-        assert_eq!(scores.len(), PARTS * data.blocks.len());
-        for (block, (span, parts)) in data.blocks.iter().zip(data.spans.iter().zip(scores.chunks(PARTS))) {
-            let product: f64 = span.clone().map(|row| a[row] * b[row]).sum();
-            let expected = if block.role == Role::Select { product } else { 0.0 };
-            assert!((parts.iter().sum::<f64>() - expected).abs() < 1e-9, "{parts:?} {expected}");
-        }
-    }
 
     #[test]
     fn the_probe_of_the_size_that_is_there_takes_most_of_the_error() {
