@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::periodogram::{Heard, Listener};
+use super::scores::{CLIP, DRAWS};
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
@@ -22,10 +23,6 @@ const PEAKS: usize = 5;
 /// Distance of the frequencies at which a peak is looked at closely, periods per recording: a tenth of a period at the end leaves nearly
 /// all of a cycle.
 const CLOSELY: f64 = 0.1;
-/// Draws of random signs.
-const DRAWS: usize = 999;
-/// Largest part of a block's quarter in the sums, in upper quartiles.
-const CLIP: f64 = 5.0;
 
 /// What a search for cycles finds.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -10,17 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycles::{Cycles, Search, strongest_cycles};
 use super::probe::{Probing, Trial};
+use super::scores::{CLIP, DRAWS};
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
 use crate::parallel;
-
-/// Draws of random signs.
-const DRAWS: usize = 999;
-/// Largest score, in upper quartiles of their sizes.
-const CLIP: f64 = 5.0;
 
 /// What the gate says about one effect.
 #[derive(Debug, Clone, PartialEq)]
@@ -164,6 +160,16 @@ mod tests {
             one_sided: false,
             searched: None,
         }
+    }
+
+    #[test]
+    fn what_was_searched_for_is_judged_by_the_chance_of_its_search_alone() {
+        let search = Search { statistic: 4.2, p_value: 0.002 };
+        let found = Trial { effect: 1, searched: Some(search), ..trial(vec![0.0; 40]) };
+        let gates = judge(&[vec![trial(vec![1.0; 40]), found]]);
+        let gate = gates.iter().find(|gate| gate.effect == 1).expect("it has a gate");
+        assert_eq!(*gate, Gate { effect: 1, statistic: 4.2, p_value: 0.002 });
+        assert!(gates.iter().any(|gate| gate.effect == 0 && gate.p_value < 0.01));
     }
 
     #[test]

@@ -4,6 +4,10 @@ use crate::diagnosis::channel::{ChannelData, Role};
 
 /// Parts of a block with a score of their own.
 const PARTS: usize = 4;
+/// Draws of random signs.
+pub const DRAWS: usize = 999;
+/// Largest score, in upper quartiles of their sizes.
+pub const CLIP: f64 = 5.0;
 
 /// Scores of the quarters of all blocks, zero where a block does not count.
 pub fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
