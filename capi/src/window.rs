@@ -52,6 +52,7 @@ impl Window {
                 usable: vec![true; ROWS].into(),
                 opposite_pa: Series::default(),
                 sampled_before_pa: Series::default(),
+                neighbour_drive: Series::default(),
                 others_draw: rows(),
                 noise_pa: template.noise_pa,
                 ambient_pa: template.ambient_pa,

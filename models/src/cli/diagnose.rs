@@ -9,7 +9,7 @@ use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
     Diagnosis, EXTENDED_FILE, ExtendedFile, Progress, Request, TRAJECTORY_FILE, diagnose, page,
 };
-use pneudrive_model::report::Table;
+use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
 
 use super::{Failure, input, machine, origin, output};
@@ -206,7 +206,7 @@ fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {
                 .parameters
                 .iter()
                 .map(|(name, e)| match e.ci95 {
-                    Some([low, high]) => format!("{name} {:.4} [{low:.4}, {high:.4}] {}", e.value, e.unit),
+                    Some([low, high]) => format!("{name} {:.4} [{low:.4}, {high:.4}]{}", e.value, behind(&e.unit)),
                     None => format!("{name} not identifiable here"),
                 })
                 .collect();

@@ -5,7 +5,7 @@ use std::path::Path;
 use pneudrive_model::data::{Source, write};
 use pneudrive_model::diagnosis::json::{Estimate, Report};
 use pneudrive_model::diagnosis::machine::{MachineDiagnosis, page};
-use pneudrive_model::report::Table;
+use pneudrive_model::report::{Table, behind};
 
 use super::{Failure, origin, output};
 
@@ -52,7 +52,7 @@ fn recordings(report: &Report) -> String {
 }
 
 fn size(name: &str, e: &Estimate) -> String {
-    let unit = if e.unit == "1" { String::new() } else { format!(" {}", e.unit) };
+    let unit = behind(&e.unit);
     match (e.state.as_str(), e.ci95) {
         ("taken as the unit", _) => format!("{name} {:.3}{unit} (the unit)", e.value),
         (_, Some([low, high])) => format!("{name} {:.3} [{low:.3}, {high:.3}]{unit}", e.value),

@@ -6,6 +6,7 @@ use std::time::UNIX_EPOCH;
 use pneudrive_model::data::{ChannelId, LoadOptions, Recording, Source, created_utc, load, rig_copy, write};
 use pneudrive_model::experiment::{FitSettings, ModelKind, fit_channels};
 use pneudrive_model::fit::{Control, FitOptions};
+use pneudrive_model::report::{behind, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::store::ParameterFile;
 use pneudrive_model::trends::{Calibration, Trend, day, trends, trends_page};
@@ -227,7 +228,7 @@ fn recorded(path: &Path) -> Result<(f64, &'static str), Failure> {
 }
 
 fn sentences(trend: &Trend) -> Vec<String> {
-    let unit = if trend.unit == "1" { String::new() } else { format!(" {}", trend.unit) };
+    let unit = behind(&trend.unit);
     let changes = trend.levels.changes.iter();
     changes
         .map(|change| {
@@ -235,9 +236,9 @@ fn sentences(trend: &Trend) -> Vec<String> {
                 "{} {}: {}{unit} until {}, {}{unit} from {} on",
                 trend.channel,
                 trend.parameter,
-                pneudrive_model::report::significant(change.before, 3),
+                significant(change.before, 3),
                 day(change.between_unix_s[0]),
-                pneudrive_model::report::significant(change.after, 3),
+                significant(change.after, 3),
                 day(change.between_unix_s[1]),
             )
         })

@@ -1,7 +1,7 @@
 //! What a watcher says, in sentences.
 
 use pneudrive_model::effects::catalogue::CATALOGUE;
-use pneudrive_model::report::significant;
+use pneudrive_model::report::{behind, significant};
 use pneudrive_model::watch::{Change, Explanation, Learnt};
 
 /// A channel is watched from now on.
@@ -41,8 +41,7 @@ fn one(explanation: &Explanation) -> String {
     let info = CATALOGUE.iter().find(|info| info.id == *effect);
     match (info, explanation.parameter, explanation.value, explanation.ci95) {
         (Some(info), Some(parameter), Some(value), Some([low, high])) => {
-            let unit =
-                explanation.unit.filter(|unit| *unit != "1").map_or_else(String::new, |u| format!(" {u}"));
+            let unit = explanation.unit.map_or_else(String::new, behind);
             format!(
                 "{} ({effect}, {place}), {percent}, {parameter} now {}{unit} ({} to {}); at the rig: {}",
                 info.title,

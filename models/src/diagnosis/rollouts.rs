@@ -221,6 +221,7 @@ impl ExtendedRollouts {
             usable: shared.usable.clone(),
             opposite_pa: Series::default(),
             sampled_before_pa: Series::default(),
+            neighbour_drive: Series::default(),
             others_draw: shared.zeros.clone(),
             ..self.data.inputs.clone()
         };

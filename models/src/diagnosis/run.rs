@@ -166,8 +166,8 @@ fn assemble(
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let (causes, imperfections) = earned::part(causes, &imitated, change, looped);
     let mut depends_on = significant(&channels, &left);
-    if let Some((cycle, note)) = adequacy::withheld_cycle(&channels, &outcome) {
-        depends_on.insert(0, cycle);
+    if let Some((cycle, note)) = adequacy::withheld(&channels, &outcome) {
+        depends_on.splice(..0, cycle);
         notes.push(note);
     }
     let extended_models = corrected(&channels, &outcome.stages, &left);

@@ -73,7 +73,6 @@ pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
         spans,
         measured_kpa: Series::default(),
         noise_kpa: 0.3,
-        neighbour_drive: Series::default(),
     };
     let model = Extended::base(BASE.to_vec());
     data.measured_kpa = data.readings(&model).into();

@@ -188,6 +188,7 @@ mod tests {
             usable: vec![true; ROWS].into(),
             opposite_pa: Series::default(),
             sampled_before_pa: Series::default(),
+            neighbour_drive: Series::default(),
             others_draw: every(0.0),
             noise_pa: 0.0,
             ambient_pa,

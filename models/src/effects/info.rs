@@ -134,6 +134,7 @@ impl EffectInfo {
         self.traits.iter().all(|t| match t {
             Trait::NeedsOpposite => !inputs.opposite_pa.is_empty(),
             Trait::NeedsSampledBefore => !inputs.sampled_before_pa.is_empty(),
+            Trait::NeedsNeighbourDrive => !inputs.neighbour_drive.is_empty(),
             Trait::NeedsOneSpool => !matches!(inputs.drive, DriveInput::Separate { .. }),
             _ => true,
         })

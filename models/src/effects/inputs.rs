@@ -54,6 +54,8 @@ pub struct ChannelInputs {
     pub opposite_pa: Series,
     /// Measured pressure of the channel that the converter samples before this one, gauge Pa; empty when there is none.
     pub sampled_before_pa: Series,
+    /// How hard the channel that the board handles before this one is driven, -1 to 1; empty when that is not known.
+    pub neighbour_drive: Series,
     /// Mass flow that all channels but this one draw from the supply, over the interval, in mm^2 Pa (area by flow pressure).
     pub others_draw: Series,
     /// Noise of the measurement, Pa RMS.

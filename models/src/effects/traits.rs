@@ -47,6 +47,8 @@ pub enum Trait {
     NeedsOpposite,
     /// Needs the pressure of the channel that the converter samples before.
     NeedsSampledBefore,
+    /// Needs the drive of the channel that the board handles before.
+    NeedsNeighbourDrive,
     /// Needs the flow that the other channels draw from the supply.
     NeedsOthersDraw,
     /// Needs one spool for both ways: two valves have a gain each in the base model.

@@ -24,6 +24,12 @@ pub fn number(value: f64, decimals: usize) -> String {
     if value.is_finite() { format!("{value:.decimals$}") } else { "n/a".to_owned() }
 }
 
+/// The unit as it stands behind a number: with a space before it, and nothing where it is 1.
+#[must_use]
+pub fn behind(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
 /// A duration in the unit that suits it: 37 ns, 1.2 ms, 3.4 s.
 #[must_use]
 pub fn duration_text(seconds: f64) -> String {
@@ -48,6 +54,7 @@ mod tests {
         assert_eq!(significant(-0.001_234, 3), "-0.00123");
         assert_eq!(significant(1.5e-9, 3), "1.50e-9");
         assert_eq!(significant(f64::NAN, 3), "n/a");
+        assert_eq!([behind("kPa"), behind("1")], [" kPa", ""]);
         assert_eq!(duration_text(3.7e-8), "37.0 ns");
         assert_eq!(duration_text(0.0123), "12.3 ms");
         assert_eq!(duration_text(95.0), "95.0 s");

@@ -14,7 +14,7 @@ mod plot;
 mod svg;
 mod table;
 
-pub use format::{duration_text, number, significant};
+pub use format::{behind, duration_text, number, significant};
 pub use intervals::{Interval, Intervals};
 pub use maud::{Markup, PreEscaped, html};
 pub use page::{Page, folded, fragment, notes, paragraph, with_code};

@@ -188,7 +188,6 @@ impl Bench {
             spans: std::iter::once(0..rows).collect(),
             measured_kpa: self.every(0.0),
             noise_kpa: 0.3,
-            neighbour_drive: Series::default(),
         }
     }
 }
@@ -222,6 +221,7 @@ fn inputs(rows: usize, start_pa: f64, drive: DriveInput) -> ChannelInputs {
         usable: vec![true; rows].into(),
         opposite_pa: Series::default(),
         sampled_before_pa: Series::default(),
+        neighbour_drive: Series::default(),
         others_draw: every(0.0),
         noise_pa: 100.0,
         ambient_pa: ATMOSPHERE_PA,

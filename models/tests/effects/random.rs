@@ -70,6 +70,7 @@ fn rig(seed: u64, driven_by: DrivenBy) -> Bench {
     inputs.volume_rate_m3_s = every(&|k| (size(k + 1) - size(k)) / 0.01);
     inputs.opposite_pa = every(&|k| 150e3 + 80e3 * wave(0.9)(k));
     inputs.sampled_before_pa = every(&|k| 150e3 + 100e3 * wave(1.1)(k));
+    inputs.neighbour_drive = every(&|k| 0.8 * wave(1.3)(k));
     inputs.others_draw = every(&|k| 1e5 * (1.0 + wave(0.5)(k)));
     // Every tenth row and the one after it repeat the row before.
     let measured = |k: usize| if k % 10 < 2 { (k / 10) as f64 } else { k as f64 };

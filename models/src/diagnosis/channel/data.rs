@@ -36,8 +36,6 @@ pub struct ChannelData {
     pub measured_kpa: Series,
     /// Noise of the measurement, kPa RMS, quantisation included.
     pub noise_kpa: f64,
-    /// How hard the channel that the board handles before this one is driven, -1 to 1, row by row; empty when that is not known.
-    pub neighbour_drive: Series,
 }
 
 /// Chooses the compared rows.
@@ -111,7 +109,7 @@ impl ChannelData {
     /// it never changes.
     #[must_use]
     pub fn series(&self, trace: &[[f64; 3]], variable: Variable) -> Option<Series> {
-        series(&self.inputs, &self.neighbour_drive, trace, variable)
+        series(&self.inputs, trace, variable)
     }
 
     /// Readings over any kind of number; `values` are the model's, in its kind.

@@ -66,7 +66,6 @@ impl Variable {
 #[must_use]
 pub fn series(
     inputs: &ChannelInputs,
-    neighbour_drive: &Series,
     trace: &[[f64; 3]],
     variable: Variable,
 ) -> Option<Series> {
@@ -87,7 +86,7 @@ pub fn series(
         Variable::VolumeRate => (0..rows).map(|k| inputs.volume_rate_m3_s[k] / inputs.volume_m3[k]).collect(),
         Variable::Time => inputs.time_s.clone(),
         Variable::OthersDraw => inputs.others_draw.clone(),
-        Variable::NeighbourDrive => neighbour_drive.clone(),
+        Variable::NeighbourDrive => inputs.neighbour_drive.clone(),
         Variable::Opposite if inputs.opposite_pa.is_empty() => return None,
         Variable::Opposite => (0..rows)
             .map(|k| {

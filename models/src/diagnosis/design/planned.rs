@@ -43,6 +43,8 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         usable: vec![true; rows].into(),
         opposite_pa: rest(&old.opposite_pa),
         sampled_before_pa: rest(&old.sampled_before_pa),
+        // What the neighbours will be driven with is not planned.
+        neighbour_drive: Series::default(),
         others_draw: every(0.0),
         noise_pa: old.noise_pa,
         ambient_pa: old.ambient_pa,
@@ -51,8 +53,6 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = vec![0.0; rows.len()].into();
-    // What the neighbours will be driven with is not planned.
-    let neighbour_drive = Series::default();
     ChannelData {
         plant: data.plant.clone(),
         inputs,
@@ -60,7 +60,6 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         rows,
         spans,
         measured_kpa,
-        neighbour_drive,
         ..*data
     }
 }

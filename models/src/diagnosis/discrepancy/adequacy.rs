@@ -4,7 +4,7 @@ use crate::diagnosis::channel::{ChannelData, Extended, Role, rows_of};
 use crate::diagnosis::json::Symptom;
 use crate::diagnosis::likelihood::{WANDERS, Whitening, wander};
 use crate::diagnosis::rollout_errors::BlockErrors;
-use crate::diagnosis::selection::Outcome;
+use crate::diagnosis::selection::{Candidate, Outcome};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
@@ -49,29 +49,33 @@ pub fn poor(channels: &[ChannelData], base_kpa: f64) -> Option<String> {
     ))
 }
 
-/// A cycle whose name was withheld, as a dependence on time, with a note why.
+/// Why a name was withheld, and the dependence on time that it would explain if it is a cycle.
 #[must_use]
-pub fn withheld_cycle(channels: &[ChannelData], outcome: &Outcome) -> Option<(Symptom, String)> {
+pub fn withheld(channels: &[ChannelData], outcome: &Outcome) -> Option<(Option<Symptom>, String)> {
     let withheld = outcome.withheld.as_ref()?;
-    let foil = &withheld.foil;
+    let foil = CATALOGUE[withheld.foil.effect];
+    let note = format!(
+        "\"{}\" would explain what is left, but something that is never named explains it as well: \"{}\". No name is given. What tells them apart: {}.",
+        CATALOGUE[withheld.effect].title, foil.title, foil.separated_by
+    );
+    Some((cycle(channels, outcome, &withheld.foil), note))
+}
+
+/// What a foil that swings with a period explains.
+fn cycle(channels: &[ChannelData], outcome: &Outcome, foil: &Candidate) -> Option<Symptom> {
+    let position = CATALOGUE[foil.effect].parameter("period")?;
     let first = foil.acts.iter().position(|acts| *acts).unwrap_or(0);
     let range = foil.models[first].range(&channels[first].plant, foil.effect)?;
-    let position = CATALOGUE[foil.effect].parameter("period")?;
     let period_s = foil.models[first].values[range.start + position];
     let considered = outcome.rounds.last()?.iter().find(|c| c.effect == foil.effect)?;
-    let cycle = Symptom {
+    Some(Symptom {
         channel: channels[first].id.to_string(),
         what: format!("the residual depends on the time, with a period of {period_s:.3} s"),
         statistic: "sum of quarter-block scores over their root sum of squares".to_owned(),
         value: considered.statistic,
         p_value: considered.p_value,
         share: considered.loss.map_or(0.0, |loss| (1.0 - loss / considered.kept).max(0.0)),
-    };
-    let note = format!(
-        "\"{}\" would explain what swings with a period of {period_s:.3} s, but an inflow that swings by the same part at every pressure (air that gets warmer and colder) explains it as well, so no name is given. Record the pressure of the supply, and its temperature.",
-        CATALOGUE[withheld.effect].title
-    );
-    Some((cycle, note))
+    })
 }
 
 /// How far the pressures move about their means on the compared rows, kPa RMS.

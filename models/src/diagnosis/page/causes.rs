@@ -6,7 +6,7 @@ use crate::diagnosis::json::{Cause, Estimate, Report, Unnamed};
 use crate::diagnosis::report::verdict;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
-use crate::report::{Align, Interval, Intervals, Markup, Table, html, paragraph, significant};
+use crate::report::{Align, Interval, Intervals, Markup, Table, behind, html, paragraph, significant};
 
 /// Table and, for every cause, what it is and where to look.
 pub fn markup(report: &Report) -> Markup {
@@ -126,7 +126,7 @@ fn sizes(cause: &Cause) -> Vec<String> {
         .parameters
         .iter()
         .map(|(name, e)| {
-            let unit = if e.unit == "1" { String::new() } else { format!(" {}", e.unit) };
+            let unit = behind(&e.unit);
             let name = name.replace('_', " ");
             match e.ci95 {
                 Some([low, high]) => {

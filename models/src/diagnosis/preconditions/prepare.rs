@@ -129,6 +129,7 @@ fn prepare_channel(
     let step_kpa = rig.sensor.as_ref().map_or(0.0, |s| s.kpa_per_count);
     let noise_kpa = noise(&measured_kpa, &usable).max(step_kpa / 12.0_f64.sqrt() * 0.5).max(1e-4);
     let jointed = recording.joint_angle(channel.id).is_some();
+    let board = rig.board().ok().map(|board| BoardLoop::new(&board));
     let inputs = ChannelInputs {
         time_s: common.time_s.clone(),
         interval_s: common.interval_s.clone(),
@@ -142,6 +143,7 @@ fn prepare_channel(
         usable: usable.into(),
         opposite_pa: if jointed { Series::default() } else { common.pressures.opposite_pa(channel.id) },
         sampled_before_pa: common.pressures.sampled_before_pa(channel.id),
+        neighbour_drive: neighbour_drive(recording, channel, board.as_ref()),
         others_draw: common.zeros.clone(),
         noise_pa: noise_kpa * 1e3,
         ambient_pa,
@@ -150,14 +152,13 @@ fn prepare_channel(
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
     let plant = Plant {
         model,
-        board: rig.board().ok().map(|board| BoardLoop::new(&board)),
+        board,
         longest_step_s: LONGEST_STEP_S,
         command_range_pa: range,
     };
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = rows.iter().map(|&row| measured_kpa[row as usize]).collect();
-    let neighbour_drive = neighbour_drive(recording, channel, plant.board.as_ref());
     Ok(ChannelData {
         id: channel.id,
         plant,
@@ -167,7 +168,6 @@ fn prepare_channel(
         spans,
         measured_kpa,
         noise_kpa,
-        neighbour_drive,
     })
 }
 

@@ -12,6 +12,7 @@ mod settling;
 mod warm_start;
 
 pub use adopt::adopt;
+pub use candidate::Candidate;
 pub use racing::Considered;
 pub use search::{Outcome, Progress, search};
 pub use selected::{Found, Withheld};

@@ -93,7 +93,9 @@ macro_rules! catalogue {
 }
 
 catalogue! {
+    drive_crosstalk::DriveCrosstalk,
     drive_saturation::DriveSaturation,
+    coil_heating::CoilHeating,
     transport_delay::TransportDelay,
     valve_lag::ValveLag,
     valve_hysteresis::ValveHysteresis,

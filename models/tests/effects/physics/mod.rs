@@ -26,7 +26,9 @@ macro_rules! laws {
 }
 
 laws! {
+    drive_crosstalk => valve::a_closed_valve_opens_by_the_share_of_the_drive_beside_it,
     drive_saturation => valve::beyond_the_limit_more_drive_changes_nothing,
+    coil_heating => valve::the_spool_falls_back_as_the_coil_warms_up_and_returns_as_it_cools,
     transport_delay => valve::a_dead_time_of_some_rows_shifts_the_response_by_these_rows,
     valve_lag => valve::a_step_of_the_drive_opens_the_port_exponentially,
     valve_hysteresis => valve::the_spool_stands_half_the_gap_behind_on_either_way,

@@ -21,6 +21,35 @@ pub fn beyond_the_limit_more_drive_changes_nothing() {
     assert_ne!(readings(&run(0.8, 0.5)), readings(&run(0.8, 1.0)));
 }
 
+pub fn a_closed_valve_opens_by_the_share_of_the_drive_beside_it() {
+    let beside = step(40);
+    let mut bench = choked(&[0.2; 40]);
+    bench.inputs.neighbour_drive = beside.clone().into();
+    let found = openings(&bench, &bench.run(&[("drive_crosstalk", &[0.05])]));
+    let expected: Vec<f64> = beside.iter().map(|u| GAIN_MM2 * (0.2 + 0.05 * u)).collect();
+    assert_all_close(&found, &expected, 1e-9);
+}
+
+pub fn the_spool_falls_back_as_the_coil_warms_up_and_returns_as_it_cools() {
+    // Half drive for ten time constants, a tenth of it for as long.
+    let (tau, rise, h) = (2.0, 0.4, 0.01);
+    let rows = 4000;
+    let drive: Vec<f64> = (0..rows).map(|k| if k < rows / 2 { 0.5 } else { 0.05 }).collect();
+    let found = positions(&drive, "coil_heating", &[rise, tau]);
+    let hot = |k: usize| {
+        let t = h * (k as f64 + 0.5);
+        match t - 10.0 * tau {
+            cooling if cooling > 0.0 => 0.0025 + (0.25 - 0.0025) * (-cooling / tau).exp(),
+            _ => 0.25 * (1.0 - (-t / tau).exp()),
+        }
+    };
+    let expected: Vec<f64> = (0..rows).map(|k| drive[k] / (1.0 + rise * hot(k))).collect();
+    assert_all_close(&found, &expected, 1e-5);
+    // Warm, copper passes less: a tenth here.
+    assert_close(found[rows / 2 - 1], 0.5 / 1.1, 1e-4);
+    assert_close(found[rows - 1], 0.05, 2e-3);
+}
+
 pub fn a_dead_time_of_some_rows_shifts_the_response_by_these_rows() {
     let drive: Vec<f64> = (0..60).map(|k| 0.5 * (0.4 * f64::from(k)).sin()).collect();
     // A valve that is driven as in row 0 before it.
