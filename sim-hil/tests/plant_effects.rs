@@ -257,6 +257,23 @@ fn assert_direction(id: &str) {
             });
             near(flow[1] / flow[0], 1.0 - 0.5 * (1.0 - (-1.0_f64).exp()), 1e-3);
         }
+        "sensor_hysteresis" => {
+            let mut plant = rig("sensor_hysteresis=3", 200.0);
+            near(reading(&mut plant, 0), 200.0, 0.11);
+            // Filled and vented: read too low, then too high.
+            for (drive, error) in [(1.0, -3.0), (-1.0, 3.0)] {
+                run(&mut plant, drive, 0.03);
+                let kpa = 1e-3 * (plant.truth(channel(0)).unwrap().port_pa - AMBIENT);
+                near(reading(&mut plant, 0), kpa + error, 0.11);
+            }
+        }
+        "driver_resolution" => {
+            let mut plant = rig("driver_resolution=0.1", 0.0);
+            for (drive, expected) in [(0.17, 0.2), (0.04, 0.0), (-0.99, -1.0)] {
+                run(&mut plant, drive, 0.001);
+                near(spool(&plant), expected, 1e-12);
+            }
+        }
         "regulator_backlash" => regulator_backlash(),
         _ => panic!("no direction is asserted for {id}"),
     }

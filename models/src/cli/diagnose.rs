@@ -206,7 +206,9 @@ fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {
                 .parameters
                 .iter()
                 .map(|(name, e)| match e.ci95 {
-                    Some([low, high]) => format!("{name} {:.4} [{low:.4}, {high:.4}]{}", e.value, behind(&e.unit)),
+                    Some([low, high]) => {
+                        format!("{name} {:.4} [{low:.4}, {high:.4}]{}", e.value, behind(&e.unit))
+                    }
                     None => format!("{name} not identifiable here"),
                 })
                 .collect();

@@ -1,4 +1,4 @@
-//! From the drive a board asks for to the spool: crosstalk, dead time, current limit, lag, friction.
+//! From the drive a board asks for to the spool: the driver's resolution, crosstalk, dead time, current limit, lag, friction.
 
 use std::collections::VecDeque;
 
@@ -16,6 +16,7 @@ pub struct SpoolStep {
 /// time, current limit), the force follows the current (lag), and friction stands between force and spool.
 #[derive(Debug, Clone)]
 pub struct DriveChain {
+    resolution: f64,
     crosstalk: f64,
     limit: f64,
     queue: Option<VecDeque<f64>>,
@@ -52,6 +53,7 @@ impl DriveChain {
         });
         let active = p.play_half_width > 0.0 || p.stiction_threshold > 0.0 || p.sticking_spot.is_some();
         Self {
+            resolution: p.resolution,
             crosstalk: p.crosstalk,
             limit: p.limit.unwrap_or(1.0),
             queue: (steps > 0).then(|| core::iter::repeat_n(0.0, steps).collect()),
@@ -72,6 +74,8 @@ impl DriveChain {
     /// Moves the spool over one step during which this channel's driver puts out `drive` and its neighbour's `neighbour`.
     #[inline]
     pub fn step(&mut self, drive: f64, neighbour: f64) -> SpoolStep {
+        let drive =
+            if self.resolution > 0.0 { (drive / self.resolution).round() * self.resolution } else { drive };
         let mut coil = (drive + self.crosstalk * neighbour).clamp(-1.0, 1.0);
         if let Some(queue) = &mut self.queue {
             queue.push_back(coil);
@@ -188,6 +192,12 @@ mod tests {
     fn sticking_spot_holds_only_near_itself() {
         let p = DrivePhysics { sticking_spot: Some((0.2, 0.1)), ..DrivePhysics::default() };
         assert_eq!(run(&p, &[0.15, 0.25, 0.28, 0.31, 0.35, 0.05]), [0.15, 0.2, 0.2, 0.31, 0.35, 0.05]);
+    }
+
+    #[test]
+    fn a_coarse_driver_puts_out_the_nearest_of_its_steps() {
+        let p = DrivePhysics { resolution: 0.25, ..DrivePhysics::default() };
+        assert_eq!(run(&p, &[0.1, 0.13, -0.4, 0.9, 1.0]), [0.0, 0.25, -0.5, 1.0, 1.0]);
     }
 
     #[test]

@@ -31,6 +31,8 @@ pub struct DrivePhysics {
     pub stiction_threshold: f64,
     /// Position at which the spool sticks, and the drive's distance that tears it off.
     pub sticking_spot: Option<(f64, f64)>,
+    /// Steps of the driver's output; 0 is none.
+    pub resolution: f64,
 }
 
 /// Conductances over the spool position.
@@ -136,6 +138,8 @@ pub struct SensorPhysics {
     pub crosstalk: f64,
     /// Share of the time a sample is stale, and the mean length of a spell, s.
     pub stale: Option<(f64, f64)>,
+    /// Half of the gap between rising and falling readings, kPa.
+    pub play_kpa: f64,
 }
 
 /// The two axes of one board's joint.
@@ -252,6 +256,7 @@ impl PlantParameters {
                 drift: None,
                 crosstalk: 0.0,
                 stale: None,
+                play_kpa: 0.0,
             },
         }
     }

@@ -52,6 +52,8 @@ pub struct Sensor {
     /// Share of the way to the pressure the output makes in one integration step.
     lag_share: Option<f64>,
     filtered_pa: f64,
+    /// What a diaphragm with friction shows, kPa.
+    shown_kpa: f64,
     noise: ChaCha8Rng,
     stale: ChaCha8Rng,
     stale_until_s: f64,
@@ -68,6 +70,7 @@ impl Sensor {
             physics: physics.clone(),
             lag_share,
             filtered_pa: gauge_pa,
+            shown_kpa: 1e-3 * gauge_pa,
             noise: stream(seed, Purpose::SensorNoise, place),
             stale: stream(seed, Purpose::Stale, place),
             stale_until_s: 0.0,
@@ -95,6 +98,9 @@ impl Sensor {
     fn output_volts(&mut self, gauge_pa: f64, time_s: f64) -> f64 {
         let p = &self.physics;
         let kpa = 1e-3 * if self.lag_share.is_some() { self.filtered_pa } else { gauge_pa };
+        // From one sample to the next the pressure goes one way: it is pushed along by whichever end of the gap touches.
+        self.shown_kpa = self.shown_kpa.clamp(kpa - p.play_kpa, kpa + p.play_kpa);
+        let kpa = self.shown_kpa;
         let share = kpa / FULL_SCALE_KPA;
         let mut reading = p.gain * kpa + p.offset_kpa + 4.0 * p.bow_kpa * share * (1.0 - share);
         if let Some((final_kpa, time_constant)) = p.drift {

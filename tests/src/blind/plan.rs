@@ -30,7 +30,7 @@ pub const CATALOGUE: [(&str, [f64; 3]); 21] = [
 ];
 
 /// Effects that are not in the diagnosis' catalogue, at the plant's moderate size.
-pub const OFF_CATALOGUE: [&str; 7] = [
+pub const OFF_CATALOGUE: [&str; 9] = [
     "line_water",
     "chamber_burst",
     "supply_temperature",
@@ -38,6 +38,8 @@ pub const OFF_CATALOGUE: [&str; 7] = [
     "drive_crosstalk",
     "coil_heating",
     "regulator_backlash",
+    "sensor_hysteresis",
+    "driver_resolution",
 ];
 
 /// What kind of case it is.

@@ -64,11 +64,7 @@ impl Variable {
 
 /// The variable at every row; `None` where the recording does not have it or it never changes.
 #[must_use]
-pub fn series(
-    inputs: &ChannelInputs,
-    trace: &[[f64; 3]],
-    variable: Variable,
-) -> Option<Series> {
+pub fn series(inputs: &ChannelInputs, trace: &[[f64; 3]], variable: Variable) -> Option<Series> {
     let rows = inputs.rows();
     let drive = |k: usize| trace[k][1];
     let reading = |k: usize| trace[k.min(rows - 1)][0];

@@ -53,15 +53,7 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = vec![0.0; rows.len()].into();
-    ChannelData {
-        plant: data.plant.clone(),
-        inputs,
-        blocks,
-        rows,
-        spans,
-        measured_kpa,
-        ..*data
-    }
+    ChannelData { plant: data.plant.clone(), inputs, blocks, rows, spans, measured_kpa, ..*data }
 }
 
 fn middle(values: &[f64]) -> f64 {

@@ -150,25 +150,11 @@ fn prepare_channel(
         command_pa,
     };
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
-    let plant = Plant {
-        model,
-        board,
-        longest_step_s: LONGEST_STEP_S,
-        command_range_pa: range,
-    };
+    let plant = Plant { model, board, longest_step_s: LONGEST_STEP_S, command_range_pa: range };
     let blocks = split(&inputs);
     let (rows, spans) = compared_rows(&inputs, &blocks);
     let measured_kpa = rows.iter().map(|&row| measured_kpa[row as usize]).collect();
-    Ok(ChannelData {
-        id: channel.id,
-        plant,
-        inputs,
-        blocks,
-        rows,
-        spans,
-        measured_kpa,
-        noise_kpa,
-    })
+    Ok(ChannelData { id: channel.id, plant, inputs, blocks, rows, spans, measured_kpa, noise_kpa })
 }
 
 /// The model of what is driven so.

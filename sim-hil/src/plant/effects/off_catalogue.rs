@@ -98,4 +98,24 @@ pub(super) const EFFECTS: &[EffectDefinition] = &[
             });
         }),
     },
+    EffectDefinition {
+        id: "sensor_hysteresis",
+        group: EffectGroup::OffCatalogue,
+        meaning: "the sensor's diaphragm rubs: a falling pressure reads higher than a rising one",
+        parameters: &[size("half_width_kpa", "kPa", (0.0, 3.0), (0.0, 50.0), "half of the gap")],
+        apply: Apply::Channel(|v, _, c| c.sensor.play_kpa = v[0]),
+    },
+    EffectDefinition {
+        id: "driver_resolution",
+        group: EffectGroup::OffCatalogue,
+        meaning: "the valve's driver knows a few levels only, and puts out the nearest",
+        parameters: &[size(
+            "step",
+            "1",
+            (0.0, 0.1),
+            (0.0, 1.0),
+            "distance of two levels, in units of full drive",
+        )],
+        apply: Apply::Channel(|v, _, c| c.drive.resolution = v[0]),
+    },
 ];
