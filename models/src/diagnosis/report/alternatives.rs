@@ -6,6 +6,7 @@ use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, Verdict};
 use crate::diagnosis::selection::{Found, Outcome};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
 /// Explanations that are listed.
@@ -73,19 +74,40 @@ impl Report {
         if weighed.is_empty() {
             return;
         }
-        for cause in &mut self.causes {
-            cause.probability = Some(probability_of(std::slice::from_ref(&cause.effect), weighed));
-        }
         let (named, improbable) = part(std::mem::take(&mut self.causes), weighed);
         self.causes = named;
         let unnamed = |cause| Imperfection { why: Unnamed::Improbable, cause };
         self.imperfections.extend(improbable.into_iter().map(unnamed));
+        let weighed = by_names(weighed, &self.causes);
+        for cause in &mut self.causes {
+            cause.probability = Some(probability_of(std::slice::from_ref(&cause.effect), &weighed));
+        }
         let weighed = match self.verdict {
-            Verdict::Unexplained => &without_a_name(weighed),
+            Verdict::Unexplained => without_a_name(&weighed),
             _ => weighed,
         };
         self.alternatives = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
     }
+}
+
+/// Probabilities that heed the names, too: the tests for them are evidence besides how well explanations predict. Sets with a cause that got no
+/// name count less, the others take what they lose.
+fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
+    let named = |effect: &usize| {
+        let id = CATALOGUE[*effect].id;
+        causes.iter().any(|cause| cause.effect == id || cause.equivalent.iter().any(|tie| tie == id))
+    };
+    let mut heeded = weighed.to_vec();
+    for one in &mut heeded {
+        if !one.missing.effects().iter().all(named) {
+            one.probability *= SETTINGS.unnamed;
+        }
+    }
+    let sum = |all: &[Weighed]| all.iter().map(|w| w.probability).sum::<f64>();
+    let scale = sum(weighed) / sum(&heeded).max(f64::MIN_POSITIVE);
+    heeded.iter_mut().for_each(|one| one.probability *= scale);
+    heeded.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    heeded
 }
 
 /// Parts causes into those that keep their names and those that are less probable than not beside one that is more, each counted with
@@ -175,6 +197,35 @@ mod tests {
         let expected =
             [("something_else", 50.0), ("valve_lag", 45.0), ("transport_delay+something_else", 5.0)];
         assert_eq!(told, expected.map(|(ids, percent)| (ids.to_owned(), percent)));
+    }
+
+    #[test]
+    fn what_got_no_name_counts_less_and_the_others_take_what_it_loses() {
+        let [lag, sag] = ["valve_lag", "supply_sag"].map(|id| index_of(id).unwrap());
+        let weighed = [
+            (Missing::Effects(vec![sag]), 0.5),
+            (Missing::Effects(vec![lag]), 0.2),
+            (Missing::Effects(vec![lag, sag]), 0.1),
+            (Missing::Nothing, 0.1),
+        ]
+        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
+        let told = |causes: &[Cause]| -> Vec<(String, f64)> {
+            let heeded = by_names(&weighed, causes);
+            heeded.iter().map(|w| (w.missing.ids().join("+"), w.probability)).collect()
+        };
+        let unnamed = told(&[]);
+        // The three with a cause count as 0.3 of 0.8, nothing as 0.1, and together they are 0.9 as before.
+        let expected =
+            [("none", 0.1), ("supply_sag", 0.15), ("valve_lag", 0.06), ("valve_lag+supply_sag", 0.03)];
+        for (ids, counts) in expected {
+            let found = unnamed.iter().find(|(found, _)| found == ids).map(|(_, p)| *p);
+            assert!((found.unwrap() - 0.9 * counts / 0.34).abs() < 1e-12, "{ids}: {unnamed:?}");
+        }
+        assert!((unnamed.iter().map(|(_, p)| p).sum::<f64>() - 0.9).abs() < 1e-12);
+        // One name, and a tie of it.
+        let tied = Cause { equivalent: vec![CATALOGUE[lag].id.to_owned()], ..cause("transport_delay", 0.5) };
+        let order: Vec<String> = told(&[tied]).into_iter().map(|(ids, _)| ids).collect();
+        assert_eq!(order, ["valve_lag", "supply_sag", "none", "valve_lag+supply_sag"]);
     }
 
     #[test]
