@@ -6,6 +6,7 @@ mod checked;
 mod decoders;
 mod electronics;
 mod false_address;
+mod frozen;
 mod line_rate;
 mod pages;
 mod parameters;

@@ -2,8 +2,8 @@
 //!
 //! If a test of bytes or numbers in this file fails, do not change the test: the change that broke it cannot be made.
 
+use crate::frozen::assert_stands;
 use pneudrive_protocol::pages::{Change, PageEntry, Parameter};
-use pneudrive_protocol::{Address, Asked, PageRequest, RequestDecoder, Sequence};
 
 /// CRCs from an independent implementation.
 #[rustfmt::skip]
@@ -41,12 +41,7 @@ fn requests_stand_like_this_on_the_wire() {
         (PageEntry::Parameter(Parameter::Kp), FROZEN_VALUE),
     ];
     for (entry, bytes) in frozen {
-        let request = PageRequest::new(Address::of_board(2), entry, Sequence::new(9));
-        assert_eq!(request.encode(), bytes, "{entry:?}");
-        let mut decoder = RequestDecoder::new(Address::of_board(2));
-        let asked = bytes.into_iter().find_map(|byte| decoder.push(byte));
-        assert_eq!(asked, Some(Asked::Page(request)));
-        assert_eq!(request.entry(), Some(entry));
+        assert_stands(entry, bytes);
     }
 }
 

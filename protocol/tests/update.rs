@@ -2,10 +2,10 @@
 //!
 //! If a test in this file fails, do not change the test: the change that broke it cannot be made.
 
+use crate::frozen::assert_stands;
 use pneudrive_protocol::pages::{
     LastTrial, PageEntry, Running, Update, UpdateAnswer, UpdateEntry, UpdateOutcome, UpdateReply, UpdateState,
 };
-use pneudrive_protocol::{Address, Asked, PageRequest, RequestDecoder, Sequence};
 
 /// CRCs from an independent implementation.
 #[rustfmt::skip]
@@ -53,12 +53,7 @@ fn requests_stand_like_this_on_the_wire() {
         (PageEntry::Program(UpdateEntry::State), FROZEN_STATE),
     ];
     for (entry, bytes) in frozen {
-        let request = PageRequest::new(Address::of_board(2), entry, Sequence::new(9));
-        assert_eq!(request.encode(), bytes, "{entry:?}");
-        let mut decoder = RequestDecoder::new(Address::of_board(2));
-        let asked = bytes.into_iter().find_map(|byte| decoder.push(byte));
-        assert_eq!(asked, Some(Asked::Page(request)));
-        assert_eq!(request.entry(), Some(entry));
+        assert_stands(entry, bytes);
     }
 }
 

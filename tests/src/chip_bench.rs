@@ -219,3 +219,16 @@ impl ChipBench {
         })
     }
 }
+
+/// Prints how long answers took to begin, as docs/firmware.md states it.
+pub fn print_delays(name: &str, delays: &mut [Ticks]) {
+    delays.sort();
+    let at = |part: usize| delays[(delays.len() - 1) * part / 1_000].as_micros();
+    println!(
+        "{name}: from stop bit to start bit {:.2} us at least, {:.2} median, {:.2} 99th percentile, {:.2} at most",
+        at(0),
+        at(500),
+        at(990),
+        at(1_000)
+    );
+}

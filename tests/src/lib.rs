@@ -10,5 +10,6 @@ pub mod firmware;
 pub mod regulator;
 pub mod self_check;
 pub mod session_host;
+pub mod take;
 pub mod update_bench;
 pub mod virtual_bus;

@@ -5,19 +5,12 @@
 
 use std::path::{Path, PathBuf};
 
-use pneudrive_host::bus::BusOptions;
-use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply, VENTED};
-use pneudrive_host::record::Recorder;
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, LoadOptions, Recording, load};
 use pneudrive_model::diagnosis::{Diagnosis, Request, diagnose};
 use pneudrive_model::rig::Rig;
-use pneudrive_protocol::SensorScale;
 use pneudrive_sim::rig::RigOptions;
-use system_tests::virtual_bus;
+use system_tests::take::Take;
 
-const SCALE: SensorScale = SensorScale::ORIGINAL;
 /// The only channel that is moved, recorded and diagnosed.
 const CHANNEL: ChannelId = ChannelId { board: 0, channel: 0 };
 const LAGS: [&str; 3] = ["transport_delay", "valve_lag", "sensor_lag"];
@@ -36,28 +29,11 @@ impl HiddenRig {
         Self { options, nominal, folder: tempfile::tempdir().unwrap() }
     }
 
-    /// The host plays a command file to the boards and records what they answer, 100 rows a second.
+    /// The host plays a command file to the boards and records what they answer.
     fn play(&self, name: &str, commands: &str) -> PathBuf {
         let file = self.folder.path().join(name);
-        let pace = Pace::Every { period_ns: 10_000_000, missed: MissedTick::Skip };
-        let options = PollerOptions { pace, ..PollerOptions::for_devices(1) };
-        let trajectory = Trajectory::parse("commands.csv", commands.as_bytes(), 1, SCALE).unwrap();
-        let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED]);
-        let (recorder, tap) = Recorder::create(&file, &options.boards, SCALE, false).unwrap();
-        let mut bus = virtual_bus::bus(&self.options, BusOptions::default());
-        // The boards have been on for a while: they do not obey for their first two seconds.
-        bus.line_mut().sleep_until(3_000_000_000);
-        let mut polling = Polling::new(bus, options, Box::new(source), vec![tap]);
-        loop {
-            let due = polling.next_cycle_ns();
-            polling.bus_mut().line_mut().sleep_until(due);
-            if polling.cycle().unwrap() == Supply::Ended {
-                break;
-            }
-        }
-        polling.finish();
-        drop(polling);
-        recorder.finish().unwrap();
+        let take = Take { commands, rate_hz: 100, drives: false, begins_s: 3.0 };
+        take.record(&self.options, &file);
         file
     }
 

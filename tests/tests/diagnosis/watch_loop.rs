@@ -5,12 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use pneudrive_host::bus::BusOptions;
 use pneudrive_host::check::{Quantity, Verdict};
-use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, LiveTable, LoadOptions, Opening, Recording, load};
 use pneudrive_model::diagnosis::{ExtendedFile, Request, diagnose};
 use pneudrive_model::experiment::{FitSettings, fit_channels};
@@ -18,12 +13,10 @@ use pneudrive_model::fit::Control;
 use pneudrive_model::rig::Rig;
 use pneudrive_model::store::ParameterFile;
 use pneudrive_model::watch::{Change, Rows, WatchEvent, WatchSettings, Watcher, Where};
-use pneudrive_protocol::SensorScale;
 use pneudrive_sim::rig::RigOptions;
 use system_tests::self_check::{alarms, check, laboratory, with_fault};
-use system_tests::virtual_bus;
+use system_tests::take::Take;
 
-const SCALE: SensorScale = SensorScale::ORIGINAL;
 const SEED: u64 = 77;
 /// The channel that will leak.
 const LEAKS: ChannelId = ChannelId { board: 0, channel: 2 };
@@ -45,34 +38,9 @@ fn movements(seconds: f64, seed: u32) -> String {
     text
 }
 
-/// The host plays commands to the boards of a rig and records what they answer, 100 rows a second, with the valves' drives.
+/// The host plays commands to the boards of a rig and records what they answer, with the valves' drives.
 fn play(rig: &RigOptions, commands: &str, file: &Path) -> PathBuf {
-    let pace = Pace::Every { period_ns: 10_000_000, missed: MissedTick::Skip };
-    let drives = Some(PageShare::new(1.0).unwrap());
-    let options = PollerOptions { pace, drives, ..PollerOptions::for_devices(1) };
-    let trajectory = Trajectory::parse("commands.csv", commands.as_bytes(), 1, SCALE).unwrap();
-    let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED]);
-    let how =
-        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
-    let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
-    let mut bus = virtual_bus::bus(rig, BusOptions::default());
-    // The boards have been on for a while: they do not obey for their first two seconds.
-    bus.line_mut().sleep_until(3_000_000_000);
-    let mut polling = Polling::new(bus, options, Box::new(source), vec![tap]);
-    loop {
-        let due = polling.next_cycle_ns();
-        polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
-            break;
-        }
-        // The disk has no part in it: a recorder that is behind by 250 batches loses rows.
-        while recorder.rows_waiting() > 100 {
-            std::thread::yield_now();
-        }
-    }
-    polling.finish();
-    drop(polling);
-    recorder.finish().unwrap();
+    Take { commands, rate_hz: 100, drives: true, begins_s: 3.0 }.record(rig, file);
     file.to_owned()
 }
 

@@ -9,7 +9,7 @@ use pneudrive_protocol::{
     Address, AnswerDecoder, CheckedPacket, Counts, Direction, Echo, Heard, PageRequest, RequestNumber,
     Sequence, Session,
 };
-use system_tests::chip_bench::{Answer, BUS, CHARACTER, ChipBench, DRIVER_ENABLE, packet};
+use system_tests::chip_bench::{Answer, BUS, CHARACTER, ChipBench, DRIVER_ENABLE, packet, print_delays};
 
 /// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its first start bit.
 const EARLIEST: Ticks = Ticks::new(1_700);
@@ -29,7 +29,7 @@ fn assert_on_time_and_back_to_back(answer: &Answer) {
 
 /// Exchanges at every phase of the control loop and of the log, which writes once a second.
 fn delays(bench: &mut ChipBench, mut request: impl FnMut(u32) -> [u8; 10]) -> Vec<Ticks> {
-    let mut delays: Vec<Ticks> = (0..3_000)
+    (0..3_000)
         .map(|n| {
             let answer = bench.exchange_bytes(&request(n));
             let answer = answer.unwrap_or_else(|| panic!("request {n} was not answered"));
@@ -37,27 +37,14 @@ fn delays(bench: &mut ChipBench, mut request: impl FnMut(u32) -> [u8; 10]) -> Ve
             bench.run(Ticks::new(u64::from(n) * 7 % 20_011));
             answer.delay
         })
-        .collect();
-    delays.sort();
-    delays
-}
-
-fn report(name: &str, delays: &[Ticks]) {
-    let at = |part: usize| delays[(delays.len() - 1) * part / 1_000].as_micros();
-    println!(
-        "{name}: from stop bit to start bit {:.2} us at least, {:.2} median, {:.2} 99th percentile, {:.2} at most",
-        at(0),
-        at(500),
-        at(990),
-        at(1_000)
-    );
+        .collect()
 }
 
 #[test]
 fn answers_begin_after_the_hosts_pulse_and_within_20_us_and_go_out_back_to_back() {
     let mut bench = ChipBench::booted(0);
-    let delays = delays(&mut bench, |n| packet(0, [n as u16 % 1024; 4]).encode());
-    report("unchecked", &delays);
+    let mut delays = delays(&mut bench, |n| packet(0, [n as u16 % 1024; 4]).encode());
+    print_delays("unchecked", &mut delays);
     assert_eq!(bench.chip.uart_overruns(BUS), 0);
 }
 
@@ -82,17 +69,17 @@ fn an_answer_does_not_wait_for_the_log() {
         })
         .collect();
     delays.sort();
-    report("while the log is written", &delays);
+    print_delays("while the log is written", &mut delays);
 }
 
 #[test]
 fn so_do_checked_answers() {
     let mut bench = ChipBench::booted(3);
-    let delays = delays(&mut bench, |n| {
+    let mut delays = delays(&mut bench, |n| {
         let packet = packet(3, [n as u16 % 1024; 4]);
         CheckedPacket { packet, sequence: Sequence::new(n as u8 & 15) }.encode(Direction::Request)
     });
-    report("checked", &delays);
+    print_delays("checked", &mut delays);
     let request = CheckedPacket { packet: packet(3, [102; 4]), sequence: Sequence::new(9) };
     let answer = bench.exchange_bytes(&request.encode(Direction::Request)).map(|answer| answer.bytes());
     let answer = CheckedPacket::decode(&answer.unwrap_or_default(), Direction::Answer);
@@ -113,13 +100,13 @@ fn so_do_answers_in_a_session() {
     let Some(Heard::Answer(words)) = heard else { panic!("no session: {heard:?}") };
     let Some(SessionOffer::Number(number)) = SessionOffer::from_entry(words) else { panic!("{words:?}") };
     let session = Session::new(address, number);
-    let delays = delays(&mut bench, |n| {
+    let mut delays = delays(&mut bench, |n| {
         let number = RequestNumber::new(n + 1);
         let packet = packet(3, [1 + n as u16 % 1000; 4]);
         CheckedPacket { packet, sequence: number.sequence() }
             .encode_sealed(Direction::Request, session.seal(number))
     });
-    report("in a session", &delays);
+    print_delays("in a session", &mut delays);
 }
 
 /// A host puts a byte 0x00 before a request where the byte before was 0xFF: alone, or (adapters may do that) in one run with it.

@@ -9,7 +9,7 @@ use pneudrive_protocol::pages::{
     RateReturn, number_in,
 };
 use pneudrive_protocol::{Address, Baud, CheckedPacket, Direction, RequestNumber, Session};
-use system_tests::chip_bench::{Answer, BOOT, BUS, ChipBench, DRIVER_ENABLE, packet};
+use system_tests::chip_bench::{Answer, BOOT, BUS, ChipBench, DRIVER_ENABLE, packet, print_delays};
 use system_tests::session_host::{SessionHost, words_of};
 
 /// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its
@@ -81,18 +81,6 @@ fn is_near(rate: u64, wanted: u64) -> bool {
     rate.abs_diff(wanted) * 200 <= wanted
 }
 
-fn report(name: &str, delays: &mut [Ticks]) {
-    delays.sort();
-    let at = |part: usize| delays[(delays.len() - 1) * part / 1_000].as_micros();
-    println!(
-        "{name}: from stop bit to start bit {:.2} us at least, {:.2} median, {:.2} 99th percentile, {:.2} at most",
-        at(0),
-        at(500),
-        at(990),
-        at(1_000)
-    );
-}
-
 /// Exchanges in a session at every phase of the control loop and of the log.
 #[test]
 fn answers_are_as_prompt_as_at_1_mbaud_and_go_out_back_to_back() {
@@ -115,7 +103,7 @@ fn answers_are_as_prompt_as_at_1_mbaud_and_go_out_back_to_back() {
             delays.push(answer.delay);
             host.bench.run(Ticks::new(n * 7 % 20_011));
         }
-        report(&format!("{rate:?}, in a session"), &mut delays);
+        print_delays(&format!("{rate:?}, in a session"), &mut delays);
         assert_eq!(host.bench.chip.uart_overruns(BUS), 0);
         assert_eq!(host.counter(Counter::DamagedRequests), 0);
         let unmodelled: Vec<_> = host.bench.chip.unmodelled_accesses().collect();
@@ -275,7 +263,7 @@ fn four_boards(name: &str, slot: u64, bench: ChipBench, loop_hz: u32) {
     }
     let ticks = host.bench.chip.now().saturating_sub(from).get();
     let load = 100.0 * (host.bench.chip.cycles() - cycles) as f64 / ticks as f64;
-    report(&format!("four boards at 3 Mbaud {name}"), &mut delays);
+    print_delays(&format!("four boards at 3 Mbaud {name}"), &mut delays);
     println!("processor load {load:.1} %");
     assert_eq!(host.bench.chip.uart_overruns(BUS), 0);
     let (late, longest) = (host.counter(Counter::LateSteps), host.counter(Counter::LongestIntervalUs));

@@ -1,18 +1,11 @@
 //! From a trajectory over simulated chambers to a recording that the toolkit reads: the measured-data format end to end, in
 //! virtual time.
 
-use pneudrive_host::bus::BusOptions;
-use pneudrive_host::line::Line;
-use pneudrive_host::poller::{Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{ChannelId, Drive, LoadOptions, load};
-use pneudrive_protocol::SensorScale;
 use pneudrive_sim::rig::RigOptions;
 use std::path::Path;
-use system_tests::virtual_bus;
+use system_tests::take::Take;
 
-const SCALE: SensorScale = SensorScale::ORIGINAL;
 /// Two seconds after power-up the boards obey; then a step for board 1, and back.
 const STEPS: &str = "t_s,b1_cmd2_kpa\n0,0\n2,150\n3.5,50\n5,50\n";
 
@@ -22,24 +15,9 @@ fn what_the_host_records_the_toolkit_reads() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(name);
         let rig = RigOptions { boards: 2, strict: true, ..RigOptions::default() };
-        let pace = Pace::Every { period_ns: 2_000_000, missed: pneudrive_host::poller::MissedTick::Skip };
-        let options = PollerOptions { pace, ..PollerOptions::for_devices(2) };
-        let trajectory = Trajectory::parse("steps.csv", STEPS.as_bytes(), 2, SCALE).unwrap();
-        let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED; 2]);
-        let (recorder, tap) = Recorder::create(&file, &options.boards, SCALE, false).unwrap();
-        let bus = virtual_bus::bus(&rig, BusOptions::default());
-        let mut polling = Polling::new(bus, options, Box::new(source), vec![tap]);
-        loop {
-            let due = polling.next_cycle_ns();
-            polling.bus_mut().line_mut().sleep_until(due);
-            if polling.cycle().unwrap() == Supply::Ended {
-                break;
-            }
-        }
-        let cycles = polling.finish().cycles;
-        drop(polling);
-        let summary = recorder.finish().unwrap();
-        assert_eq!((summary.rows, cycles), (2_501, 2_501), "5 s at 500 Hz, both ends included");
+        let take = Take { commands: STEPS, rate_hz: 500, drives: false, begins_s: 0.5 };
+        let taken = take.record(&rig, &file);
+        assert_eq!((taken.rows, taken.cycles), (2_501, 2_501), "5 s at 500 Hz, both ends included");
 
         let loaded = load(&file, LoadOptions::default()).unwrap();
         let recording = &loaded.recording;
@@ -77,31 +55,11 @@ fn drives_that_the_host_asks_for_are_the_toolkits_input() {
 
 fn assert_drives_are_read(file: &Path) {
     let rig = RigOptions { boards: 2, strict: true, ..RigOptions::default() };
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: 2_000_000, missed: pneudrive_host::poller::MissedTick::Skip },
-        drives: Some(PageShare::new(1.0).unwrap()),
-        ..PollerOptions::for_devices(2)
-    };
-    let trajectory = Trajectory::parse("steps.csv", STEPS.as_bytes(), 2, SCALE).unwrap();
-    let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED; 2]);
-    let how =
-        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
-    let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
-    let bus = virtual_bus::bus(&rig, BusOptions::default());
-    let mut polling = Polling::new(bus, options, Box::new(source), vec![tap]);
-    loop {
-        let due = polling.next_cycle_ns();
-        polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
-            break;
-        }
-    }
-    let counters = polling.bus_mut().counters(1);
+    let taken = Take { commands: STEPS, rate_hz: 500, drives: true, begins_s: 0.5 }.record(&rig, file);
+    let counters = taken.counters[1];
     // After each poll that was answered.
     assert!(counters.answered > 2_490, "{counters:?}");
     assert_eq!((counters.pages_asked, counters.pages_answered), (counters.answered, counters.answered));
-    drop(polling);
-    recorder.finish().unwrap();
 
     let loaded = load(file, LoadOptions::default()).unwrap();
     let recording = &loaded.recording;
