@@ -24,7 +24,7 @@ use system_tests::blind::reliability::Reliability;
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
-  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--hard] [--short]
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID] [--hard] [--short]
                                             recordings and truth.json, by the truth plant alone; --hard: 50 to
                                             500 Hz, 60 to 300 s, of a rig with a background of imperfections
                                             and a rig file that is off by up to 10 % in volume, 5 % in supply; --short:
@@ -78,6 +78,7 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
             let wanted = |case: &Case| {
                 option("--size").is_none_or(|size| *size == case.size)
                     && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
+                    && option("--effect").is_none_or(|id| case.effects.contains(id))
             };
             let given = |name: &str| arguments.iter().any(|a| a == name);
             generate(

@@ -11,7 +11,9 @@ pub const CATALOGUE: [(&str, [f64; 3]); 21] = [
     ("transport_delay", [0.005, 0.012, 0.05]),
     ("valve_lag", [0.006, 0.02, 0.08]),
     ("valve_hysteresis", [0.01, 0.05, 0.15]),
-    ("valve_stiction", [0.015, 0.06, 0.15]),
+    // Between the steps of a drive that moves by one count of the sensor, 0.025: at a step itself rounding decides whether the spool tears off,
+    // and below the first it always does.
+    ("valve_stiction", [0.03, 0.06, 0.14]),
     ("drive_saturation", [0.9, 0.7, 0.4]),
     ("valve_asymmetry", [0.92, 0.7, 0.4]),
     ("vent_restriction", [0.25, 0.8, 2.5]),
