@@ -245,6 +245,18 @@ pub struct Unexplained {
     pub depends_on: Vec<Symptom>,
     /// A smooth correction without a name, where one helps. It is part of the extended model.
     pub correction: Option<Corrected>,
+    /// A name that was not given, since something that is never named explains as well.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<Withheld>,
+}
+
+/// A name that was not given, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Withheld {
+    /// Id of the effect in the catalogue.
+    pub effect: String,
+    /// Id of what explains as well; it stands for causes outside the catalogue.
+    pub foil: String,
 }
 
 /// A smooth correction of what no name fits.

@@ -9,7 +9,7 @@ use crate::diagnosis::discrepancy::{
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::json::{
-    Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict,
+    Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict, Withheld,
 };
 use crate::diagnosis::likelihood::limit_cycle;
 use crate::diagnosis::preconditions::{Purpose, check, prepare_for};
@@ -20,6 +20,7 @@ use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
 use crate::diagnosis::settings;
+use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -166,10 +167,8 @@ fn assemble(
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let (causes, imperfections) = earned::part(causes, &imitated, change, looped);
     let mut depends_on = significant(&channels, &left);
-    if let Some((cycle, note)) = adequacy::withheld(&channels, &outcome) {
-        depends_on.splice(..0, cycle);
-        notes.push(note);
-    }
+    let withheld = outcome.withheld.as_ref();
+    depends_on.splice(..0, withheld.and_then(|w| adequacy::cycle(&channels, &outcome, &w.foil)));
     let extended_models = corrected(&channels, &outcome.stages, &left);
     let correction = correction_gain(&channels, &final_errors, &extended_models);
     let halved = halved_step(&channels, &finals);
@@ -185,6 +184,10 @@ fn assemble(
     let left_kpa = final_errors.all();
     let rest = !depends_on.is_empty() || adequacy::beyond(left_kpa, allowed_kpa);
     let verdict = Verdict::new(!causes.is_empty(), rest);
+    let id = |effect: usize| CATALOGUE[effect].id.to_owned();
+    let withheld = withheld.map(|w| Withheld { effect: id(w.effect), foil: id(w.foil.effect) });
+    // Where nothing is named, the sentence says so.
+    notes.extend(withheld.as_ref().filter(|_| verdict != Verdict::Unexplained).map(verdict::withheld));
     let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
     let baseline = Baseline {
         model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),
@@ -219,7 +222,7 @@ fn assemble(
         symptoms: significant(&channels, &symptoms),
         causes,
         imperfections,
-        unexplained: Unexplained { share, test_rmse_kpa: left_kpa, correction, depends_on },
+        unexplained: Unexplained { share, test_rmse_kpa: left_kpa, correction, depends_on, withheld },
         next_experiment: None,
         extended_model: Some(EXTENDED_FILE.to_owned()),
         notes,

@@ -49,20 +49,9 @@ pub fn poor(channels: &[ChannelData], base_kpa: f64) -> Option<String> {
     ))
 }
 
-/// Why a name was withheld, and the dependence on time that it would explain if it is a cycle.
+/// The dependence on time that a foil which swings with a period explains.
 #[must_use]
-pub fn withheld(channels: &[ChannelData], outcome: &Outcome) -> Option<(Option<Symptom>, String)> {
-    let withheld = outcome.withheld.as_ref()?;
-    let foil = CATALOGUE[withheld.foil.effect];
-    let note = format!(
-        "\"{}\" would explain what is left, but something that is never named explains it as well: \"{}\". No name is given. What tells them apart: {}.",
-        CATALOGUE[withheld.effect].title, foil.title, foil.separated_by
-    );
-    Some((cycle(channels, outcome, &withheld.foil), note))
-}
-
-/// What a foil that swings with a period explains.
-fn cycle(channels: &[ChannelData], outcome: &Outcome, foil: &Candidate) -> Option<Symptom> {
+pub fn cycle(channels: &[ChannelData], outcome: &Outcome, foil: &Candidate) -> Option<Symptom> {
     let position = CATALOGUE[foil.effect].parameter("period")?;
     let first = foil.acts.iter().position(|acts| *acts).unwrap_or(0);
     let range = foil.models[first].range(&channels[first].plant, foil.effect)?;

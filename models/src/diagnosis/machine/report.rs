@@ -58,6 +58,7 @@ impl Found<'_> {
                 test_rmse_kpa: left_kpa,
                 correction: None,
                 depends_on: left,
+                withheld: None,
             },
             next_experiment: None,
             extended_model: Some(file_of(self.names, 0)),

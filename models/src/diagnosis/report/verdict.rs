@@ -1,6 +1,6 @@
 //! The verdict in words, each with its numbers.
 
-use crate::diagnosis::json::{Cause, Report, Verdict};
+use crate::diagnosis::json::{Cause, Report, Verdict, Withheld};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 
@@ -43,6 +43,17 @@ pub fn name(cause: &Cause) -> String {
         text = format!("either {text} or {} (this recording cannot tell them apart)", rivals.join(" or "));
     }
     text
+}
+
+/// Why a name was not given.
+#[must_use]
+pub fn withheld(Withheld { effect, foil }: &Withheld) -> String {
+    let apart = index_of(foil).map_or("", |k| CATALOGUE[k].separated_by);
+    format!(
+        "\"{}\" would explain it, but \"{}\", which is not in the catalogue, explains it as well, so neither is named. What tells them apart: {apart}.",
+        title(effect),
+        title(foil)
+    )
 }
 
 /// The verdict in a sentence or two.
@@ -93,6 +104,10 @@ pub fn sentence(report: &Report, change: bool) -> String {
             "{found}: {names}. {gain} That is not all: what remains still depends on {}.",
             left.join(", ")
         ),
+        Verdict::Unexplained if let Some(name) = &report.unexplained.withheld => format!(
+            "The model misses something: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa. {}",
+            withheld(name)
+        ),
         Verdict::Unexplained if left.is_empty() => format!(
             "The model misses something that is not in the catalogue: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
         ),
@@ -102,4 +117,20 @@ pub fn sentence(report: &Report, change: bool) -> String {
         ),
     };
     verdict + &small
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_is_withheld_is_told_with_what_it_is_confused_with_and_what_would_tell_them_apart() {
+        let of = |effect: &str, foil: &str| Withheld { effect: effect.to_owned(), foil: foil.to_owned() };
+        let text = withheld(&of("sensor_crosstalk", "drive_crosstalk"));
+        for part in
+            ["Reading contains", "Drive contains", "neither is named", "the one before it is driven hard"]
+        {
+            assert!(text.contains(part), "{text}");
+        }
+    }
 }

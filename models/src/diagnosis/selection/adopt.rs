@@ -19,6 +19,7 @@ pub fn adopt(outcome: &mut Outcome, channels: &mut [ChannelData], named: Named) 
         }
     }
     outcome.by_likelihood = true;
+    outcome.withheld = None;
     outcome.explanations.extend(
         contenders
             .into_iter()
