@@ -122,7 +122,7 @@ pub struct Imperfection {
 pub enum Unnamed {
     /// It is no larger than on sound rigs.
     Usual,
-    /// It gains nothing on the test blocks.
+    /// It gains nothing on the test blocks, or may, and be of no size too.
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,

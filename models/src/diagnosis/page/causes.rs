@@ -28,7 +28,7 @@ pub fn unnamed(report: &Report) -> Markup {
                 Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
                 Unnamed::Improbable => "it is less probable than not, and what is named is more.",
-                Unnamed::Gainless => "no gain of more than 1 % on the test blocks.",
+                Unnamed::Gainless => "no gain of more than 1 % on the test blocks, or neither gain nor size is surely more than nothing.",
             }) }
         }
     }

@@ -36,8 +36,21 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     if !change && is_usual(cause, looped) {
         return Some(Unnamed::Usual);
     }
-    let gains = f64::max(cause.gain.reduction, cause.gain.weighted_ci95[0]) > SETTINGS.practical;
-    (!gains).then_some(Unnamed::Gainless)
+    let surely = f64::max(cause.gain.ci95[0], cause.gain.weighted_ci95[0]) > SETTINGS.practical;
+    let gains = surely || cause.gain.reduction > SETTINGS.practical;
+    (!gains || !surely && !change && may_be_nothing(cause)).then_some(Unnamed::Gainless)
+}
+
+/// May, by its intervals, every size that tells how large it is be none? A size that is not determined may.
+fn may_be_nothing(cause: &Cause) -> bool {
+    let reaches = |p: &EffectParameter| {
+        let ci95 = cause.parameters.get(p.name).and_then(|size| size.ci95);
+        ci95.is_none_or(|[low, high]| (low..=high).contains(&p.null))
+    };
+    index_of(&cause.effect).is_some_and(|k| {
+        let mut telling = telling(CATALOGUE[k]).peekable();
+        telling.peek().is_some() && telling.all(reaches)
+    })
 }
 
 fn is_usual(cause: &Cause, looped: bool) -> bool {
@@ -128,6 +141,25 @@ mod tests {
         let mut hidden = cause("transport_delay", "delay", Some([0.011, 0.013]), -0.1);
         hidden.gain.weighted_ci95 = [0.3, 0.5];
         assert_eq!(why_not(&hidden, false, false), None);
+    }
+
+    #[test]
+    fn what_may_be_nothing_in_size_and_in_gain_has_no_name() {
+        let sag = |size: Option<[f64; 2]>, gain: [f64; 2], weighted: f64| {
+            let mut cause = cause("supply_sag", "drop", size, 0.3);
+            cause.gain.ci95 = gain;
+            cause.gain.weighted_ci95 = [weighted, 0.5];
+            why_not(&cause, false, false)
+        };
+        assert_eq!(sag(Some([0.0, 90.0]), [-0.2, 0.5], -0.01), Some(Unnamed::Gainless));
+        assert_eq!(sag(None, [-0.2, 0.5], -0.01), Some(Unnamed::Gainless), "a size that is not determined");
+        assert_eq!(sag(Some([20.0, 70.0]), [-0.2, 0.5], -0.01), None, "a size that is there");
+        assert_eq!(sag(Some([0.0, 90.0]), [0.2, 0.5], -0.01), None, "a gain that is there");
+        assert_eq!(
+            sag(Some([0.0, 90.0]), [-0.2, 0.5], 0.05),
+            None,
+            "one that is there where drifts are weighed"
+        );
     }
 
     #[test]
