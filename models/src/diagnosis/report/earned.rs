@@ -38,7 +38,13 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     }
     let surely = f64::max(cause.gain.ci95[0], cause.gain.weighted_ci95[0]) > SETTINGS.practical;
     let gains = surely || cause.gain.reduction > SETTINGS.practical;
-    (!gains || !surely && !change && may_be_nothing(cause)).then_some(Unnamed::Gainless)
+    // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything.
+    let told_by_gain = !change && !(looped && hunts(cause));
+    (!gains || told_by_gain && !surely && may_be_nothing(cause)).then_some(Unnamed::Gainless)
+}
+
+fn hunts(cause: &Cause) -> bool {
+    index_of(&cause.effect).is_some_and(|k| CATALOGUE[k].makes_limit_cycles())
 }
 
 /// May, by its intervals, every size that tells how large it is be none? A size that is not determined may.
@@ -160,6 +166,15 @@ mod tests {
             None,
             "one that is there where drifts are weighed"
         );
+    }
+
+    #[test]
+    fn what_makes_a_loop_hunt_needs_no_sure_gain() {
+        let mut cause = cause("valve_stiction", "threshold", None, 0.3);
+        cause.gain.ci95 = [-0.2, 0.5];
+        cause.gain.weighted_ci95 = [-0.4, 0.5];
+        assert_eq!(why_not(&cause, false, true), None);
+        assert_eq!(why_not(&cause, false, false), Some(Unnamed::Gainless));
     }
 
     #[test]
