@@ -37,10 +37,11 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
         return Some(Unnamed::Usual);
     }
     let surely = f64::max(cause.gain.ci95[0], cause.gain.weighted_ci95[0]) > SETTINGS.practical;
-    let gains = surely || cause.gain.reduction > SETTINGS.practical;
     // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything.
-    let told_by_gain = !change && !(looped && hunts(cause));
-    (!gains || told_by_gain && !surely && may_be_nothing(cause)).then_some(Unnamed::Gainless)
+    let told_otherwise = change || looped && hunts(cause);
+    let gains =
+        surely || (told_otherwise || !may_be_nothing(cause)) && cause.gain.reduction > SETTINGS.practical;
+    (!gains).then_some(Unnamed::Gainless)
 }
 
 fn hunts(cause: &Cause) -> bool {
