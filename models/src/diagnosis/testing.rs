@@ -44,7 +44,7 @@ pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
         usable: vec![true; ROWS].into(),
         opposite_pa: (0..ROWS).map(|k| 1e4 * (0.03 * k as f64).sin()).collect(),
         sampled_before_pa: (0..ROWS).map(|k| 2e4 * (0.02 * k as f64).cos()).collect(),
-        neighbour_drive: Series::default(),
+        neighbour_drive: (0..ROWS).map(|k| 0.5 * (0.07 * k as f64).sin()).collect(),
         others_draw: (0..ROWS).map(|k| 1e4 * (1.0 + (0.05 * k as f64).sin())).collect(),
         noise_pa: 300.0,
         ambient_pa: AMBIENT_PA,

@@ -121,7 +121,7 @@ fn a_cycle_of_the_supplys_temperature_is_not_called_one_of_its_pressure() {
     let (outcome, report) = blind_report(Kind::OffCatalogue, &["supply_temperature:period_s=7"], 18);
     assert_eq!(outcome, Outcome::Unnamed, "named {}", named(&report));
     assert_eq!(report["verdict"], "unexplained", "{}", report["sentence"]);
-    assert!(report["notes"].to_string().contains("explains it as well"), "{}", report["notes"]);
+    assert!(report["sentence"].to_string().contains("explains it as well"), "{}", report["sentence"]);
 }
 
 #[test]

@@ -134,10 +134,12 @@ mod tests {
         let trace = data.trace(&model);
         assert!(data.series(&trace, Variable::Drive).is_some());
         assert!(data.series(&trace, Variable::Opposite).is_some());
-        // The chamber is rigid, and nobody measured the neighbour's drive.
+        assert!(data.series(&trace, Variable::NeighbourDrive).is_some());
+        // The chamber is rigid.
         assert!(data.series(&trace, Variable::VolumeRate).is_none());
-        assert!(data.series(&trace, Variable::NeighbourDrive).is_none());
         data.inputs.opposite_pa = Series::default();
+        data.inputs.neighbour_drive = Series::default();
         assert!(data.series(&trace, Variable::Opposite).is_none());
+        assert!(data.series(&trace, Variable::NeighbourDrive).is_none());
     }
 }
