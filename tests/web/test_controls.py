@@ -302,17 +302,25 @@ def test_the_operator_may_ask_for_the_deadman(start, visit):
     other = visit(run.url)
     page.locator("#deadman").check()
     expect(page.locator("#deadman-text")).to_contain_text("for 3 s (on)")
-    # A page that is loaded again is the same operator's.
-    page.reload()
-    expect(page.locator("#deadman")).to_be_checked()
-    other.wait_for_function("() => page.picture.t > window.since + 5 || ((window.since ??= page.picture.t), false)")
-    expect(other.locator("#commanding")).to_have_text("set points")
     page.locator("#deadman").uncheck()
     expect(page.locator("#deadman-text")).not_to_contain_text("(on)")
     page.close()
     other.wait_for_function("() => page.picture.t > window.then + 5 || ((window.then ??= page.picture.t), false)")
     expect(other.locator("#commanding")).to_have_text("set points")
     assert not any(re.search("vented", line) for line in run.host.lines)
+
+
+def test_a_page_that_is_loaded_again_is_the_same_operators(start, visit):
+    # A limit that loading it again never takes, however busy the machine.
+    _, page = control_page(start, visit, "--web-deadman", "60")
+    page.locator("[data-chamber='0.0'] .number input").fill("80")
+    page.locator("[data-chamber='0.0'] .number button").tap()
+    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+    page.reload()
+    with page.expect_response("**/api/heartbeat") as heartbeat:
+        pass
+    assert heartbeat.value.json() == {"armed": True}
+    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
 
 
 def test_set_points_vent_when_the_operators_page_is_hidden(start, visit):
