@@ -15,8 +15,8 @@ const VECTOR_TABLE: u32 = 0x2000_0000;
 
 /// The firmware for the RP2040, as it is flashed.
 ///
-/// Built by cargo into a target folder of its own, so that it does not wait for the build that runs the tests. The first
-/// time takes about a minute; tests that run at the same time wait for each other.
+/// Built by cargo where `cargo fw-build` builds it: who has built it waits for nothing. The first time takes about a minute; tests
+/// that run at the same time wait for each other.
 ///
 /// # Panics
 /// If it does not build; the compiler's words are on standard error.
@@ -57,7 +57,7 @@ pub fn on_target_tests() -> Vec<u8> {
     fs::read(&path).unwrap_or_else(|error| panic!("cannot read {}: {error}", path.display()))
 }
 
-/// What cargo does with the firmware, for the chip and into a folder of its own; gives what it prints.
+/// What cargo does with the firmware, for the chip; gives what it prints.
 fn cargo(command: &str, arguments: &[&str]) -> String {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
@@ -85,8 +85,7 @@ fn artefact() -> PathBuf {
 }
 
 fn target_folder() -> PathBuf {
-    let host = env::var_os("CARGO_TARGET_DIR").map_or_else(|| workspace().join("target"), PathBuf::from);
-    host.join("firmware")
+    workspace().join(env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
 fn workspace() -> PathBuf {

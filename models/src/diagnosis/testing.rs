@@ -23,29 +23,34 @@ const BASE: [f64; 7] = [0.002, 0.002, 0.7, 0.02, -0.02, 0.02, 1.0];
 
 /// Behind a valve whose drive was recorded, or behind a board that follows commands; the simulation of the base model is what was measured.
 pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
-    let every = |value: f64| -> Series { vec![value; ROWS].into() };
+    channel_of(ROWS, in_loop)
+}
+
+/// The same of so many rows, a hundred a second.
+pub fn channel_of(rows: usize, in_loop: bool) -> (ChannelData, Extended) {
+    let every = |value: f64| -> Series { vec![value; rows].into() };
     let command = |row: usize| [150e3, 240e3, 90e3, 200e3][row / 170 % 4] + AMBIENT_PA;
     let drive = |row: usize| [0.3, -0.2, 0.05, 0.5, -0.6][row / 40 % 5] + 0.1 * (0.05 * row as f64).sin();
     let inputs = ChannelInputs {
-        time_s: (0..ROWS).map(|k| 0.01 * k as f64).collect(),
+        time_s: (0..rows).map(|k| 0.01 * k as f64).collect(),
         interval_s: every(0.01),
-        duration_s: 0.01 * (ROWS - 1) as f64,
+        duration_s: 0.01 * (rows - 1) as f64,
         starts: [0].into(),
         drive: if in_loop {
             DriveInput::Controlled
         } else {
-            DriveInput::Spool((0..ROWS).map(drive).collect())
+            DriveInput::Spool((0..rows).map(drive).collect())
         },
-        command_pa: (0..ROWS).map(command).collect(),
+        command_pa: (0..rows).map(command).collect(),
         supply_pa: every(650e3),
         volume_m3: every(3e-4),
         volume_rate_m3_s: every(0.0),
         measured_pa: every(150e3 + AMBIENT_PA),
-        usable: vec![true; ROWS].into(),
-        opposite_pa: (0..ROWS).map(|k| 1e4 * (0.03 * k as f64).sin()).collect(),
-        sampled_before_pa: (0..ROWS).map(|k| 2e4 * (0.02 * k as f64).cos()).collect(),
-        neighbour_drive: (0..ROWS).map(|k| 0.5 * (0.07 * k as f64).sin()).collect(),
-        others_draw: (0..ROWS).map(|k| 1e4 * (1.0 + (0.05 * k as f64).sin())).collect(),
+        usable: vec![true; rows].into(),
+        opposite_pa: (0..rows).map(|k| 1e4 * (0.03 * k as f64).sin()).collect(),
+        sampled_before_pa: (0..rows).map(|k| 2e4 * (0.02 * k as f64).cos()).collect(),
+        neighbour_drive: (0..rows).map(|k| 0.5 * (0.07 * k as f64).sin()).collect(),
+        others_draw: (0..rows).map(|k| 1e4 * (1.0 + (0.05 * k as f64).sin())).collect(),
         noise_pa: 300.0,
         ambient_pa: AMBIENT_PA,
     };

@@ -1,9 +1,12 @@
-"""What the tests share: where our programs are."""
+"""What the tests share: where our programs are, and a DDS domain for each."""
 
+import itertools
 import os
 import pathlib
 import subprocess
 import sys
+
+import pytest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 
@@ -25,3 +28,17 @@ def compare(file, channel, folder) -> str:
     command = [binary("pneudrive-model"), "compare", file, "--channels", channel, "--models", "linear"]
     command = [*map(str, command), "--starts", "2", "--out", str(folder / "out")]
     return subprocess.run(command, capture_output=True, text=True, timeout=300).stderr
+
+
+# Domains 1 to 101 have ports below those that Linux gives away by itself.
+WORKERS, DOMAINS_EACH = 4, 25
+tests = itertools.count(os.getpid())
+
+
+@pytest.fixture(autouse=True)
+def domain(monkeypatch):
+    """Each test in a DDS domain of its own, apart from tests beside it and from what the test before has left."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % WORKERS
+    number = 1 + DOMAINS_EACH * worker + next(tests) % DOMAINS_EACH
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    return number

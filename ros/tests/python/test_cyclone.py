@@ -1,6 +1,5 @@
 """The node and Cyclone DDS, the other DDS that ROS 2 installations use, by its own Python package: no ROS in between."""
 
-import os
 import time
 from dataclasses import dataclass
 
@@ -42,9 +41,7 @@ BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(100))
 
 
 @pytest.mark.parametrize("qos", [RELIABLE, BEST_EFFORT], ids=["reliable", "best effort"])
-def test_both_directions(qos, monkeypatch):
-    domain = 1 + (os.getpid() * 7 + len(str(qos))) % 100
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+def test_both_directions(qos, domain):
     with Node() as node:
         participant = DomainParticipant(domain)
         states = DataReader(participant, Topic(participant, "rt/pneudrive/joint_0/pressure_state", JointState), qos=qos)

@@ -1,11 +1,9 @@
 """What launch files and ROS's own tools do with the node: parameter files, descriptions, /rosout, standard messages."""
 
-import os
 import re
 import time
 import xml.etree.ElementTree as ElementTree
 
-import pytest
 from conftest import ROOT
 from peers import RELIABLE, Joint, Node, Peer, seconds, until
 from rcl_interfaces.msg import Log, Parameter, ParameterType, ParameterValue
@@ -16,12 +14,6 @@ from sensor_msgs.msg import FluidPressure, JointState
 # After which a question is asked again.
 REPEAT_S = 10.0
 EXAMPLE = ROOT / "ros" / "config" / "pneudrive.yaml"
-
-
-@pytest.fixture(autouse=True)
-def domain(request, monkeypatch):
-    """Each test in a DDS domain of its own, apart from other programs on the machine."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + (os.getpid() * 7 + sum(map(ord, request.node.name))) % 100))
 
 
 def call(peer, kind, service, request):

@@ -26,14 +26,6 @@ BUS_0 = "/pneudrive: bus0"
 OK, WARN = b"\x00", b"\x01"
 
 
-@pytest.fixture(autouse=True)
-def domain(request, monkeypatch):
-    """Each test in a DDS domain of its own, apart from other programs on the machine."""
-    number = 1 + (os.getpid() * 7 + sum(map(ord, request.node.name))) % 100
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
-    return number
-
-
 def test_it_is_found_with_its_topics_and_types():
     with Node("--devices", 2) as node, Peer() as peer:
         until("the node", lambda: "pneudrive" in peer.node.get_node_names())

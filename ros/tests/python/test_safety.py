@@ -9,7 +9,7 @@ from boards import Boards
 from conftest import binary
 from peers import PATIENCE_S, Joint, Node, Peer, until
 from std_srvs.srv import Trigger
-from test_node import BUS_0, JOINT_0, domain  # noqa: F401
+from test_node import BUS_0, JOINT_0
 
 NAMES = [f"b0_cmd{k}_kpa" for k in range(4)]
 

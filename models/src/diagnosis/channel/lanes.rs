@@ -43,7 +43,7 @@ fn side_by_side(data: &ChannelData, models: &[Extended]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::channel;
+    use crate::diagnosis::testing::{channel, channel_of};
     use crate::effects::Domain;
     use crate::effects::catalogue::CATALOGUE;
     use crate::model::Scale;
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     fn side_by_side_every_effect_does_what_it_does_alone() {
         for in_loop in [false, true] {
-            let (data, base) = channel(in_loop);
+            let (data, base) = channel_of(600, in_loop);
             for effect in 0..CATALOGUE.len() {
                 let info = CATALOGUE[effect];
                 if info.domain == Domain::Regulator {
