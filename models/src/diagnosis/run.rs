@@ -8,6 +8,7 @@ use crate::diagnosis::discrepancy::{
 };
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::estimation::{ChannelStage, models_of};
+use crate::diagnosis::evidence::Weighed;
 use crate::diagnosis::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict, Withheld,
 };
@@ -112,7 +113,7 @@ pub fn diagnose(
     let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);
-    let mut diagnosis = assemble(recording, rig, channels, outcome, rest, notes, change);
+    let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);
     diagnosis.report.weigh(&weighed);
     diagnosis.report.sentence = verdict::sentence(&diagnosis.report, change);
     progress("planning the next experiment", 0);
@@ -141,7 +142,7 @@ fn assemble(
     rig: &Rig,
     channels: Vec<ChannelData>,
     outcome: Outcome,
-    rest: Rest,
+    (rest, explanations): (Rest, &[Weighed]),
     mut notes: Vec<String>,
     change: bool,
 ) -> Diagnosis {
@@ -165,7 +166,9 @@ fn assemble(
         .collect();
     causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
     let looped = channels.iter().any(|data| data.inputs.in_loop());
-    let (causes, imperfections) = earned::part(causes, &imitated, change, looped);
+    let (causes, imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
+        alternatives::is_probable(cause, explanations)
+    });
     let mut depends_on = significant(&channels, &left);
     let withheld = outcome.withheld.as_ref();
     depends_on.splice(..0, withheld.and_then(|w| adequacy::cycle(&channels, &outcome, &w.foil)));

@@ -121,6 +121,12 @@ fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
     causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
+/// Is a cause by itself more probable than not? One is where nothing was weighed.
+#[must_use]
+pub fn is_probable(cause: &Cause, weighed: &[Weighed]) -> bool {
+    weighed.is_empty() || probability_of(std::slice::from_ref(&cause.effect), weighed) >= EVEN
+}
+
 /// Where the error itself says that something is missing, "nothing" is something without a name.
 fn without_a_name(weighed: &[Weighed]) -> Vec<Weighed> {
     let mut others: Vec<Weighed> = Vec::new();

@@ -12,18 +12,22 @@ use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. Of a board's
-/// loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: sizes must.
+/// loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: sizes must. What has no size that is determined must be
+/// `probable`.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
     imitated: &[&str],
     change: bool,
     looped: bool,
+    probable: impl Fn(&Cause) -> bool,
 ) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
-        let imitated = imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
-        match why_not(&cause, change, looped).or(imitated) {
+        let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
+        let told_otherwise = || change || looped && hunts(&cause) || probable(&cause);
+        let improbable = || (is_undetermined(&cause) && !told_otherwise()).then_some(Unnamed::Improbable);
+        match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }
@@ -46,6 +50,15 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
 
 fn hunts(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(|k| CATALOGUE[k].makes_limit_cycles())
+}
+
+/// Is none of the sizes that tell how large it is determined?
+fn is_undetermined(cause: &Cause) -> bool {
+    let unknown = |p: &EffectParameter| cause.parameters.get(p.name).is_none_or(|size| size.ci95.is_none());
+    index_of(&cause.effect).is_some_and(|k| {
+        let mut telling = telling(CATALOGUE[k]).peekable();
+        telling.peek().is_some() && telling.all(unknown)
+    })
 }
 
 /// May, by its intervals, every size that tells how large it is be none? A size that is not determined may.
@@ -184,9 +197,25 @@ mod tests {
             cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
             cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
         ];
-        let (causes, imperfections) = part(found, &["vent_restriction"], false, false);
+        let (causes, imperfections) = part(found, &["vent_restriction"], false, false, |_| true);
         assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
         assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
+    }
+
+    #[test]
+    fn without_a_size_that_is_determined_only_what_is_probable_has_a_name() {
+        let named = |size: Option<[f64; 2]>, probable: bool| {
+            let found = vec![cause("supply_sag", "drop", size, 0.4)];
+            let (causes, imperfections) = part(found, &[], false, true, |_| probable);
+            assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
+            !causes.is_empty()
+        };
+        assert!(!named(None, false));
+        assert!(named(None, true) && named(Some([20.0, 70.0]), false));
+        // Of a loop that hunts, how far says little, and that it hunts says much.
+        let found = || vec![cause("valve_stiction", "threshold", None, 0.4)];
+        let causes = |looped| part(found(), &[], false, looped, |_| false).0.len();
+        assert_eq!((causes(true), causes(false)), (1, 0));
     }
 
     #[test]
