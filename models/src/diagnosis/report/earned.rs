@@ -54,22 +54,22 @@ fn hunts(cause: &Cause) -> bool {
 
 /// Is none of the sizes that tell how large it is determined?
 fn is_undetermined(cause: &Cause) -> bool {
-    let unknown = |p: &EffectParameter| cause.parameters.get(p.name).is_none_or(|size| size.ci95.is_none());
-    index_of(&cause.effect).is_some_and(|k| {
-        let mut telling = telling(CATALOGUE[k]).peekable();
-        telling.peek().is_some() && telling.all(unknown)
-    })
+    of_all_sizes(cause, |_, ci95| ci95.is_none())
 }
 
 /// May, by its intervals, every size that tells how large it is be none? A size that is not determined may.
 fn may_be_nothing(cause: &Cause) -> bool {
-    let reaches = |p: &EffectParameter| {
-        let ci95 = cause.parameters.get(p.name).and_then(|size| size.ci95);
-        ci95.is_none_or(|[low, high]| (low..=high).contains(&p.null))
-    };
+    of_all_sizes(cause, |parameter, ci95| {
+        ci95.is_none_or(|[low, high]| (low..=high).contains(&parameter.null))
+    })
+}
+
+/// Is this so of the intervals of all sizes that tell how large a cause is, and is there one?
+fn of_all_sizes(cause: &Cause, is_so: impl Fn(&EffectParameter, Option<[f64; 2]>) -> bool) -> bool {
     index_of(&cause.effect).is_some_and(|k| {
         let mut telling = telling(CATALOGUE[k]).peekable();
-        telling.peek().is_some() && telling.all(reaches)
+        let ci95 = |p: &EffectParameter| cause.parameters.get(p.name).and_then(|size| size.ci95);
+        telling.peek().is_some() && telling.all(|p| is_so(p, ci95(p)))
     })
 }
 
