@@ -126,7 +126,7 @@ pub enum Unnamed {
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,
-    /// Less probable than not, beside what is more.
+    /// Less probable than not, beside what is more or where none of its sizes is determined.
     Improbable,
 }
 
