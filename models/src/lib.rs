@@ -18,6 +18,8 @@
 //! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
+//! [`numeric`], [`model`], [`board`], [`rollout`] and [`effects`] are the crate `pneudrive-plant`, which reads no files.
+//!
 //! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing prints but `cli`
 //! (feature), the command line of the program `pneudrive-model` and of packages that bring it along.
 //!
@@ -47,26 +49,23 @@
 #![doc = include_str!("../examples/diagnose.rs")]
 //! ```
 
-pub mod board;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod data;
 pub mod diagnosis;
-pub mod effects;
 pub mod experiment;
 pub mod export;
 pub mod fit;
-pub mod model;
-pub mod numeric;
 pub mod overview;
-mod parallel;
 pub mod report;
 pub mod rig;
-pub mod rollout;
 pub mod simulation;
 pub mod store;
 pub mod trends;
 pub mod watch;
+
+use pneudrive_plant::parallel;
+pub use pneudrive_plant::{board, effects, model, numeric, rollout};
 
 // The command line names this library as other programs do.
 #[cfg(feature = "cli")]

@@ -18,9 +18,10 @@ mod split;
 mod subject;
 mod table;
 
+pub use crate::rollout::ModelKind;
 pub use compare::{CompareError, CompareSettings, CompareWatch, channels_at_once, compare};
 pub use fit::{FitChannelsError, FitSettings, FittedChannel, fit_channels};
-pub use kind::{ControllerUse, DriveKind, ModelKind, Setup};
+pub use kind::{ControllerUse, DriveKind, Setup};
 pub use page::{Origin, comparison_page};
 pub use prepare::{Prepared, prepare, simulation};
 pub use result::{ChannelComparison, Comparison, ModelResult, Overall, Trace};

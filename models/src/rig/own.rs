@@ -85,7 +85,7 @@ impl Rig {
     /// The pressures beyond which a channel's reading says nothing; none where its sensor is not described.
     #[must_use]
     pub fn sensor_limits(&self, id: ChannelId) -> Option<SensorLimits> {
-        self.at(id).sensor.as_ref().map(Sensor::limits)
+        self.at(id).sensor.map(SensorLimits::from)
     }
 
     /// Drops boards and channels that have nothing of their own: names and limits are not the toolkit's.

@@ -3,14 +3,13 @@
 pub use crate::board::Sensor;
 use crate::data::SensorLimits;
 
-impl Sensor {
+impl From<Sensor> for SensorLimits {
     /// The pressures beyond which a reading says nothing.
-    #[must_use]
-    pub fn limits(&self) -> SensorLimits {
-        SensorLimits {
-            low_kpa: self.kpa(0.0),
-            high_kpa: self.kpa(self.full_scale_counts()),
-            step_kpa: self.kpa_per_count,
+    fn from(sensor: Sensor) -> Self {
+        Self {
+            low_kpa: sensor.kpa(0.0),
+            high_kpa: sensor.kpa(sensor.full_scale_counts()),
+            step_kpa: sensor.kpa_per_count,
         }
     }
 }
@@ -23,7 +22,7 @@ mod tests {
     fn counts_go_round_and_limits_are_the_end_codes() {
         let sensor = Sensor { bits: 10, zero_counts: 102.4, kpa_per_count: 0.841_645 };
         assert!((sensor.counts(sensor.kpa(511.0)) - 511.0).abs() < 1e-9);
-        let limits = sensor.limits();
+        let limits = SensorLimits::from(sensor);
         assert!((limits.low_kpa + 86.184).abs() < 1e-3, "{limits:?}");
         assert!((limits.high_kpa - 774.818).abs() < 1e-3, "{limits:?}");
     }

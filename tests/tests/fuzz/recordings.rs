@@ -17,7 +17,7 @@ const FILE: &str = "fuzzed";
 
 fn limits() -> Option<SensorLimits> {
     let rig = Rig::parse("rig.toml", include_str!("seeds/rig.toml")).unwrap();
-    Some(rig.sensor.unwrap().limits())
+    Some(rig.sensor.unwrap().into())
 }
 
 /// What a recording promises, whatever the file was.

@@ -31,7 +31,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip", "pneudrive-manual"]),
     ("pneudrive-chip", &[]),
-    ("pneudrive-model", &["pneudrive-rig", "pneudrive-manual"]),
+    ("pneudrive-plant", &[]),
+    ("pneudrive-model", &["pneudrive-plant", "pneudrive-rig", "pneudrive-manual"]),
     ("pneudrive-capi", &["pneudrive-model"]),
     (
         "pneudrive_py",

@@ -3,8 +3,14 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+/// Sources of the toolkit.
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/src")
+}
+
+/// Sources of what it simulates.
+fn plant() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/plant/src")
 }
 
 /// All Rust files below a folder with their text, without that of their tests.
@@ -37,7 +43,7 @@ fn listed(list: &str) -> BTreeSet<String> {
 
 #[test]
 fn an_effect_is_one_file_and_one_line_of_the_catalogue() {
-    let folder = models().join("effects/catalogue");
+    let folder = plant().join("effects/catalogue");
     let list = std::fs::read_to_string(folder.join("mod.rs")).expect("the catalogue");
     let lines = listed(between(&list, "\ncatalogue! {", "\n}"));
     let effects: Vec<(String, String)> = sources(&folder)
@@ -53,7 +59,8 @@ fn an_effect_is_one_file_and_one_line_of_the_catalogue() {
     }
     // Nothing else of the toolkit asks for one of them by its id: what makes it different are its traits.
     let mut named = Vec::new();
-    for (path, text) in sources(&models()).iter().filter(|(path, _)| !path.starts_with(&folder)) {
+    let all = [models(), plant()].into_iter().flat_map(|folder| sources(&folder));
+    for (path, text) in all.filter(|(path, _)| !path.starts_with(&folder)) {
         named.extend(
             files.iter().filter(|id| text.contains(&format!("\"{id}\""))).map(|id| (path.clone(), id)),
         );
@@ -63,7 +70,7 @@ fn an_effect_is_one_file_and_one_line_of_the_catalogue() {
 
 #[test]
 fn a_model_is_one_file_and_one_line_of_the_list() {
-    let folder = models().join("model");
+    let folder = plant().join("model");
     let list = std::fs::read_to_string(folder.join("mod.rs")).expect("the models");
     let lines = listed(between(&list, "\nmodels! { $", "\n}"));
     let files: BTreeSet<String> = sources(&folder)
@@ -73,8 +80,10 @@ fn a_model_is_one_file_and_one_line_of_the_list() {
         .collect();
     assert_eq!(lines, files);
     // The last of them is in no list beside that: simulation, choice, command line and page take it from there.
-    let (last, places) = ("Parametric", ["rollout", "experiment", "cli", "rig", "store"]);
-    for (path, text) in places.iter().flat_map(|place| sources(&models().join(place))) {
+    let last = "Parametric";
+    let mut places = vec![plant().join("rollout")];
+    places.extend(["experiment", "cli", "rig", "store"].map(|place| models().join(place)));
+    for (path, text) in places.iter().flat_map(|place| sources(place)) {
         let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
         let named: Vec<&str> = code.filter(|line| line.contains(last)).collect();
         assert!(named.is_empty(), "{}: {named:?}", path.display());

@@ -3,16 +3,14 @@
 use std::sync::Arc;
 
 use crate::data::ChannelId;
-use crate::effects::{ChannelInputs, Disturbance, DriveInput, Plant, Series, Undisturbed, simulate};
-use crate::numeric::Scalar;
+use crate::effects::{
+    ChannelInputs, Disturbance, DriveInput, Plant, Series, Simulated, Undisturbed, simulate,
+};
 
 use super::correction::Corrected;
 use super::model::{Extended, install};
 use super::split::{Block, Role};
 use super::variable::{Variable, series};
-
-/// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
-pub const NARROW: usize = 8;
 
 /// Rows of a channel that are compared at most; of longer recordings every n-th is.
 const MOST_COMPARED: usize = 60_000;
@@ -113,7 +111,7 @@ impl ChannelData {
     }
 
     /// Readings over any kind of number; `values` are the model's, in its kind.
-    pub fn run<S: Scalar>(&self, model: &Extended, values: &[S], shape: &impl Disturbance<S>) -> Vec<S> {
+    pub fn run<S: Simulated>(&self, model: &Extended, values: &[S], shape: &impl Disturbance<S>) -> Vec<S> {
         let rates = self.correction_rates(model);
         let shape = Corrected { inner: shape, rates: &rates, interval_s: &self.inputs.interval_s };
         let mut effects = install(&self.plant, &model.effects, values);

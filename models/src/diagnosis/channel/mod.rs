@@ -10,9 +10,10 @@ mod resolution;
 mod split;
 mod variable;
 
+pub use crate::effects::NARROW;
 pub use correction::Correction;
 pub use coupled::{settled, share_draws};
-pub use data::{ChannelData, NARROW, compared_rows, rows_of};
+pub use data::{ChannelData, compared_rows, rows_of};
 pub use lanes::readings_of;
 pub use model::{Extended, install};
 pub use neighbours::Pressures;

@@ -6,7 +6,7 @@
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, install};
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::{Memory, Stepper};
+use crate::effects::{Memory, Simulated, Stepper};
 use crate::numeric::{Dual, Scalar};
 
 /// Where there is a tube, the pressure behind it differs from the measured one by so much at a start, Pa.
@@ -64,7 +64,10 @@ fn run<const N: usize>(
     model: &Extended,
     uncertainty: &Uncertainty,
     counted: &[bool],
-) -> Innovations {
+) -> Innovations
+where
+    Dual<f64, N>: Simulated<Real = f64>,
+{
     let inputs = &data.inputs;
     let values: Vec<Dual<f64, N>> = model.values.iter().map(|v| Dual::from_real(*v)).collect();
     let mut effects = install(&data.plant, &model.effects, &values);
@@ -110,7 +113,10 @@ struct Predicted<const N: usize> {
     with_state: [f64; N],
 }
 
-impl<const N: usize> State<N> {
+impl<const N: usize> State<N>
+where
+    Dual<f64, N>: Simulated<Real = f64>,
+{
     /// At a start, where the pressure has just been measured.
     fn begin(&mut self, simulation: &mut Stepper<'_, Dual<f64, N>>, uncertainty: &Uncertainty) {
         self.read(simulation, &[Dual::from_real(0.0); SLOW]);

@@ -1,0 +1,78 @@
+//! `chamber_coupling`: opposite chamber changes the volume.
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Trait};
+use crate::numeric::Scalar;
+
+/// What the catalogue says about it.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "chamber_coupling",
+    title: "Opposite chamber changes the volume",
+    physics: "Two chambers bend a joint against each other. When the bending is not measured, the pressure difference of the pair lengthens one chamber and shortens the other, with the swing of the joint.",
+    equation: "V = V_0 (1 + coupling x),  x follows p - p_opposite with the joint's frequency and damping",
+    source: "antagonistic pair with inertia, bending stiffness and friction",
+    question: Question::Structure,
+    domain: Domain::Valve,
+    reach: Reach::Channel,
+    parameters: &[
+        // Usual: half a percent of the volume per 100 kPa.
+        EffectParameter::linear("coupling", "1/(100 kPa)", (-0.3, 0.0, 0.6), "relative growth of the volume per 100 kPa over the chamber opposite").usual_to(0.005).of_load(),
+        EffectParameter::logarithmic("frequency", "Hz", (0.2, 1.5, 15.0), "natural frequency of the joint").of_load(),
+        EffectParameter::linear("damping", "1", (0.1, 0.7, 3.0), "damping ratio of the joint").of_load(),
+    ],
+    probes: &[&[0.03, 1.5, 0.6], &[0.03, 6.0, 1.0]],
+    rivals: &["sensor_crosstalk", "supply_sag", "wall_compliance"],
+    separated_by: "one chamber held with closed ports while the one opposite moves",
+    smallest: 0.003,
+    traits: &[Trait::NeedsOpposite],
+    check: "measure the joint angle, or hold the joint and see whether it vanishes",
+};
+
+/// The effect at work.
+#[derive(Debug, Clone)]
+pub struct ChamberCoupling<S> {
+    coupling: S,
+    frequency: S,
+    damping: S,
+    state: Option<(S, S)>,
+}
+
+impl<S: Scalar> ChamberCoupling<S> {
+    /// With the values of [`INFO`]'s parameters.
+    pub fn new(values: &[S]) -> Self {
+        Self { coupling: values[0], frequency: values[1], damping: values[2], state: None }
+    }
+}
+
+impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
+    fn reset(&mut self) {
+        self.state = None;
+    }
+
+    fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        if let Some((x, v)) = &mut self.state {
+            visit(Memory::Estimated, x);
+            visit(Memory::Estimated, v);
+        }
+    }
+
+    #[inline]
+    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
+        let Some(&opposite) = step.inputs.opposite_pa.get(step.row) else {
+            return;
+        };
+        let next = step.inputs.opposite_pa.get(step.row + 1).copied().unwrap_or(opposite);
+        let share = (step.time_s - step.inputs.time_s[step.row]) / step.inputs.interval_s[step.row];
+        let opposite = opposite + share * (next - opposite) + step.inputs.ambient_pa;
+        let wanted = pressure.plus(-opposite).times(1e-5);
+        let (x, v) = self.state.unwrap_or((wanted, S::zero()));
+        // Semi-implicit: stable for any step, and the joint is slow against it.
+        let omega = self.frequency.times(std::f64::consts::TAU);
+        let h = step.length_s;
+        let stiffness = omega.square().times(h);
+        let friction = (omega * self.damping).times(2.0 * h);
+        let v = (v + stiffness * (wanted - x)) / (friction + stiffness.times(h)).plus(1.0);
+        self.state = Some((x + v.times(h), v));
+        stretch.factor = stretch.factor + self.coupling * (x + v.times(0.5 * h));
+        stretch.rate = stretch.rate + self.coupling * v;
+    }
+}

@@ -1,0 +1,48 @@
+//! `sensor_nonlinearity`: sensor characteristic is curved.
+
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Question, Reach};
+use crate::numeric::Scalar;
+
+/// What the catalogue says about it.
+pub const INFO: EffectInfo = EffectInfo {
+    id: "sensor_nonlinearity",
+    title: "Sensor characteristic is curved",
+    physics: "The reading is right at the ends of the range and wrong in the middle.",
+    equation: "y = p + bow 4 x (1 - x), x = p / range",
+    source: "terminal-based nonlinearity, IEC 61298-2",
+    question: Question::Structure,
+    domain: Domain::Valve,
+    reach: Reach::Channel,
+    parameters: &[
+        // Usual: half a percent of a 100 psi range, as data sheets state it.
+        EffectParameter::linear("bow", "kPa", (-80.0, 0.0, 80.0), "error in the middle of the 100 psi range").usual_to(3.0),
+    ],
+    probes: &[&[-6.0], &[6.0]],
+    rivals: &["wall_compliance", "flow_function"],
+    separated_by: "a slow sweep over the whole range beside a reference gauge",
+    smallest: 1.0,
+    traits: &[],
+    check: "the sensor against a reference gauge at three pressures",
+};
+
+/// The effect at work.
+#[derive(Debug, Clone)]
+pub struct SensorNonlinearity<S> {
+    bow: S,
+}
+
+impl<S: Scalar> SensorNonlinearity<S> {
+    /// With the values of [`INFO`]'s parameters.
+    pub fn new(values: &[S]) -> Self {
+        Self { bow: values[0] }
+    }
+}
+
+impl<S: Scalar> Hook<S> for SensorNonlinearity<S> {
+    #[inline]
+    fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
+        const RANGE_PA: f64 = 689_475.7;
+        let x = gauge.times(1.0 / RANGE_PA);
+        gauge + (self.bow * x * (-x).plus(1.0)).times(4.0e3)
+    }
+}
