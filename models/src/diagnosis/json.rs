@@ -128,6 +128,8 @@ pub enum Unnamed {
     Imitated,
     /// Less probable than not, beside what is more or where none of its sizes is determined.
     Improbable,
+    /// None of its sizes is determined, and in closed loop it stands beside what has one that is.
+    Undetermined,
 }
 
 /// The recording.

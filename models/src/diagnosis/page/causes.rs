@@ -21,13 +21,14 @@ pub fn markup(report: &Report) -> Markup {
 /// What is modelled without a name, and why it has none.
 pub fn unnamed(report: &Report) -> Markup {
     html! {
-        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, may be nothing, gain nothing on the test blocks, do no more than any smooth correction would, or are improbable."))
+        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, may be nothing, gain nothing on the test blocks, do no more than any smooth correction would, are improbable, or of a size that the recording does not tell."))
         (table(report, report.imperfections.iter().map(|i| &i.cause)))
         @for i in &report.imperfections {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {
                 Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
-                Unnamed::Improbable => "it is less probable than not, and what is named is more.",
+                Unnamed::Improbable => "it is less probable than not.",
+                Unnamed::Undetermined => "this recording does not tell how large it is, and in closed loop it then may be what another cause leaves.",
                 Unnamed::Gainless => "no gain of more than 1 % on the test blocks, or neither gain nor size is surely more than nothing.",
             }) }
         }

@@ -13,7 +13,7 @@ use crate::effects::{EffectInfo, EffectParameter};
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. Of a board's
 /// loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: sizes must. What has no size that is determined must be
-/// `probable`.
+/// `probable`, and stand in no such loop beside what has one: there, the shape of something often fits what another cause leaves.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
@@ -31,6 +31,13 @@ pub fn part(
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }
+    }
+    let sized = |cause: &Cause| hunts(cause) || !is_undetermined(cause);
+    if looped && !change && causes.iter().any(sized) {
+        let (named, sizeless) = causes.into_iter().partition(sized);
+        let unnamed = |cause| Imperfection { why: Unnamed::Undetermined, cause };
+        imperfections.extend(Vec::into_iter(sizeless).map(unnamed));
+        causes = named;
     }
     (causes, imperfections)
 }
@@ -216,6 +223,22 @@ mod tests {
         let found = || vec![cause("valve_stiction", "threshold", None, 0.4)];
         let causes = |looped| part(found(), &[], false, looped, |_| false).0.len();
         assert_eq!((causes(true), causes(false)), (1, 0));
+    }
+
+    #[test]
+    fn in_closed_loop_what_has_a_size_leaves_no_name_to_what_has_none() {
+        let named = |sag: Option<[f64; 2]>, looped: bool| {
+            let limit = cause("drive_saturation", "limit", Some([0.68, 0.72]), 0.7);
+            let found = vec![limit, cause("supply_sag", "drop", sag, 0.5)];
+            let (causes, imperfections) = part(found, &[], false, looped, |_| true);
+            assert!(imperfections.iter().all(|i| i.why == Unnamed::Undetermined));
+            causes.into_iter().map(|cause| cause.effect).collect::<Vec<_>>()
+        };
+        assert_eq!(named(None, true), ["drive_saturation"]);
+        assert_eq!(named(Some([20.0, 70.0]), true).len(), 2);
+        assert_eq!(named(None, false).len(), 2, "where the drive is recorded, the error tells");
+        let alone = part(vec![cause("supply_sag", "drop", None, 0.5)], &[], false, true, |_| true);
+        assert_eq!(alone.0.len(), 1);
     }
 
     #[test]
