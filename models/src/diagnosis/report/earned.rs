@@ -34,9 +34,9 @@ pub fn part(
     }
     let sized = |cause: &Cause| hunts(cause) || !is_undetermined(cause);
     if looped && !change && causes.iter().any(sized) {
-        let (named, sizeless) = causes.into_iter().partition(sized);
+        let (named, sizeless): (Vec<_>, Vec<_>) = causes.into_iter().partition(sized);
         let unnamed = |cause| Imperfection { why: Unnamed::Undetermined, cause };
-        imperfections.extend(Vec::into_iter(sizeless).map(unnamed));
+        imperfections.extend(sizeless.into_iter().map(unnamed));
         causes = named;
     }
     (causes, imperfections)
