@@ -9,6 +9,9 @@ from conftest import RIG_TOML, TRUE_PARAMETERS
 import pneudrive_py as pneu
 from pneudrive_py import DataError
 
+# One worker makes what these tests share, where several run.
+pytestmark = pytest.mark.xdist_group("machine")
+
 #: Volumes behind the valves, over that of the rig.
 VOLUMES = {"large": 1.0, "small": 0.6, "larger": 1.4}
 
