@@ -55,7 +55,7 @@ impl BoardPlots<'_> {
         for channel in self.channels() {
             let Some(command) = &channel.command_kpa else { continue };
             let points = self.points(command.iter().map(|kpa| f64::from(*kpa)));
-            plot = plot.line(format!("set point {}", channel.id.channel), Colour::Command, points);
+            plot = plot.line("set points", Colour::Command, points);
         }
         for (channel, colour) in self.channels().zip(Colour::RESULTS.into_iter().cycle()) {
             let Some(measured) = &channel.pressure_kpa else { continue };

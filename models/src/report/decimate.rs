@@ -40,6 +40,8 @@ struct Column {
     number: f64,
     lowest: (f64, f64),
     highest: (f64, f64),
+    /// Did the largest value come after the smallest? Of two at one time, as at the edge of a step, their order is that of the points.
+    rises: bool,
 }
 
 impl Piece {
@@ -47,28 +49,24 @@ impl Piece {
         match &mut self.column {
             Some(column) if column.number.total_cmp(&number).is_eq() => {
                 if point.1 < column.lowest.1 {
-                    column.lowest = point;
+                    (column.lowest, column.rises) = (point, false);
                 }
                 if point.1 > column.highest.1 {
-                    column.highest = point;
+                    (column.highest, column.rises) = (point, true);
                 }
             }
             _ => {
                 self.flush();
-                self.column = Some(Column { number, lowest: point, highest: point });
+                self.column = Some(Column { number, lowest: point, highest: point, rises: true });
             }
         }
     }
 
     fn flush(&mut self) {
-        let Some(column) = self.column.take() else { return };
-        let (first, second) = if column.lowest.0 <= column.highest.0 {
-            (column.lowest, column.highest)
-        } else {
-            (column.highest, column.lowest)
-        };
+        let Some(Column { lowest, highest, rises, .. }) = self.column.take() else { return };
+        let (first, second) = if rises { (lowest, highest) } else { (highest, lowest) };
         self.done.push(first);
-        if first.0 < second.0 {
+        if lowest.1 < highest.1 {
             self.done.push(second);
         }
     }
@@ -118,6 +116,14 @@ mod tests {
         assert!(pieces[0].len() <= 1001);
         assert!(pieces[0].contains(&(123_456.0, 9.0)));
         assert!(pieces[0].windows(2).all(|w| w[0].0 < w[1].0), "time runs forward");
+    }
+
+    #[test]
+    fn a_step_is_as_high_as_it_was() {
+        let steps = [0.0, 1.0, 0.0, 3.0].iter().enumerate();
+        let edges = |(second, count): (usize, &f64)| [(second as f64, *count), (second as f64 + 1.0, *count)];
+        let corners: Vec<(f64, f64)> = steps.flat_map(edges).collect();
+        assert_eq!(min_max(corners.clone(), (0.0, 4.0), 400), [corners]);
     }
 
     #[test]

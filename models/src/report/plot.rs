@@ -147,7 +147,7 @@ impl Plot {
                 figcaption {
                     strong { (self.title) }
                     span.legend {
-                        @for series in &self.series {
+                        @for series in self.distinct_series() {
                             span.key {
                                 i.line[series.mark.is_line()].dot[!series.mark.is_line()]
                                     style={ "background:" (series.colour.css()) } {}
@@ -168,6 +168,16 @@ impl Plot {
                 div.narrow role="img" aria-label=(self.title) { (PreEscaped(narrow)) }
             }
         })
+    }
+
+    /// One of each name: several that look the same may share one.
+    fn distinct_series(&self) -> impl Iterator<Item = &PlotSeries> {
+        let first_of = |name: &str| self.series.iter().position(|series| series.name == name);
+        self.series
+            .iter()
+            .enumerate()
+            .filter(move |(k, series)| first_of(&series.name) == Some(*k))
+            .map(|(_, series)| series)
     }
 
     /// Smallest and largest x, over series and shades.
