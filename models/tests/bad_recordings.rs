@@ -225,9 +225,11 @@ fn recordings_with_different_channels() {
     let done = run(folder.root(), &["diagnose", "one.csv", "two.csv", "--out", "d"]);
     assert_eq!(done.status, 2);
     assert!(done.stderr.contains("one.csv has the channels b0c0 and two.csv has b0c1"), "{}", done.stderr);
-    let done = run(folder.root(), &["diagnose", "one.csv", "one.csv", "--out", "d"]);
+    // The same movements again, and the same rows of another file.
+    folder.write("again.csv", format!("# the next day\n{one}").as_bytes());
+    let done = run(folder.root(), &["diagnose", "one.csv", "again.csv", "--out", "d"]);
     assert_eq!(done.status, 0, "{}", done.stderr);
     let report = json(&folder.path("d/report.json"));
     assert_eq!(report["data"]["rows"], 5000);
-    assert_eq!(report["data"]["file"], "one.csv, one.csv");
+    assert_eq!(report["data"]["file"], "one.csv, again.csv");
 }

@@ -42,6 +42,28 @@ fn other_formats_are_recognised_by_their_first_bytes() {
         message(b"PK\x03\x04xxxx"),
         "run.csv: this is a zip archive or a spreadsheet, which cannot be read; export it as CSV"
     );
+    assert_eq!(
+        message(b"PAR1xxxx"),
+        "run.csv: this is a Parquet file, which cannot be read; export it as CSV"
+    );
+}
+
+#[test]
+fn a_name_that_promises_something_else() {
+    let folder = Folder::new();
+    for (name, what) in [("run.csv.zst", "Zstandard"), ("run.csv.gz", "gzip"), ("run.mcap", "MCAP")] {
+        let path = folder.write(name, b"\x00\xff\xfe\x93\x00");
+        let error = load(&path, LoadOptions::default()).unwrap_err();
+        assert_eq!(
+            folder.strip(&error.to_string()),
+            format!(
+                "{name}: the content is not {what}, which the name promises: the file is damaged or was renamed; copy it again"
+            )
+        );
+        // Text by another name is read.
+        let path = folder.write(name, b"t_s,b0_p0_kpa\n0,1\n0.01,1\n");
+        assert!(load(&path, LoadOptions::default()).is_ok(), "{name}");
+    }
 }
 
 #[test]
@@ -130,7 +152,7 @@ fn text_that_is_not_utf_8() {
 fn too_few_rows() {
     assert_message(
         "t_s,b0_p0_kpa\n0,1\n",
-        "run.csv: 1 usable rows; a recording needs at least 2, and fitting a few hundred",
+        "run.csv: usable rows: 1; a recording needs at least 2, and fitting a few hundred.",
     );
 }
 
@@ -156,7 +178,7 @@ fn times_that_give_no_rate() {
     // One wild time stamp costs its row.
     assert_message(
         "t_s,b0_p0_kpa\n0,1\n-1e300,1\n1e300,1\n",
-        "run.csv: 1 usable rows; a recording needs at least 2, and fitting a few hundred",
+        "run.csv: usable rows: 1; a recording needs at least 2, and fitting a few hundred. t_s is empty or no usable number in 2 row(s), the first of them row 3: left out.",
     );
 }
 

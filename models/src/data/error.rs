@@ -44,6 +44,16 @@ pub enum DataError {
         /// What to do.
         advice: &'static str,
     },
+    /// The content is not what the name says.
+    #[error(
+        "{file}: the content is not {what}, which the name promises: the file is damaged or was renamed; copy it again"
+    )]
+    NotAsNamed {
+        /// The file as given.
+        file: String,
+        /// What the name says it is.
+        what: &'static str,
+    },
     /// A ROS 2 bag that cannot be used.
     #[error("{file}: {source}")]
     Bag {
@@ -165,12 +175,14 @@ pub enum DataError {
         found: usize,
     },
     /// Nothing to work with.
-    #[error("{file}: {rows} usable rows; a recording needs at least 2, and fitting a few hundred")]
+    #[error("{file}: usable rows: {rows}; a recording needs at least 2, and fitting a few hundred.{why}")]
     TooFewRows {
         /// The file as given.
         file: String,
         /// Rows left.
         rows: usize,
+        /// What made the others unusable, each sentence behind a space, or empty.
+        why: String,
     },
     /// Time stamps that no recording has.
     #[error(

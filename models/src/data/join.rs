@@ -22,6 +22,14 @@ pub enum JoinError {
         /// Its channels.
         second_channels: String,
     },
+    /// The same file again: what is measured once would count as measured twice.
+    #[error("{second} is {first} once more (the same SHA-256): give each recording once")]
+    Same {
+        /// One file.
+        first: String,
+        /// The other file.
+        second: String,
+    },
     /// A column that only one of them has.
     #[error(
         "{without} has no {what}, which {with} has: recordings that are diagnosed together need the same columns; remove it from the one or record it in the other"
@@ -86,6 +94,11 @@ impl Recording {
     }
 
     fn check(&self, next: &Self) -> Result<(), JoinError> {
+        // One that is joined already has the sums of all.
+        if self.source.sha256.split(", ").any(|sum| sum == next.source.sha256) {
+            let (first, second) = (self.source.file.clone(), next.source.file.clone());
+            return Err(JoinError::Same { first, second });
+        }
         let ids = |r: &Self| r.channels.iter().map(|c| c.id).collect::<Vec<ChannelId>>();
         let names = |r: &Self| ids(r).iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
         if ids(self) != ids(next) {

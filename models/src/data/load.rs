@@ -27,6 +27,8 @@ pub struct LoadOptions<'a> {
     /// The limits of each channel's pressure sensor, from the rig file (`Rig::sensor_limits`); where there are none, no sample
     /// counts as saturated.
     pub limits: Option<LimitsOf<'a>>,
+    /// Pressure of the supply in the rig file, kPa gauge: pressures that do not go with it are remarked upon.
+    pub supply_kpa: Option<f64>,
     /// Told now and then: stored bytes read so far and in all.
     pub progress: Option<&'a mut dyn FnMut(u64, u64)>,
 }
@@ -63,7 +65,7 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
         csv::read(&file, &mut *open.text, &mut plan)?
     };
     let source = open.finish()?;
-    assemble(table, source, options.limits)
+    assemble(table, source, options.limits, options.supply_kpa)
 }
 
 /// Checks and masks a recording that is in memory already, as the content of a CSV file called `file` in messages.
@@ -73,7 +75,7 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
 pub fn read(file: &str, text: &[u8], options: LoadOptions<'_>) -> Result<Loaded, DataError> {
     let mut plan = ReadPlan { channels: options.channels, progress: &mut |_| {} };
     let table = csv::read(file, &mut &*text, &mut plan)?;
-    assemble(table, source::of_bytes(file, text), options.limits)
+    assemble(table, source::of_bytes(file, text), options.limits, options.supply_kpa)
 }
 
 /// Checks the raw columns and sorts them into channels.
@@ -81,6 +83,7 @@ fn assemble(
     mut table: RawTable,
     source: super::Source,
     limits: Option<LimitsOf<'_>>,
+    supply_kpa: Option<f64>,
 ) -> Result<Loaded, DataError> {
     let rows_read =
         table.time_s.len() + table.timeless_lines.len() + usize::from(table.cut_off_line.is_some());
@@ -91,7 +94,8 @@ fn assemble(
     }
     let rows = table.time_s.len();
     if rows < 2 {
-        return Err(DataError::TooFewRows { file: source.file, rows });
+        let why = findings.iter().map(|finding| format!(" {}", finding.sentence)).collect();
+        return Err(DataError::TooFewRows { file: source.file, rows, why });
     }
     let sampling = quality::sampling(&table.time_s);
     if !POSSIBLE_RATES_HZ.contains(&sampling.rate_hz) {
@@ -140,6 +144,7 @@ fn assemble(
         }
         channels.push(columns.channel(id, &source.file, limits.and_then(|of| of(id)).as_ref(), flags)?);
     }
+    findings.extend(supply_kpa.and_then(|kpa| quality::odd_pressure(&channels, kpa)));
     let period_s = sampling.rate_hz.recip();
     let board_supplies = supplies.into_iter().map(|(own, _)| own).collect();
     let supply_kpa = supply.values;

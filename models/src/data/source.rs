@@ -61,7 +61,7 @@ const GZIP: &[u8] = &[0x1f, 0x8b];
 const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
 /// Formats that people hand over in error, by their first bytes.
-const UNSUPPORTED: [(&[u8], &str, &str); 5] = [
+const UNSUPPORTED: [(&[u8], &str, &str); 6] = [
     (b"\xfd7zXZ\0", "an xz archive", "decompress it, or compress with gzip or zstd"),
     (b"BZh", "a bzip2 archive", "decompress it, or compress with gzip or zstd"),
     (b"PK\x03\x04", "a zip archive or a spreadsheet", "export it as CSV"),
@@ -71,6 +71,7 @@ const UNSUPPORTED: [(&[u8], &str, &str); 5] = [
         "convert it to MCAP with `ros2 bag convert`, or export it as CSV",
     ),
     (b"\x89HDF", "an HDF5 file", "export it as CSV"),
+    (b"PAR1", "a Parquet file", "export it as CSV"),
 ];
 
 /// Opens `path` and recognises what it holds by content, whatever its extension.
@@ -98,6 +99,15 @@ pub(crate) fn decode(file: String, size: u64, handle: Box<dyn Read>) -> Result<O
         return Err(DataError::Unsupported { file, what, advice });
     }
     let is_bag = head.starts_with(super::bag::MAGIC);
+    // Plain text under any name is read; what is neither is not what its name says.
+    let promises = [(".gz", "gzip"), (".zst", "Zstandard"), (".mcap", "MCAP")];
+    let recognised = is_bag || head.starts_with(GZIP) || head.starts_with(ZSTD);
+    if let Some(&(_, what)) = promises.iter().find(|(ending, _)| file.ends_with(ending))
+        && !recognised
+        && std::str::from_utf8(head).is_err_and(|error| error.error_len().is_some())
+    {
+        return Err(DataError::NotAsNamed { file, what });
+    }
     let text: Box<dyn Read> = if head.starts_with(GZIP) {
         Box::new(flate2::bufread::MultiGzDecoder::new(stored))
     } else if head.starts_with(ZSTD) {

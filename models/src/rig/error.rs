@@ -8,8 +8,10 @@ pub enum RigError {
     /// The file: it names the line, the key and what is expected.
     #[error(transparent)]
     File(#[from] RigFileError),
-    /// The rig file lacks a table that the chosen work needs.
-    #[error("the rig file has no table [{table}], which {purpose} needs")]
+    /// No rig file is given, or it lacks a table that the chosen work needs.
+    #[error(
+        "{purpose} needs the table [{table}] of a rig file: give one that has it (--rig, in Python rig=), or use the linear model"
+    )]
     MissingTable {
         /// The table's name.
         table: &'static str,

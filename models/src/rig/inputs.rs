@@ -49,7 +49,7 @@ pub fn series(
     let id = channel.id;
     let ambient_pa = rig.ambient_or_standard().pressure_kpa_abs * PA_PER_KPA;
     if needs.command {
-        recording.command(channel, "the simulation from commands")?;
+        recording.command(channel, "a simulation without a recorded drive (b{n}_u{k})")?;
     }
     if needs.drive && channel.drive.is_none() {
         let (fill, vent) = id.fill_vent_columns();

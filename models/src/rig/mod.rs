@@ -64,6 +64,12 @@ pub struct Rig {
 }
 
 impl Rig {
+    /// Pressure of the supply, kPa gauge, where the file has one.
+    #[must_use]
+    pub fn supply_kpa(&self) -> Option<f64> {
+        self.supply.as_ref().map(|supply| supply.pressure_kpa)
+    }
+
     /// Reads and checks the rig file at `path`.
     ///
     /// # Errors

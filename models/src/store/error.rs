@@ -72,6 +72,24 @@ pub enum StoreError {
         /// The value.
         value: f64,
     },
+    /// A value that the model cannot have.
+    #[error(
+        "{file}: channel {channel}: parameter {name} is {value}; the model has it from {lower} to {upper}"
+    )]
+    Impossible {
+        /// The file as given.
+        file: String,
+        /// The channel.
+        channel: ChannelId,
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: f64,
+        /// Lowest that it can have.
+        lower: f64,
+        /// Highest.
+        upper: f64,
+    },
     /// Its rig is none.
     #[error(transparent)]
     Rig(#[from] RigError),

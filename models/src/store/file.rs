@@ -213,7 +213,7 @@ impl ParameterFile {
     /// The values of a channel in the order that `subject` takes them.
     ///
     /// # Errors
-    /// [`StoreError`] when the names are not the model's or a value is not finite.
+    /// [`StoreError`] when the names are not the model's, or a value is not finite or none that the model can have.
     pub fn values(&self, file: &str, id: ChannelId, subject: &Subject) -> Result<Vec<f64>, StoreError> {
         let stored = self.channel(file, id)?;
         let expected: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();
@@ -230,6 +230,14 @@ impl ParameterFile {
         if let Some(p) = stored.parameters.iter().find(|p| !p.value.is_finite()) {
             let (name, value) = (p.name.clone(), p.value);
             return Err(StoreError::NotFinite { file: file.to_owned(), channel: id, name, value });
+        }
+        // What a fit could not have found has been put there by hand.
+        for (parameter, stored) in subject.parameters().into_iter().zip(&stored.parameters) {
+            let (lower, upper, value) = (parameter.lower, parameter.upper, stored.value);
+            if !(lower..=upper).contains(&value) {
+                let (file, name) = (file.to_owned(), parameter.name);
+                return Err(StoreError::Impossible { file, channel: id, name, value, lower, upper });
+            }
         }
         Ok(stored.parameters.iter().map(|p| p.value).collect())
     }

@@ -55,6 +55,7 @@ pub fn load(
         let options = LoadOptions {
             channels: channels.as_deref(),
             limits: Some(&limits),
+            supply_kpa: rig.supply_kpa(),
             progress: Some(&mut progress),
         };
         let loaded = data::load(&path, options)?;

@@ -100,8 +100,12 @@ impl Recording {
         py.detach(move || {
             let text = columns::csv(&table)?;
             let limits = |channel| rig.sensor_limits(channel);
-            let options =
-                LoadOptions { channels: channels.as_deref(), limits: Some(&limits), progress: None };
+            let options = LoadOptions {
+                channels: channels.as_deref(),
+                limits: Some(&limits),
+                supply_kpa: rig.supply_kpa(),
+                progress: None,
+            };
             let loaded = data::read(&name, text.as_bytes(), options).map_err(errors::recording)?;
             Ok(Self::new(loaded))
         })

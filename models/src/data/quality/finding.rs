@@ -20,6 +20,8 @@ pub enum FindingKind {
     Gap,
     /// A sampling rate that hints at a wrong unit.
     OddRate,
+    /// Pressures that do not go with the rig file's supply.
+    OddPressure,
     /// Pressure cells without a number.
     MissingPressure,
     /// Command, drive, joint or supply cells without a number.

@@ -2,6 +2,7 @@
 
 mod finding;
 mod missing;
+mod odd_pressure;
 mod order;
 mod sampling;
 mod saturated;
@@ -12,6 +13,7 @@ pub use sampling::Sampling;
 pub use saturated::SensorLimits;
 
 pub(crate) use missing::{hold_inputs, mark_missing_pressure, missing_for_long};
+pub(crate) use odd_pressure::odd_pressure;
 pub(crate) use order::keep_increasing;
 pub(crate) use sampling::{find_breaks, sampling};
 pub(crate) use saturated::mark_saturated;
