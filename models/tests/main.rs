@@ -12,6 +12,7 @@ mod engine;
 mod export_command;
 mod extended_model;
 mod manual_command;
+mod outputs;
 mod own_tables;
 mod real_recordings;
 mod rig_file;

@@ -14,8 +14,9 @@ use serde::Serialize;
 
 use super::input::DataArgs;
 use super::options::{FitArgs, ModelArg, SetupArgs, SplitArgs};
+use super::print::outln;
 use super::progress::FitBar;
-use super::{Failure, interrupt, origin, output};
+use super::{Failure, interrupt, origin, output, target};
 
 /// Fit all three models to one part of a recording, judge them on the rest, write a page
 #[derive(Debug, clap::Args)]
@@ -55,6 +56,7 @@ struct Output<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        target::folder("--out", &self.out, &["compare.html", "compare.json"], &self.input.files())?;
         let rig = self.input.load_rig()?;
         let loaded = self.input.load(&rig)?;
         let usual = CompareSettings::default();
@@ -92,7 +94,7 @@ impl Args {
         let comparison = compare(&loaded.recording, &rig, &settings, watch)?;
         with_bar(&FitBar::finish);
 
-        println!("{}", comparison_text(&comparison));
+        outln!("{}", comparison_text(&comparison));
         let origin = origin::origin();
         let page = comparison_page(&comparison, &loaded.recording, &loaded.quality, &origin)?;
         output::folder(&self.out)?;
@@ -109,7 +111,7 @@ impl Args {
             comparison: &comparison,
         };
         output::json(&json, &content)?;
-        println!("wrote {} and {}", html.display(), json.display());
+        outln!("wrote {} and {}", html.display(), json.display());
         interrupt::check("these files")
     }
 }

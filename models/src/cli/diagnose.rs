@@ -12,7 +12,12 @@ use pneudrive_model::diagnosis::{
 use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
 
-use super::{Failure, input, machine, origin, output};
+use super::print::{errln, outln};
+use super::{Failure, input, machine, origin, output, target};
+
+/// The result for programs, and the page for readers.
+pub const REPORT: &str = "report.json";
+pub const PAGE: &str = "report.html";
 
 /// Say what the simulation gets wrong, why, and what modelling it gains
 #[derive(Debug, clap::Args)]
@@ -73,6 +78,7 @@ fn pressure(text: &str) -> Result<f64, String> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        self.check_out()?;
         // The arguments ask for one file at least.
         let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
         let reference =
@@ -83,7 +89,7 @@ impl Args {
         let progress = |what: &str, _: u64| match (&spinner, what.is_empty()) {
             (Some(bar), true) => bar.tick(),
             (Some(bar), false) => bar.set_message(what.to_owned()),
-            (None, false) => eprintln!("{what} ..."),
+            (None, false) => errln!("{what} ..."),
             (None, true) => {}
         };
         if self.is_machine() {
@@ -108,18 +114,32 @@ impl Args {
         diagnosis.extended.provenance = Some(origin::provenance(&recording.source, self.rig.as_deref()));
         output::folder(&self.out)?;
         diagnosis.extended.save(&self.out.join(EXTENDED_FILE))?;
-        output::json(&self.out.join("report.json"), &diagnosis.report)?;
+        output::json(&self.out.join(REPORT), &diagnosis.report)?;
         let from = origin::origin();
         let footer = format!("{} | {} | {}", from.program, from.created, from.command);
         let html = page::page(&diagnosis, &footer).map_err(Failure::running)?;
-        write::text_atomically(&self.out.join("report.html"), &html)?;
-        println!("{}", diagnosis.report.sentence);
+        write::text_atomically(&self.out.join(PAGE), &html)?;
+        outln!("{}", diagnosis.report.sentence);
         if !diagnosis.report.causes.is_empty() {
-            println!("\n{}", causes(&diagnosis.report));
+            outln!("\n{}", causes(&diagnosis.report));
         }
         self.next_experiment(&diagnosis)?;
-        println!("\n{}", self.out.join("report.html").display());
+        outln!("\n{}", self.out.join(PAGE).display());
         Ok(())
+    }
+
+    fn check_out(&self) -> Result<(), Failure> {
+        let options = self.rig.iter().chain(&self.reference).chain(&self.machine);
+        let inputs: Vec<&Path> = self.data.iter().chain(options).map(PathBuf::as_path).collect();
+        let mut names: Vec<String> =
+            [REPORT, PAGE, EXTENDED_FILE, TRAJECTORY_FILE].map(str::to_owned).to_vec();
+        if self.is_machine() {
+            // Each recording's model has a name of its own, which may be that of a calibrated one.
+            let calibrated = self.machine.iter().filter_map(|path| path.file_name());
+            names.extend(calibrated.map(|name| name.to_string_lossy().into_owned()));
+        }
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        target::folder("--out", &self.out, &names, &inputs)
     }
 
     /// Writes the commands of the next experiment and says what it is for; takes away those of an earlier diagnosis.
@@ -134,7 +154,7 @@ impl Args {
             };
         };
         write::text_atomically(&path, &plan.trajectory)?;
-        println!("\nNext experiment: {}\n{}", plan.experiment.reason, plan.experiment.instruction);
+        outln!("\nNext experiment: {}\n{}", plan.experiment.reason, plan.experiment.instruction);
         Ok(())
     }
 

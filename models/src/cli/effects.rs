@@ -5,6 +5,7 @@ use pneudrive_model::effects::{EffectInfo, Question};
 use pneudrive_model::report::{Table, significant};
 
 use super::Failure;
+use super::print::outln;
 
 /// List the physical effects that a diagnosis can name
 #[derive(Debug, clap::Args)]
@@ -19,12 +20,12 @@ impl Args {
     pub fn run(self) -> Result<(), Failure> {
         match self.id {
             None => {
-                println!("{}", list());
+                outln!("{}", list());
                 Ok(())
             }
             Some(id) => match CATALOGUE.iter().find(|effect| effect.id == id) {
                 Some(effect) => {
-                    println!("{}", full(effect));
+                    outln!("{}", full(effect));
                     Ok(())
                 }
                 None => {

@@ -12,8 +12,9 @@ use serde::Serialize;
 
 use super::input::DataArgs;
 use super::options::{FitArgs, ModelArg, SetupArgs, SplitArgs};
+use super::print::outln;
 use super::progress::FitBar;
-use super::{Failure, interrupt, origin, output};
+use super::{Failure, interrupt, origin, output, target};
 
 /// Fit one model to a recording and save its parameters
 #[derive(Debug, clap::Args)]
@@ -54,6 +55,7 @@ struct Output<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        self.check_out()?;
         let rig = self.input.load_rig()?;
         let loaded = self.input.load(&rig)?;
         let recording = &loaded.recording;
@@ -95,8 +97,20 @@ impl Args {
             &json,
             &Output { schema, parameters: &file, quality: &loaded.quality, channels: outputs, fit_s },
         )?;
-        println!("\nwrote {} and {}", self.out.display(), json.display());
+        outln!("\nwrote {} and {}", self.out.display(), json.display());
         interrupt::check("these files")
+    }
+
+    fn check_out(&self) -> Result<(), Failure> {
+        if !matches!(self.out.extension().and_then(|e| e.to_str()), None | Some("toml")) {
+            let out = self.out.display();
+            return Err(Failure::input(format!(
+                "--out {out}: parameters are written as TOML; let the name end in .toml (the JSON has the same name with .json)"
+            )));
+        }
+        let inputs = self.input.files();
+        target::file("--out", &self.out, &inputs)?;
+        target::file("--out", &self.out.with_extension("json"), &inputs)
     }
 }
 
@@ -104,7 +118,7 @@ fn print(outputs: &BTreeMap<ChannelId, FittedChannel>) {
     for (id, output) in outputs {
         let fit = &output.fit;
         let rmse = |score: &Option<Score>| score.map_or_else(|| "n/a".to_owned(), |s| number(s.rmse_kpa, 3));
-        println!(
+        outln!(
             "\n{id}: rollout RMSE {} kPa on the fitted part{}; {} of {} starts agree; condition number {}",
             rmse(&output.fitted),
             output
@@ -131,6 +145,6 @@ fn print(outputs: &BTreeMap<ChannelId, FittedChannel>) {
                 vec![p.name.clone(), significant(p.value, 5), p.unit.to_owned(), interval, mark.to_owned()]
             })
             .collect();
-        println!("{}", Table::text(&["parameter", "value", "unit", "95 % interval", ""], &rows));
+        outln!("{}", Table::text(&["parameter", "value", "unit", "95 % interval", ""], &rows));
     }
 }

@@ -1,12 +1,13 @@
 //! `pneudrive-model import`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use pneudrive_model::data::import::{Foreign, Mapping, TimeSource, convert};
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::rig::Rig;
 
-use super::Failure;
+use super::print::outln;
+use super::{Failure, target};
 
 /// Convert a foreign CSV file to the measured-data format
 #[derive(Debug, clap::Args)]
@@ -53,6 +54,9 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        let inputs: Vec<&Path> =
+            std::iter::once(&self.input).chain(&self.rig).map(PathBuf::as_path).collect();
+        target::file("--out", &self.out, &inputs)?;
         let rig = self.rig.as_deref().map(Rig::load).transpose()?.unwrap_or_default();
         let time = match (&self.time, self.rate) {
             (Some(text), _) => TimeSource::Column(Mapping::parse_time(text)?),
@@ -69,12 +73,19 @@ impl Args {
             rig,
         };
         let imported = convert(&self.input, &self.out, &foreign)?;
-        println!("wrote {}: {} rows from {}", self.out.display(), imported.rows, imported.source.file);
+        outln!("wrote {}: {} rows from {}", self.out.display(), imported.rows, imported.source.file);
         // What a later command will say about it, while the source is at hand.
         let limits = |channel| foreign.rig.sensor_limits(channel);
-        let loaded = load(&self.out, LoadOptions { limits: Some(&limits), ..LoadOptions::default() })?;
+        let loaded = load(
+            &self.out,
+            LoadOptions {
+                limits: Some(&limits),
+                supply_kpa: foreign.rig.supply_kpa(),
+                ..LoadOptions::default()
+            },
+        )?;
         for sentence in loaded.quality.sentences() {
-            println!("  {sentence}");
+            outln!("  {sentence}");
         }
         Ok(())
     }

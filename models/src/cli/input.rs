@@ -6,6 +6,7 @@ use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load, rig_copy};
 use pneudrive_model::rig::Rig;
 
 use super::Failure;
+use super::print::errln;
 use super::progress::LoadingBar;
 
 /// The recording and the rig it was made with.
@@ -23,6 +24,11 @@ pub struct DataArgs {
 }
 
 impl DataArgs {
+    /// Files that are read.
+    pub fn files(&self) -> Vec<&Path> {
+        std::iter::once(&self.data).chain(&self.rig).map(PathBuf::as_path).collect()
+    }
+
     /// The rig, or an empty description.
     pub fn load_rig(&self) -> Result<Rig, Failure> {
         rig(self.rig.as_deref(), &self.data)
@@ -40,7 +46,7 @@ pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
         return Ok(Rig::load(path)?);
     }
     let Some(text) = rig_copy(recording)? else { return Ok(Rig::default()) };
-    eprintln!("{}: taken with its copy of the rig file (--rig takes another)", recording.display());
+    errln!("{}: taken with its copy of the rig file (--rig takes another)", recording.display());
     Ok(Rig::parse(&format!("{}, its copy of the rig file", recording.display()), &text)?)
 }
 
@@ -50,9 +56,17 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
     let mut progress = |done: u64, size: u64| bar.set(done, size);
     let channels = (!channels.is_empty()).then_some(channels);
     let limits = |channel| rig.sensor_limits(channel);
-    let loaded = load(data, LoadOptions { channels, limits: Some(&limits), progress: Some(&mut progress) })?;
+    let loaded = load(
+        data,
+        LoadOptions {
+            channels,
+            limits: Some(&limits),
+            supply_kpa: rig.supply_kpa(),
+            progress: Some(&mut progress),
+        },
+    )?;
     bar.finish();
-    eprintln!(
+    errln!(
         "{}: {} rows, {:.2} s, {} channel(s)",
         data.display(),
         loaded.recording.rows(),
@@ -60,7 +74,7 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
         loaded.recording.channels.len()
     );
     for sentence in loaded.quality.sentences() {
-        eprintln!("  {sentence}");
+        errln!("  {sentence}");
     }
     Ok(loaded)
 }

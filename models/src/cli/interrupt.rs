@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::Failure;
+use super::print::errln;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
@@ -24,7 +25,7 @@ fn caught(says: &'static str) -> Result<&'static AtomicBool, Failure> {
         if STOP.swap(true, Ordering::SeqCst) {
             std::process::exit(ENDED_BY_INTERRUPT);
         }
-        eprintln!("{says}");
+        errln!("{says}");
     })
     .map_err(|e| Failure::running(format!("Ctrl-C cannot be caught: {e}")))?;
     Ok(&STOP)

@@ -7,6 +7,8 @@ use pneudrive_model::diagnosis::json::{Estimate, Report};
 use pneudrive_model::diagnosis::machine::{MachineDiagnosis, page};
 use pneudrive_model::report::{Table, behind};
 
+use super::diagnose::{PAGE, REPORT};
+use super::print::outln;
 use super::{Failure, origin, output};
 
 /// Writes report and models into a folder, and prints the verdict and a table of the recordings.
@@ -22,15 +24,15 @@ pub fn write(
         file.provenance = Some(origin::provenance(source, rig));
         file.save(&out.join(name))?;
     }
-    output::json(&out.join("report.json"), &found.report)?;
+    output::json(&out.join(REPORT), &found.report)?;
     let from = origin::origin();
     let footer = format!("{} | {} | {}", from.program, from.created, from.command);
     let html = page::page(found, &footer).map_err(Failure::running)?;
-    write::text_atomically(&out.join("report.html"), &html)?;
-    println!("{}", found.report.sentence);
-    println!("\n{}", recordings(&found.report));
-    println!("{}", alternatives(&found.report));
-    println!("{}", out.join("report.html").display());
+    write::text_atomically(&out.join(PAGE), &html)?;
+    outln!("{}", found.report.sentence);
+    outln!("\n{}", recordings(&found.report));
+    outln!("{}", alternatives(&found.report));
+    outln!("{}", out.join(PAGE).display());
     Ok(())
 }
 

@@ -13,10 +13,12 @@ mod machine;
 mod options;
 mod origin;
 mod output;
+mod print;
 mod progress;
 mod repair;
 mod show;
 mod simulate;
+mod target;
 mod trends;
 mod watch;
 mod watch_words;
@@ -28,6 +30,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use pneudrive_manual::Manual;
 
 pub use error::Failure;
+use print::errln;
 
 /// Pressure models of pneumatic chambers: fit them to recordings, simulate, compare.
 #[derive(Debug, Parser)]
@@ -67,10 +70,11 @@ static LINE: OnceLock<Vec<OsString>> = OnceLock::new();
 /// interrupted while running, 2 unusable arguments or input. Help and arguments that are none end the process.
 pub fn main(line: Vec<OsString>) -> u8 {
     match Cli::parse_from(LINE.get_or_init(|| line)).run() {
-        Ok(()) => 0,
+        // What could not be printed has been said.
+        Ok(()) => u8::from(print::failed()),
         Err(failure) => {
             if failure.has_message() {
-                eprintln!("error: {failure}");
+                errln!("error: {failure}");
             }
             failure.status()
         }

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::print::errln;
 use indicatif::{ProgressBar, ProgressStyle};
 use pneudrive_model::fit::Progress;
 
@@ -50,7 +51,7 @@ impl FitBar {
             bar
         });
         if !terminal {
-            eprintln!("{what} ...");
+            errln!("{what} ...");
         }
         Self { bar, what, quarters: AtomicUsize::new(0) }
     }
@@ -64,7 +65,7 @@ impl FitBar {
         }
         let quarter = 4 * progress.done / progress.total.max(1);
         if quarter > self.quarters.fetch_max(quarter, Ordering::Relaxed) {
-            eprintln!("{}: {} of {} searches done", self.what, progress.done, progress.total);
+            errln!("{}: {} of {} searches done", self.what, progress.done, progress.total);
         }
     }
 

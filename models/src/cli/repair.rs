@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use pneudrive_model::data::{RepairError, repair};
 
 use super::Failure;
+use super::print::outln;
 
 /// Close a bag whose recording was killed, so that `ros2 bag` and others open it
 #[derive(Debug, clap::Args)]
@@ -30,10 +31,10 @@ impl Args {
             _ => Failure::input(error),
         })?;
         let (file, count) = (repaired.file.display(), repaired.messages);
-        println!("wrote {file}: {count} messages in {:.3} s", repaired.seconds);
+        outln!("wrote {file}: {count} messages in {:.3} s", repaired.seconds);
         match repaired.stopped {
-            Some(why) => println!("  {} stops in the middle: {why}", self.bag.display()),
-            None => println!("  {} has its end: nothing was wrong with it", self.bag.display()),
+            Some(why) => outln!("  {} stops in the middle: {why}", self.bag.display()),
+            None => outln!("  {} has its end: nothing was wrong with it", self.bag.display()),
         }
         Ok(())
     }

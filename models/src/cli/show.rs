@@ -6,7 +6,8 @@ use pneudrive_model::data::{ChannelId, Event, Source, events, write};
 use pneudrive_model::overview::{ChannelFigures, figures, recording_page};
 use serde::Serialize;
 
-use super::{Failure, input, interrupt, origin, output};
+use super::print::outln;
+use super::{Failure, input, interrupt, origin, output, target};
 
 /// Show a recording on one page: pressures, set points, deviations, losses, events
 #[derive(Debug, clap::Args)]
@@ -43,6 +44,11 @@ struct Output<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        let html = self.out.clone().unwrap_or_else(|| page_beside(&self.data));
+        let json = html.with_extension("json");
+        let inputs: Vec<&Path> = std::iter::once(&self.data).chain(&self.rig).map(PathBuf::as_path).collect();
+        target::file("--out", &html, &inputs)?;
+        target::file("--out", &json, &inputs)?;
         let rig = input::rig(self.rig.as_deref(), &self.data)?;
         let loaded = input::recording(&self.data, &self.channels, &rig)?;
         let happened = events(&self.data)?;
@@ -52,11 +58,6 @@ impl Args {
             from.program, from.created, from.command, loaded.recording.source.sha256
         );
         let page = recording_page(&loaded, &happened, &footer)?;
-        let html = self.out.unwrap_or_else(|| page_beside(&self.data));
-        if let Some(folder) = html.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            output::folder(folder)?;
-        }
-        let json = html.with_extension("json");
         write::text_atomically(&html, &page)?;
         let content = Output {
             schema: "pneudrive-show/1",
@@ -69,7 +70,7 @@ impl Args {
             notes: loaded.quality.sentences(),
         };
         output::json(&json, &content)?;
-        println!("wrote {} and {}", html.display(), json.display());
+        outln!("wrote {} and {}", html.display(), json.display());
         interrupt::check("these files")
     }
 }

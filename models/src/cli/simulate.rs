@@ -13,7 +13,8 @@ use serde::Serialize;
 
 use super::input::DataArgs;
 use super::options::ControllerArg;
-use super::{Failure, output};
+use super::print::outln;
+use super::{Failure, output, target};
 
 /// Simulate pressures from commands or drives alone, with saved parameters
 #[derive(Debug, clap::Args)]
@@ -41,8 +42,18 @@ pub struct Args {
     #[arg(long, value_name = "FILE.csv")]
     band: Option<PathBuf>,
     /// Pressure to start from where DATA has no measured one, kPa gauge
-    #[arg(long, value_name = "KPA", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "KPA", default_value_t = 0.0, allow_negative_numbers = true, value_parser = start_kpa)]
     start_kpa: f64,
+}
+
+/// From a vacuum to far above what any chamber holds, kPa gauge.
+const START_KPA: std::ops::RangeInclusive<f64> = -101.0..=10_000.0;
+
+fn start_kpa(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if START_KPA.contains(&value) => Ok(value),
+        _ => Err(format!("expected a pressure of {} to {} kPa gauge", START_KPA.start(), START_KPA.end())),
+    }
 }
 
 #[derive(Serialize)]
@@ -67,12 +78,7 @@ struct ChannelOutput<'a> {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
-        if self.band.as_ref() == Some(&self.out) {
-            let out = self.out.display();
-            return Err(Failure::input(format!(
-                "--band {out}: that is where --out goes; choose another name"
-            )));
-        }
+        self.check_out()?;
         let model = CalibratedModel::load(&self.parameters)?;
         // The rig the parameters were fitted with, unless another is given on purpose.
         let given = self.input.rig.is_some().then(|| self.input.load_rig()).transpose()?;
@@ -92,7 +98,7 @@ impl Args {
             let held = band_holds.map_or_else(String::new, |share| {
                 format!("; its 95 % band holds {:.1} % of the measured pressures", 100.0 * share)
             });
-            println!(
+            outln!(
                 "{}: {}, {lowest_kpa:.2} to {highest_kpa:.2} kPa{judged}{held}",
                 channel.id,
                 channel.model.words()
@@ -108,7 +114,7 @@ impl Args {
                 ))
             })?;
             write::text_atomically(path, &band)?;
-            println!("wrote {}", path.display());
+            outln!("wrote {}", path.display());
         }
         write::recording(&self.out, &simulation.recording(&recording))?;
         let json = json_beside(&self.out);
@@ -116,8 +122,28 @@ impl Args {
         let (schema, rows) = ("pneudrive-simulation/1", recording.rows());
         let origin = super::origin::origin();
         output::json(&json, &Output { schema, origin, data: &recording.source, parameters, rows, channels })?;
-        println!("wrote {} and {}", self.out.display(), json.display());
+        outln!("wrote {} and {}", self.out.display(), json.display());
         Ok(())
+    }
+
+    fn check_out(&self) -> Result<(), Failure> {
+        let out = self.out.display();
+        if self.band.as_ref() == Some(&self.out) {
+            return Err(Failure::input(format!(
+                "--band {out}: that is where --out goes; choose another name"
+            )));
+        }
+        let name = self.out.to_string_lossy();
+        if ![".csv", ".csv.gz", ".csv.zst"].iter().any(|ending| name.ends_with(ending)) {
+            return Err(Failure::input(format!(
+                "--out {out}: a recording is written; let the name end in .csv, .csv.gz or .csv.zst"
+            )));
+        }
+        let mut inputs = self.input.files();
+        inputs.push(&self.parameters);
+        target::file("--out", &self.out, &inputs)?;
+        target::file("--out", &json_beside(&self.out), &inputs)?;
+        self.band.iter().try_for_each(|band| target::file("--band", band, &inputs))
     }
 }
 

@@ -13,8 +13,9 @@ use pneudrive_model::trends::{Calibration, Trend, day, trends, trends_page};
 use serde::Serialize;
 
 use super::options::ModelArg;
+use super::print::{errln, outln};
 use super::progress::FitBar;
-use super::{Failure, interrupt, origin, output};
+use super::{Failure, interrupt, origin, output, target};
 
 /// Show each calibrated parameter over a folder of recordings, and where it has changed
 #[derive(Debug, clap::Args)]
@@ -69,6 +70,7 @@ impl Args {
         let files = recordings(&self.folder)?;
         let out = self.out.clone().unwrap_or_else(|| self.folder.join("trends"));
         let fits = out.join("fits");
+        target::folder("--out", &fits, &[], &[])?;
         output::folder(&fits)?;
         let cancel = interrupt::watch()?;
         let (mut calibrations, mut used, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
@@ -83,7 +85,7 @@ impl Args {
                     let name = file.display().to_string();
                     let text = why.to_string();
                     let text = if text.starts_with(&name) { text } else { format!("{name}: {text}") };
-                    eprintln!("left out: {text}");
+                    errln!("left out: {text}");
                     left_out.push(text);
                 }
             }
@@ -105,8 +107,8 @@ impl Args {
         let content =
             Output { schema: "pneudrive-trends/1", recordings: &used, left_out: &left_out, trends: &found };
         output::json(&json, &content)?;
-        found.iter().flat_map(sentences).for_each(|sentence| println!("{sentence}"));
-        println!(
+        found.iter().flat_map(sentences).for_each(|sentence| outln!("{sentence}"));
+        outln!(
             "{} recording(s), {} change(s)\nwrote {} and {}",
             used.len(),
             found.iter().map(|trend| trend.levels.changes.len()).sum::<usize>(),

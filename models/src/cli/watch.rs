@@ -11,8 +11,9 @@ use pneudrive_model::watch::{
 };
 use serde::Serialize;
 
+use super::print::outln;
 use super::watch_words::{changed, learnt};
-use super::{Failure, input, interrupt};
+use super::{Failure, input, interrupt, print};
 
 /// How often the end of a growing recording is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
@@ -170,7 +171,7 @@ impl Args {
         stop: &AtomicBool,
         summary: &mut Summary,
     ) -> Result<(), Failure> {
-        while !stop.load(Ordering::SeqCst) {
+        while !stop.load(Ordering::SeqCst) && !print::closed() {
             let Some(row) = next()? else { break };
             summary.rows += 1;
             let began_s = *summary.began_s.get_or_insert(row.t_s);
@@ -214,10 +215,10 @@ impl Args {
     /// Prints a sentence, or the line of JSON in its place.
     fn tell(&self, text: String, says: &impl Serialize) {
         if !self.json {
-            println!("{text}");
+            outln!("{text}");
         // Nothing in it can fail to be written as JSON.
         } else if let Ok(line) = serde_json::to_string(&Line { schema: SCHEMA, text, says }) {
-            println!("{line}");
+            outln!("{line}");
         }
     }
 }

@@ -22,8 +22,9 @@ pub struct Args {
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
+        self.from.load()?;
         let library = self.library.find()?;
-        self.from.prepare()?;
+        self.from.make_folder()?;
         self.from.copy_parameters()?;
         self.from.copy(&library, FILE)?;
         self.from.text("pneudrive.h", HEADER)?;

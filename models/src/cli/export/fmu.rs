@@ -11,8 +11,9 @@ use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
 use super::super::origin::origin;
-use super::Failure;
+use super::super::print::outln;
 use super::library::{FILE, LibraryArgs};
+use super::{Failure, target};
 
 /// An FMI 3.0 unit for co-simulation: one zip with the library and the parameter file
 #[derive(Debug, clap::Args)]
@@ -47,6 +48,7 @@ impl Args {
         if !(1e-5..=1.0).contains(&self.step) {
             return Err(Failure::input(format!("--step {}: 0.00001 to 1 s are possible", self.step)));
         }
+        target::file("--out", &self.out, &[&self.parameters])?;
         let model = CalibratedModel::load(&self.parameters)?;
         let mut libraries = vec![self.library.find()?];
         libraries.extend(self.also);
@@ -80,12 +82,7 @@ impl Args {
             entries.push((name, bytes));
         }
         write(&self.out, &entries)?;
-        println!(
-            "wrote {}: {} in steps of {} s",
-            self.out.display(),
-            settings.channels.join(", "),
-            self.step
-        );
+        outln!("wrote {}: {} in steps of {} s", self.out.display(), settings.channels.join(", "), self.step);
         Ok(())
     }
 }

@@ -47,13 +47,13 @@ impl Args {
         }
         let name = name.to_owned();
         let from = From { parameters: self.parameters, out: self.out };
-        let model = CalibratedModel::load(&from.parameters)?;
+        let model = from.load()?;
         let channels = match &model {
             CalibratedModel::Fitted { file, .. } => fitted(file)?,
             CalibratedModel::Extended { file, .. } => extended(file)?,
         };
         let constants = constants(model.rig())?;
-        super::output::folder(&from.out)?;
+        from.make_folder()?;
         from.text("model.py", MODEL)?;
         from.text("__init__.py", &package(&name, &channels, &constants))
     }

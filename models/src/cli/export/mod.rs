@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use pneudrive_model::data::write;
 use pneudrive_model::simulation::CalibratedModel;
 
-use super::{Failure, output};
+use super::print::outln;
+use super::{Failure, output, target};
 
 /// Take a calibrated model into other simulators
 #[derive(Debug, clap::Subcommand)]
@@ -51,18 +52,21 @@ struct From {
 }
 
 impl From {
-    /// Reads the parameter file and makes the folder.
-    fn prepare(&self) -> Result<CalibratedModel, Failure> {
-        let model = CalibratedModel::load(&self.parameters)?;
-        output::folder(&self.out)?;
-        Ok(model)
+    /// Reads the parameter file; the folder is made later, when the rest is there too.
+    fn load(&self) -> Result<CalibratedModel, Failure> {
+        target::folder("--out", &self.out, &[PARAMETERS], &[&self.parameters])?;
+        Ok(CalibratedModel::load(&self.parameters)?)
+    }
+
+    fn make_folder(&self) -> Result<(), Failure> {
+        output::folder(&self.out)
     }
 
     /// Writes a text into the folder.
     fn text(&self, name: &str, text: &str) -> Result<(), Failure> {
         let path = self.out.join(name);
         write::text_atomically(&path, text)?;
-        println!("wrote {}", path.display());
+        outln!("wrote {}", path.display());
         Ok(())
     }
 
@@ -76,7 +80,7 @@ impl From {
         std::fs::copy(from, &to).map_err(|e| {
             Failure::running(format!("{}: cannot be copied to {}: {e}", from.display(), to.display()))
         })?;
-        println!("wrote {}", to.display());
+        outln!("wrote {}", to.display());
         Ok(())
     }
 }

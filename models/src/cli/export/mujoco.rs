@@ -7,6 +7,7 @@ use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::simulation::{CalibratedModel, FirstOrder, first_order};
 
+use super::super::print::outln;
 use super::c::HEADER;
 use super::library::{FILE, LibraryArgs};
 use super::{Failure, From, PARAMETERS};
@@ -46,16 +47,17 @@ impl Args {
         if max_kpa.is_some_and(|kpa| !(kpa > 0.0 && kpa < 1e4)) {
             return Err(Failure::input("--max-kpa must be above 0 and below 10000"));
         }
+        let model = self.from.load()?;
         let library = if self.native { None } else { Some(self.library.find()?) };
-        let model = self.from.prepare()?;
         let rig = model.rig();
         let highest_kpa =
             max_kpa.or_else(|| rig.supply.as_ref().map(|supply| HIGHEST * supply.pressure_kpa)).ok_or_else(
                 || Failure::input("the rig has no [supply]; say how far set points go with --max-kpa"),
             )?;
+        self.from.make_folder()?;
         let Some(library) = library else {
             let fitted = first_order(&model, highest_kpa)?;
-            println!("{}", table(&fitted));
+            outln!("{}", table(&fitted));
             return self.from.text("native.xml", &native(&fitted, rig, highest_kpa));
         };
         self.from.copy_parameters()?;

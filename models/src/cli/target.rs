@@ -1,0 +1,68 @@
+//! Where results go, looked at before any work: what a command reads is not replaced, and what cannot be written is said at once.
+
+use std::path::{Path, PathBuf};
+
+use super::Failure;
+
+/// Can results be written to the file at `path`, which the argument `option` names, without replacing one of `inputs`?
+///
+/// # Errors
+/// What is wrong with the path, and what to do.
+pub fn file(option: &str, path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(refused(option, path, "that is a folder; name a file in it"));
+    }
+    keeps(option, path, inputs)?;
+    let folder = parent(path);
+    if !folder.is_dir() {
+        let why = format!("there is no folder {}; make it first", folder.display());
+        return Err(refused(option, path, &why));
+    }
+    writable(option, path, &folder)
+}
+
+/// Can a folder of results be made at `path`, whose files have these names, without replacing one of `inputs`?
+///
+/// # Errors
+/// As [`file`].
+pub fn folder(option: &str, path: &Path, names: &[&str], inputs: &[&Path]) -> Result<(), Failure> {
+    for name in names {
+        keeps(option, &path.join(name), inputs)?;
+    }
+    // The nearest folder that is there: those between are made when there is something to put in.
+    let mut there = path.to_path_buf();
+    while !there.is_dir() {
+        if there.exists() {
+            return Err(refused(option, path, &format!("{} is a file; name a folder", there.display())));
+        }
+        there = parent(&there);
+    }
+    writable(option, path, &there)
+}
+
+fn keeps(option: &str, path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    let Ok(target) = path.canonicalize() else { return Ok(()) };
+    if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == target)) {
+        return Err(refused(option, path, "that file is read here; choose another name"));
+    }
+    Ok(())
+}
+
+fn writable(option: &str, path: &Path, folder: &Path) -> Result<(), Failure> {
+    tempfile::tempfile_in(folder).map_or_else(
+        |error| Err(refused(option, path, &format!("nothing can be written there: {error}"))),
+        |_| Ok(()),
+    )
+}
+
+fn parent(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
+        Some(_) => PathBuf::from("."),
+        None => path.to_path_buf(),
+    }
+}
+
+fn refused(option: &str, path: &Path, why: &str) -> Failure {
+    Failure::input(format!("{option} {}: {why}", path.display()))
+}
