@@ -133,7 +133,7 @@ pub enum DiagnosisError {
     },
     /// Most of a channel's readings cannot be compared.
     #[error(
-        "{file}: {percent:.0} % of the pressure readings of {channel} are missing, stuck or at a limit of the sensor: too many to diagnose anything from the rest; leave the channel out with --channels, or record within the sensor's range"
+        "{file}: {percent:.0} % of the pressure readings of {channel} are missing, stuck or at a limit of the sensor: too many to diagnose anything from the rest; leave the channel out with --channels, or record anew: what was missing, where and why is among the remarks on the data (lost exchanges are the computer's or the wires', a limit is the sensor's)"
     )]
     Unusable {
         /// The recording.

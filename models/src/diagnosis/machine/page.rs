@@ -24,7 +24,7 @@ pub fn page(diagnosis: &MachineDiagnosis, footer: &str) -> Result<String, PlotEr
     for (named, cause) in diagnosis.findings.causes.iter().zip(&report.causes) {
         page.section(verdict::title(&cause.effect), details(diagnosis, named));
     }
-    page.section("What else it could be", alternatives::markup(report, "recordings"));
+    page.section("How probable each explanation is", alternatives::markup(report, "recordings"));
     page.section("The loads", loads(diagnosis));
     page.section("Measured and simulated", measured(diagnosis)?);
     page.section("How this was decided", method(diagnosis));

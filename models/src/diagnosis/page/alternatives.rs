@@ -1,4 +1,4 @@
-//! What else it could be.
+//! How probable each explanation is.
 
 use crate::diagnosis::json::Report;
 use crate::diagnosis::report::alternatives::LEAST_PROBABLE;
@@ -36,7 +36,8 @@ pub fn markup(report: &Report, units: &str) -> Markup {
     }
     let caption = format!(
         "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap), \
-         all their rows together counting as {:.0} rows at most, since what no model describes lasts.",
+         with all rows together counting as no more than {:.0} independent ones: what no model describes lasts, and is no new evidence in every \
+         row. The error is that on the data by which causes are chosen, which are neither fitted nor tested on.",
         SETTINGS.coarsening_rows
     );
     table.caption(&caption).markup()

@@ -28,7 +28,7 @@ pub fn page(diagnosis: &Diagnosis, footer: &str) -> Result<String, PlotError> {
     if !report.imperfections.is_empty() {
         page.section("Modelled, but not named", causes::unnamed(report));
     }
-    page.section("What else it could be", alternatives::markup(report, "blocks"));
+    page.section("How probable each explanation is", alternatives::markup(report, "blocks"));
     if let Some(next) = &report.next_experiment {
         page.section("Next experiment", next_experiment(next));
     }
