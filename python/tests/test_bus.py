@@ -191,6 +191,8 @@ def test_a_closed_controller_says_so(controller):
     controller.close()
     with pytest.raises(PortError, match="closed"):
         controller.set_pressure_commands(0, ATMOSPHERE)
+    with pytest.raises(StaleDataError, match="board 0: no current pressures, because this controller is closed"):
+        controller.get_pressure_data(0)
     assert "closed" in repr(controller)
 
 

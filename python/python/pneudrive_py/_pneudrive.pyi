@@ -726,7 +726,7 @@ class PressureController:
         Raises
         ------
         StaleDataError
-            The last exchange with this board failed, or there was none yet.
+            The last exchange with this board failed, there was none yet, or the controller is closed.
         """
     @property
     def num_devices(self, /) -> int:

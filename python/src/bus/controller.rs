@@ -199,7 +199,7 @@ impl PressureController {
     /// Raises
     /// ------
     /// StaleDataError
-    ///     The last exchange with this board failed, or there was none yet.
+    ///     The last exchange with this board failed, there was none yet, or the controller is closed.
     #[pyo3(signature = (device: "int"))]
     fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
         let link = self.link()?;
@@ -209,6 +209,7 @@ impl PressureController {
         }
         let why = match link.is_polled() {
             true => POLLED,
+            false if link.is_closed() => "no current pressures, because this controller is closed",
             false => "no current pressures, because its last exchange failed or there was none yet",
         };
         Err(StaleDataError::new_err((format!("board {board}: {why}"), board)))

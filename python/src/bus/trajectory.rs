@@ -33,6 +33,11 @@ pub fn read(given: &Bound<'_, PyAny>, devices: u16, rules: &Rules) -> PyResult<T
     };
     let trajectory = read.map_err(|error| match &error {
         TrajectoryError::Unreadable { .. } => FileError::new_err(error.to_string()),
+        // The error itself speaks of an option of the command line.
+        TrajectoryError::NoSuchChannel { file, column, boards, .. } => errors::unusable(format!(
+            "{file}, column {column}: there are boards 0 to {}, each with channels 0 to 3; see num_devices",
+            boards - 1
+        )),
         _ => errors::unusable(error),
     })?;
     trajectory
