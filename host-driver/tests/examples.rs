@@ -15,6 +15,9 @@ mod controller;
 #[path = "../examples/poll.rs"]
 #[allow(dead_code, reason = "its main")]
 mod poll;
+#[path = "../examples/set_points.rs"]
+#[allow(dead_code, reason = "its main")]
+mod set_points;
 #[path = "../examples/several_buses.rs"]
 #[allow(dead_code, reason = "its main")]
 mod several_buses;
@@ -39,6 +42,15 @@ fn poll() {
     assert_eq!((finished.error, finished.not_safe), (None, vec![]));
     let statistics = finished.statistics;
     assert!(statistics.exchanges > 10 && statistics.lost == 0, "{statistics:?}");
+}
+
+/// What README.md shows.
+#[test]
+fn set_points() {
+    let sim = boards(4).0;
+    set_points::run(sim.path().to_str().unwrap()).unwrap();
+    let nowhere = set_points::run("/dev/none").unwrap_err();
+    assert!(nowhere.to_string().contains("/dev/none"), "{nowhere}");
 }
 
 /// It gets there, however few of its steps the machine lets it make.

@@ -1,0 +1,29 @@
+//! Commands 100 kPa to the chambers of board 0 of four, and prints what all boards measure half a second later.
+//!
+//! ```console
+//! $ cargo run --release -p pneudrive-host --example set_points -- PORT
+//! ```
+//!
+//! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows all below, and a test compares both.
+
+use pneudrive_host::bus::{Bus, BusOptions};
+use pneudrive_host::pneudrive_protocol::SensorScale;
+use pneudrive_host::poller::{Poller, SetPoints};
+use std::{error::Error, thread::sleep, time::Duration};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    run(&std::env::args().nth(1).ok_or("expected a port, such as /dev/ttyUSB0")?)
+}
+
+pub fn run(port: &str) -> Result<(), Box<dyn Error>> {
+    let set_points = SetPoints::new(4); // of four boards; any thread may change them
+    let bus = Bus::open(port, BusOptions::default())?;
+    let poller = Poller::builder(bus).boards(0..4).rate_hz(500.0).set_points(set_points.clone()).start()?;
+    set_points.set(0, [SensorScale::ORIGINAL.counts(100.0)?; 4])?;
+    sleep(Duration::from_millis(500)); // the chambers of board 0 fill meanwhile
+    for board in poller.latest().boards {
+        println!("board {}: {:.1?} kPa", board.board, board.reading.map(|reading| reading.kpa));
+    }
+    poller.stop(); // commands 0 kPa to all boards
+    Ok(())
+}
