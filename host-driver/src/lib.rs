@@ -21,7 +21,7 @@
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};
-//! use pneudrive_protocol::SensorScale;
+//! use pneudrive_host::pneudrive_protocol::SensorScale;
 //!
 //! let scale = SensorScale::ORIGINAL;
 //! let mut bus = Bus::open("/dev/ttyUSB0", BusOptions::default())?;

@@ -13,7 +13,7 @@ use std::time::Duration;
 /// ```no_run
 /// use pneudrive_host::bus::{Bus, BusOptions};
 /// use pneudrive_host::poller::{Poller, SetPoints};
-/// use pneudrive_protocol::SensorScale;
+/// use pneudrive_host::pneudrive_protocol::SensorScale;
 /// use std::time::Duration;
 ///
 /// let bus = Bus::open("/dev/ttyUSB0", BusOptions::default())?;
@@ -24,6 +24,7 @@ use std::time::Duration;
 ///     .set_points(set_points.clone())
 ///     .observe(|row| println!("{:?}", row.boards[0].reading))
 ///     .start()?;
+/// // At least every 200 ms, or all boards vent.
 /// set_points.set(0, [SensorScale::ORIGINAL.counts(100.0)?; 4])?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -91,7 +91,8 @@ fn links_lead_to_files_and_headings() {
 fn the_readme_shows_a_tested_example() {
     let read = |file| std::fs::read_to_string(root().join(file)).unwrap();
     let readme = read("README.md");
-    let blocks: Vec<&str> = readme.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    let blocks: Vec<&str> =
+        readme.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
     let example = read("host-driver/examples/set_points.rs");
     let program = example.split_once("\n\nuse ").map(|(_, program)| format!("use {program}"));
     assert_eq!(blocks, [program.unwrap()], "README.md and host-driver/examples/set_points.rs differ");
