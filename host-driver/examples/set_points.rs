@@ -5,6 +5,7 @@
 //! ```
 //!
 //! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows all below, and a test compares both.
+#![allow(missing_docs, reason = "the text around it in README.md says what it does")]
 
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::pneudrive_protocol::SensorScale;
