@@ -82,7 +82,7 @@ impl OpenBus {
             },
         };
         let bus_options =
-            BusOptions { baud, answer_allowance_ns: flags.allowance_us * 1_000, ..BusOptions::default() };
+            BusOptions { baud, answer_allowance_ns: flags.allowance_us() * 1_000, ..BusOptions::default() };
         let bus_options =
             bus_options.calibrated(&settings.calibration, &PollerOptions::for_devices(devices).boards);
         let virtual_boards = VirtualBoards::start(&flags.port[index], devices, baud)?;

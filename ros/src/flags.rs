@@ -1,6 +1,7 @@
 //! Flags, which are also the ROS parameters.
 
 use clap::Parser;
+use pneudrive_host::bus::BusOptions;
 use pneudrive_host::poller::{BaudChoice, PageShare};
 use std::path::PathBuf;
 
@@ -34,9 +35,10 @@ pub struct Flags {
     /// [default: that of the rig file, or 1000000]
     #[arg(long, value_name = "auto|BAUD")]
     pub baud: Option<BaudChoice>,
-    /// How long a board may take to answer beyond the wire time, us
-    #[arg(long, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
-    pub allowance_us: u64,
+    /// How long a board may take to answer beyond the wire time, us [default: 2000; 20000 for virtual boards, which share the
+    /// machine's cores]
+    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub allowance_us: Option<u64>,
     /// Cycles of each bus per second [default: 1000, or as fast as possible where the wire takes longer]
     #[arg(long, value_name = "HZ")]
     pub rate_hz: Option<f64>,
@@ -99,6 +101,18 @@ pub struct Flags {
     /// DDS domain [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     pub domain_id: Option<u16>,
+}
+
+impl Flags {
+    /// How long a board may take to answer beyond the wire time, us: what was asked for, or what its kind needs.
+    pub fn allowance_us(&self) -> u64 {
+        let virtual_boards = self.port.iter().any(|port| port.as_os_str() == "sim");
+        self.allowance_us.unwrap_or(if virtual_boards {
+            BusOptions::VIRTUAL_ALLOWANCE_NS / 1_000
+        } else {
+            BusOptions::default().answer_allowance_ns / 1_000
+        })
+    }
 }
 
 fn share(text: &str) -> Result<PageShare, String> {

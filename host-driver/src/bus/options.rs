@@ -91,6 +91,12 @@ impl BusOptions {
     }
 }
 
+impl BusOptions {
+    /// What virtual boards are allowed before they answer, ns: they share the machine's cores with the host and whatever else runs
+    /// there, and an answer that is late costs more than an exchange that waits.
+    pub const VIRTUAL_ALLOWANCE_NS: u64 = 20_000_000;
+}
+
 impl Default for BusOptions {
     fn default() -> Self {
         Self {

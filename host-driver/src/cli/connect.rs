@@ -77,7 +77,11 @@ pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> R
     };
     let options = BusOptions {
         baud: Baud::new(args.baud()).map_err(|error| Failure::input(format!("--baud: {error}")))?,
-        answer_allowance_ns: args.allowance_us * 1000,
+        answer_allowance_ns: match args.allowance_us {
+            Some(allowance_us) => allowance_us * 1000,
+            None if is_sim(args) => BusOptions::VIRTUAL_ALLOWANCE_NS,
+            None => BusOptions::default().answer_allowance_ns,
+        },
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
         sessions: args.sessions == SessionsArg::On,

@@ -101,18 +101,16 @@ impl VirtualBoards {
     }
 }
 
-/// How long virtual boards may think before they answer, s: they share the machine's cores with this program, and whatever else runs
-/// there. An answer that is late costs more than an exchange that waits.
-const SIM_TIMEOUT_S: f64 = 0.02;
-
 /// The bus settings that the arguments of `PressureController` mean.
 pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
-    let timeout_s = timeout_s.or((port.as_os_str() == Port::SIM).then_some(SIM_TIMEOUT_S));
     let mut options = BusOptions {
         baud: Baud::new(baud).map_err(|error| CommandError::new_err(format!("baud: {error}")))?,
         echo: EchoMode::Detect { unused_board: u8::MAX },
         ..BusOptions::default()
     };
+    if port.as_os_str() == Port::SIM {
+        options.answer_allowance_ns = BusOptions::VIRTUAL_ALLOWANCE_NS;
+    }
     if let Some(timeout_s) = timeout_s {
         if !(timeout_s > 0.0 && timeout_s <= 60.0) {
             return Err(CommandError::new_err(format!(

@@ -46,9 +46,10 @@ pub struct BusArgs {
     /// goes back on errors [default: 1000000]
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|BAUD", value_parser = baud)]
     pub baud: Option<BaudChoice>,
-    /// How long a board may take to answer beyond the wire time, us
-    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
-    pub allowance_us: u64,
+    /// How long a board may take to answer beyond the wire time, us [default: 2000; 20000 for virtual boards, which share the
+    /// machine's cores]
+    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub allowance_us: Option<u64>,
     /// How long after its timeout an answer may still come, us: a board that did not answer in unchecked packets is left alone for so
     /// long, until 100 answers have told how late it really is
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
