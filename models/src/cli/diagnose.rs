@@ -12,12 +12,9 @@ use pneudrive_model::diagnosis::{
 use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
 
+use super::output::{PAGE, REPORT};
 use super::print::{errln, outln};
 use super::{Failure, input, machine, origin, output, target};
-
-/// The result for programs, and the page for readers.
-pub const REPORT: &str = "report.json";
-pub const PAGE: &str = "report.html";
 
 /// Say what the simulation gets wrong, why, and what modelling it gains
 #[derive(Debug, clap::Args)]

@@ -7,7 +7,7 @@ use pneudrive_model::diagnosis::json::{Estimate, Report};
 use pneudrive_model::diagnosis::machine::{MachineDiagnosis, page};
 use pneudrive_model::report::{Table, behind};
 
-use super::diagnose::{PAGE, REPORT};
+use super::output::{PAGE, REPORT};
 use super::print::outln;
 use super::{Failure, origin, output};
 
