@@ -69,7 +69,7 @@ def test_a_highest_pressure_that_is_none(halves, highest_kpa):
 def test_recordings_that_do_not_belong_together(halves, recording):
     with pytest.raises(DataError, match="nothing to diagnose"):
         pneu.diagnose([])
-    one = pneu.Recording.from_columns(halves[0].to_dict(), channels=["b0c0"], name="one")
+    one = pneu.Recording.from_columns(halves[1].to_dict(), channels=["b0c0"], name="one")
     with pytest.raises(DataError, match="first has the channels b0c0, b0c1 and one has b0c0"):
         pneu.diagnose([halves[0], one], DATA / "rig.toml")
     with pytest.raises(TypeError):

@@ -100,8 +100,11 @@ def test_arguments_that_contradict_each_other(recording, rig, arguments, message
 
 
 def test_recordings_with_one_load_are_one(recordings, rig):
-    """Said, they are joined; unsaid, their loads are found to differ."""
-    same = pneu.diagnose([recordings[0], recordings[0]], rig, loads="same")
+    """Said, they are joined; unsaid, their loads are found to differ. One given twice is refused."""
+    with pytest.raises(DataError, match="large is large once more"):
+        pneu.diagnose([recordings[0], recordings[0]], rig, loads="same")
+    again = pneu.Recording.from_columns(load_of(VOLUMES["large"], 9), rig=rig, name="again")
+    same = pneu.diagnose([recordings[0], again], rig, loads="same")
     assert same.machine is None and list(same.extended_models) == ["extended.toml"]
     # A tenth is kept for what was not fitted.
     assert 0.85 < sum(one["probability"] for one in same.alternatives) <= 0.9 + 1e-9

@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
-use pneudrive_model::data::{ChannelId, Recording, write};
+use pneudrive_model::data::{ChannelId, Recording, each_once, write};
 use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
     Diagnosis, EXTENDED_FILE, ExtendedFile, Progress, Request, TRAJECTORY_FILE, diagnose, page,
@@ -197,6 +197,7 @@ impl Args {
             remarks.extend(loaded.quality.sentences().into_iter().map(of));
             recordings.push(loaded.recording);
         }
+        each_once(&recordings).map_err(Failure::input)?;
         Ok((recordings, remarks))
     }
 }

@@ -39,7 +39,7 @@ pub use description::{created_utc, rig_copy};
 pub use error::DataError;
 pub use events::{Event, events};
 pub use flags::Flags;
-pub use join::JoinError;
+pub use join::{JoinError, each_once};
 pub use live::{LiveTable, Opening};
 pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};

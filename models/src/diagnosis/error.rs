@@ -15,14 +15,6 @@ pub enum DiagnosisError {
         /// What is missing, channel by channel.
         reasons: String,
     },
-    /// The same file again: what is measured once would count as measured twice.
-    #[error("{file} is {first} once more (the same SHA-256): give each recording once")]
-    SameRecording {
-        /// The recording.
-        file: String,
-        /// The same, given before.
-        first: String,
-    },
     /// Recordings of one machine have different channels.
     #[error(
         "{file} has the channels {channels}, {first} has {expected} (with the same kind of drive): recordings of one machine need the same; choose them with --channels"

@@ -48,13 +48,6 @@ pub fn diagnose_machine(
     request: MachineRequest<'_>,
     progress: &Progress<'_>,
 ) -> Result<Option<MachineDiagnosis>, DiagnosisError> {
-    for (later, one) in recordings.iter().enumerate() {
-        if let Some(first) = recordings[..later].iter().find(|first| first.source.sha256 == one.source.sha256)
-        {
-            let (file, first) = (one.source.file.clone(), first.source.file.clone());
-            return Err(DiagnosisError::SameRecording { file, first });
-        }
-    }
     let asked = request.machine.is_some() || request.loads_differ.is_some();
     if !asked && recordings.len() < LEAST_TO_FIND_OUT {
         return Ok(None);

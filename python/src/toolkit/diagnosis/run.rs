@@ -49,6 +49,7 @@ impl Recordings {
             remarks.extend(loaded.quality.sentences().into_iter().map(of));
             recordings.push(next);
         }
+        data::each_once(&recordings).map_err(errors::unusable)?;
         Ok((recordings, remarks))
     }
 }
