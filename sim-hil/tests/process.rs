@@ -99,7 +99,7 @@ fn the_rig_file_describes_the_boards() {
 
 #[test]
 fn unusable_arguments_are_status_2_and_say_what_would_be_right() {
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 18] = [
         (&["--devices", "0"], "0 boards: a bus has 1 to 256"),
         (&["--devices", "257"], "257 boards"),
         (&["--baud", "300"], "300 baud is outside 1200 to 7812500 baud"),
@@ -111,12 +111,61 @@ fn unusable_arguments_are_status_2_and_say_what_would_be_right() {
         (&["--link", "/nonexistent/port", "--timing", "instant"], "cannot make the link /nonexistent/port"),
         (&["--rig-out", "/nonexistent/rig.toml"], "cannot write the rig file /nonexistent/rig.toml"),
         (&["--rig-out", "rig.toml", "--firmware", "firmware.elf"], "cannot be used with"),
+        (&["--duration", "-1"], "'-1' is no number of seconds above 0"),
+        (&["--devices", "-1"], "expected a whole number from 1 to 256"),
+        (
+            &["record", "--out", "x.csv", "--range", "-50", "5000"],
+            "range_kpa low is -50 kPa: expected 0 to 680",
+        ),
+        (&["record", "--out", "x.csv", "--channels", "100000"], "channels is 100000: expected 1 to 1024"),
+        (&["record", "--out", "x.csv", "--open-loop", "5"], "amplitude is 5: expected 0 to 1"),
+        (&["record", "--out", "/nonexistent/x.csv"], "x.csv: cannot be created: there is no such folder"),
+        (&["record", "--out", "x.csv", "--rig-out", "./x.csv"], "--out and --rig-out are the same file"),
     ];
     for (arguments, message) in cases {
         let (status, stdout, stderr) = output(arguments);
         assert_eq!((status, stdout.as_str()), (Some(2), ""), "{arguments:?}: {stderr}");
-        assert!(stderr.contains(message), "{arguments:?}: {stderr}");
+        assert!(stderr.starts_with("error: ") && stderr.contains(message), "{arguments:?}: {stderr}");
     }
+}
+
+#[test]
+fn a_recording_that_exists_is_replaced_only_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (csv, rig) = (path("run.csv"), path("run.toml"));
+    let record = |more: &[&str]| {
+        output(&[&["record", "--seconds", "0.1", "--out", &csv, "--rig-out", &rig], more].concat())
+    };
+    std::fs::write(&rig, "precious").unwrap();
+    let (status, _, stderr) = record(&[]);
+    let message = "run.toml: exists; choose another name, or pass --overwrite";
+    assert!(status == Some(2) && stderr.contains(message), "{stderr}");
+    assert!(!std::path::Path::new(&csv).exists() && std::fs::read_to_string(&rig).unwrap() == "precious");
+    assert_eq!(record(&["--overwrite"]).0, Some(0));
+    let first = std::fs::read(&csv).unwrap();
+    let (status, _, stderr) = record(&["--seed", "2"]);
+    assert!(status == Some(2) && stderr.contains("run.csv: exists; choose another name"), "{stderr}");
+    assert_eq!(std::fs::read(&csv).unwrap(), first);
+    assert_eq!(record(&["--seed", "2", "--overwrite"]).0, Some(0));
+    assert_ne!(std::fs::read(&csv).unwrap(), first);
+}
+
+/// A day of simulated time is not over before the signal.
+#[test]
+fn an_interrupted_recording_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let arguments = ["record", "--seconds", "100000", "--rate", "1000", "--out", file.to_str().unwrap()];
+    let child = command(&arguments).stderr(Stdio::piped()).spawn().unwrap();
+    while std::fs::read_dir(folder.path()).unwrap().count() == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    kill(Pid::from_raw(child.id().try_into().unwrap()), Signal::SIGINT).unwrap();
+    let Output { status, stderr, .. } = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(stderr).unwrap();
+    assert!(status.code() == Some(1) && stderr.contains("run.csv: interrupted"), "{status}: {stderr}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]

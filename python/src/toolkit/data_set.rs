@@ -7,6 +7,7 @@ use pneudrive_sim::plant::{Effect, PlantParameters};
 use pneudrive_sim::record::{BoardKind, Excitation, RecordArgs, RecordError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 
 /// Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
 #[pyfunction]
@@ -44,6 +45,8 @@ pub fn record_data_set(
     let arguments = RecordArgs {
         out,
         rig_out: Some(rig_out),
+        // As everything that Python writes.
+        overwrite: true,
         seconds,
         rate: rate_hz,
         channels,
@@ -68,10 +71,10 @@ pub fn record_data_set(
     };
     let work = move |watch: &Watch| {
         watch.begin("recording");
-        arguments.run()
+        arguments.run(|| watch.cancel().load(Ordering::SeqCst))
     };
     work::run(py, None, work)?.map_err(|error| match &error {
-        RecordError::Write { .. } => FileError::new_err(error.to_string()),
+        RecordError::Write { .. } | RecordError::NotCreated { .. } => FileError::new_err(error.to_string()),
         _ => errors::unusable(error),
     })
 }

@@ -4,10 +4,12 @@ mod lists;
 mod run;
 
 use crate::record::RecordArgs;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use pneudrive_manual::Manual;
 use run::RunArgs;
 use std::ffi::OsString;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const ABOUT: &str = "Virtual PneuDrive boards on a virtual RS-485 bus behind a pseudo-terminal";
 
@@ -52,7 +54,9 @@ enum Command {
 /// Does what a command line says, the program's name first. Returns the exit status: 0 done, 1 failed while running, 2 unusable
 /// arguments. Help and arguments that are none end the process.
 pub fn main(line: Vec<OsString>) -> u8 {
-    Cli::parse_from(line).execute()
+    let cli = negative_values(Cli::command()).try_get_matches_from(line);
+    let cli = cli.and_then(|matches| Cli::from_arg_matches(&matches));
+    cli.unwrap_or_else(|error| error.exit()).execute()
 }
 
 impl Cli {
@@ -60,13 +64,7 @@ impl Cli {
     pub fn execute(&self) -> u8 {
         let result = match &self.command {
             None => self.run.execute(),
-            Some(Command::Record(record)) => match record.run() {
-                Ok(rows) => {
-                    eprintln!("{}: {rows} rows", record.out.display());
-                    Ok(())
-                }
-                Err(error) => Err(Failure { status: error.exit_status(), message: error.to_string() }),
-            },
+            Some(Command::Record(arguments)) => record(arguments),
             Some(Command::Effects) => lists::print(&lists::effects()),
             Some(Command::Faults) => lists::print(&lists::faults()),
             Some(Command::Manual(manual)) => manual
@@ -76,11 +74,37 @@ impl Cli {
         match result {
             Ok(()) => 0,
             Err(Failure { status, message }) => {
-                eprintln!("pneudrive-sim: {message}");
+                eprintln!("error: {message}");
                 status
             }
         }
     }
+}
+
+/// Lets `-50` be a value of every option: then its range is what is said to be wrong, not the option's name.
+fn negative_values(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(negative_values)
+}
+
+fn record(arguments: &RecordArgs) -> Result<(), Failure> {
+    let stop = stop_on_signal()?;
+    let rows = arguments
+        .run(|| stop.load(Ordering::Relaxed))
+        .map_err(|error| Failure { status: error.exit_status(), message: error.to_string() })?;
+    eprintln!("{}: {rows} rows", arguments.out.display());
+    Ok(())
+}
+
+/// True after Ctrl-C or SIGTERM.
+fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, Arc::clone(&stop))
+            .map_err(|error| Failure::running(format!("cannot handle signal {signal}: {error}")))?;
+    }
+    Ok(stop)
 }
 
 /// Why it ended badly.

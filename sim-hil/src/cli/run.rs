@@ -9,15 +9,13 @@ use pneudrive_protocol::Baud;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 /// Run boards behind a pseudo-terminal.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
     /// Boards on the bus, 1 to 256, with addresses from 0
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = parse_devices)]
     devices: usize,
     /// Make a symbolic link to the port here; removed at the end
     #[arg(long, value_name = "PATH")]
@@ -154,11 +152,7 @@ impl RunArgs {
     }
 
     pub fn execute(&self) -> Result<(), Failure> {
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-            signal_hook::flag::register(signal, Arc::clone(&stop))
-                .map_err(|error| Failure::running(format!("cannot handle signal {signal}: {error}")))?;
-        }
+        let stop = super::stop_on_signal()?;
         let pty = PtyOptions {
             link: self.link.clone(),
             pty_latency_us: self.pty_latency_us,
@@ -196,6 +190,10 @@ impl From<SimError> for Failure {
         };
         Self { status, message: error.to_string() }
     }
+}
+
+fn parse_devices(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "expected a whole number from 1 to 256".to_owned())
 }
 
 fn parse_baud(text: &str) -> Result<u32, String> {

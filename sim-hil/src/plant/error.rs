@@ -2,11 +2,16 @@
 
 use super::id::ChannelId;
 
+/// For people: a number of the unit 1 stands alone.
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+    if unit == "1" { value.to_string() } else { format!("{value} {unit}") }
+}
+
 /// A plant that cannot be built or asked for a channel it does not have.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlantError {
     /// A parameter is outside the range in which its equation means anything.
-    #[error("plant parameter {name} is {value} {unit}: expected {expected}")]
+    #[error("plant parameter {name} is {}: expected {expected}", with_unit(*value, unit))]
     Parameter {
         /// Path of the field, for example `valve.conductance_m3_per_s_pa`.
         name: &'static str,
@@ -97,7 +102,7 @@ pub enum EffectError {
         known: String,
     },
     /// A value is not a number or outside its range.
-    #[error("effect {id}: {name} is {value} {unit}: expected {min} to {max}")]
+    #[error("effect {id}: {name} is {}: expected {min} to {max}", with_unit(*value, unit))]
     Value {
         /// The effect.
         id: &'static str,

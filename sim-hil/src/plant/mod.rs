@@ -45,6 +45,7 @@ pub use background::Background;
 pub use effects::{
     Effect, EffectDefinition, EffectGroup, EffectParameter, Scope, catalogue, definition, effects_table,
 };
+pub(crate) use error::with_unit;
 pub use error::{EffectError, PlantError};
 pub use flow::{ANR_DENSITY_KG_PER_M3, ANR_TEMPERATURE_K, FlowFunction};
 pub use id::{CHANNELS_PER_BOARD, ChannelId};

@@ -1,12 +1,12 @@
 //! `pneudrive-sim record`: a recording from the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::plant::{Background, Effect, Nuisances, PlantParameters};
 
 use super::{
     BoardKind, Columns, ControlSettings, Excitation, Loop, RecordError, Recorder, RecordingSettings,
-    rig_toml, write_csv,
+    csv::write_csv_until, rig_toml,
 };
 
 /// Record the truth plant without a bus: the measured-data CSV a host would have written.
@@ -18,6 +18,9 @@ pub struct RecordArgs {
     /// Also write the nominal rig description (TOML) that goes with it
     #[arg(long, value_name = "FILE")]
     pub rig_out: Option<PathBuf>,
+    /// Replace the files of --out and --rig-out if they exist
+    #[arg(long)]
+    pub overwrite: bool,
     /// Length, s
     #[arg(long, default_value_t = 220.0)]
     pub seconds: f64,
@@ -138,18 +141,50 @@ impl RecordArgs {
         effects
     }
 
-    /// Makes the recording; returns the number of rows.
+    /// Makes the recording, unless `stop` says to give up; returns the number of rows.
     ///
     /// # Errors
-    /// Unusable arguments, or a file that cannot be written.
-    pub fn run(&self) -> Result<u64, RecordError> {
+    /// Unusable arguments, files that are there already or cannot be written, or it was given up.
+    pub fn run(&self, stop: impl Fn() -> bool) -> Result<u64, RecordError> {
+        self.check_files()?;
         let settings = self.settings();
         let recorder = Recorder::new(&settings)?;
-        let rows = write_csv(&self.out, self.channels, settings.columns, recorder)?;
+        let rows = write_csv_until(&self.out, self.channels, settings.columns, recorder, stop)?;
         if let Some(path) = &self.rig_out {
             let text = rig_toml(&settings)?;
             std::fs::write(path, text).map_err(|source| RecordError::Write { path: path.clone(), source })?;
         }
         Ok(rows)
     }
+
+    /// Refuses files before anything is computed for them.
+    fn check_files(&self) -> Result<(), RecordError> {
+        if let Some(rig) = &self.rig_out
+            && place(rig) == place(&self.out)
+        {
+            return Err(RecordError::SameFile { path: rig.clone() });
+        }
+        for path in std::iter::once(&self.out).chain(&self.rig_out) {
+            if path.exists() && !self.overwrite {
+                return Err(RecordError::Exists { path: path.clone() });
+            }
+            let folder = folder(path);
+            if !folder.is_dir() {
+                let reason = "there is no such folder".to_owned();
+                return Err(RecordError::NotCreated { path: path.clone(), reason });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where it is, by whatever name: the file need not exist yet.
+fn place(path: &Path) -> PathBuf {
+    let of_folder =
+        || folder(path).canonicalize().ok().zip(path.file_name()).map(|(folder, name)| folder.join(name));
+    path.canonicalize().ok().or_else(of_folder).unwrap_or_else(|| path.to_owned())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -1,5 +1,6 @@
 //! Writing recordings in the measured-data format.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -24,14 +25,31 @@ pub fn write_csv(
     columns: Columns,
     rows: impl IntoIterator<Item = Row>,
 ) -> Result<u64, RecordError> {
+    write_csv_until(path, channels, columns, rows, || false)
+}
+
+/// As [`write_csv`], but gives up as soon as `stop` says so: then there is no file.
+pub(super) fn write_csv_until(
+    path: &Path,
+    channels: usize,
+    columns: Columns,
+    rows: impl IntoIterator<Item = Row>,
+    stop: impl Fn() -> bool,
+) -> Result<u64, RecordError> {
     let name = path.to_string_lossy();
-    let failed = |source| RecordError::Write { path: path.to_owned(), source };
     let mut partial = path.as_os_str().to_owned();
     partial.push(".partial");
     let partial = PathBuf::from(partial);
     let kind = Kind::of(&name).ok_or_else(|| RecordError::Extension { path: path.to_owned() })?;
-
-    let file = BufWriter::new(File::create(&partial).map_err(failed)?);
+    let not_created =
+        |error: std::io::Error| RecordError::NotCreated { path: path.to_owned(), reason: error.to_string() };
+    let file = BufWriter::new(File::create(&partial).map_err(not_created)?);
+    // Compressed files are ended properly after the last row that there is; whether it is the last one asked for is looked at afterwards.
+    let stopped = Cell::new(false);
+    let rows = rows.into_iter().take_while(|_| {
+        stopped.set(stopped.get() || stop());
+        !stopped.get()
+    });
     let written = match kind {
         Kind::Plain => write_rows(file, channels, columns, rows).and_then(|(mut f, n)| f.flush().map(|()| n)),
         Kind::Gzip => {
@@ -42,11 +60,15 @@ pub fn write_csv(
             .and_then(|encoder| write_rows(encoder, channels, columns, rows))
             .and_then(|(e, n)| e.finish()?.flush().map(|()| n)),
     };
-    let finished = written.and_then(|n| std::fs::rename(&partial, path).map(|()| n));
-    finished.map_err(|source| {
+    let failed = |source| RecordError::Write { path: path.to_owned(), source };
+    let finished = match written {
+        Ok(_) if stopped.get() => Err(RecordError::Interrupted { path: path.to_owned() }),
+        Ok(n) => std::fs::rename(&partial, path).map(|()| n).map_err(failed),
+        Err(source) => Err(failed(source)),
+    };
+    finished.inspect_err(|_| {
         // The error that matters is the first one; a leftover that cannot be removed either is named by its ending.
         drop(std::fs::remove_file(&partial));
-        failed(source)
     })
 }
 

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::plant::{EffectError, PlantError};
+use crate::plant::{EffectError, PlantError, with_unit};
 
 /// A recording that cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// A setting is outside its range.
-    #[error("{name} is {value} {unit}: expected {expected}")]
+    #[error("{name} is {}: expected {expected}", with_unit(*value, unit))]
     Setting {
         /// The setting.
         name: &'static str,
@@ -37,6 +37,32 @@ pub enum RecordError {
         /// The file asked for.
         path: PathBuf,
     },
+    /// The output is there already.
+    #[error("{}: exists; choose another name, or pass --overwrite", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Recording and rig description would be one file, and one of them lost.
+    #[error("{}: --out and --rig-out are the same file; choose another name for one of them", path.display())]
+    SameFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file cannot be made.
+    #[error("{}: cannot be created: {reason}", path.display())]
+    NotCreated {
+        /// The file.
+        path: PathBuf,
+        /// What stands in the way.
+        reason: String,
+    },
+    /// It was told to stop; nothing is left of the file.
+    #[error("{}: interrupted, and not written", path.display())]
+    Interrupted {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file cannot be written.
     #[error("{}: {source}", path.display())]
     Write {
@@ -60,8 +86,11 @@ impl RecordError {
             | Self::Plant(_)
             | Self::Effect(_)
             | Self::Control(_)
-            | Self::Extension { .. } => 2,
-            Self::Write { .. } | Self::Toml(_) => 1,
+            | Self::Extension { .. }
+            | Self::Exists { .. }
+            | Self::SameFile { .. }
+            | Self::NotCreated { .. } => 2,
+            Self::Interrupted { .. } | Self::Write { .. } | Self::Toml(_) => 1,
         }
     }
 }
