@@ -178,6 +178,14 @@ fn the_link_points_to_the_port_and_goes_with_it() {
     drop(front_end);
     assert!(std::fs::symlink_metadata(&link).is_err());
 
+    // What another simulator's clients use.
+    let first = FrontEnd::new(&rig, &options).unwrap();
+    let error = FrontEnd::new(&rig, &options).err().unwrap().to_string();
+    assert!(error.contains(first.path().to_str().unwrap()) && error.contains("another simulator"), "{error}");
+    assert_eq!(std::fs::read_link(&link).unwrap(), first.path());
+    drop(first);
+    assert!(std::fs::symlink_metadata(&link).is_err());
+
     std::fs::write(&link, "precious").unwrap();
     let error = FrontEnd::new(&rig, &options).err().unwrap();
     assert!(matches!(error, SimError::Link { .. }), "{error}");

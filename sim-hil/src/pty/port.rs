@@ -36,8 +36,9 @@ pub(super) enum Wake {
 impl VirtualPort {
     /// Makes a pseudo-terminal in raw mode and, if asked for, a symbolic link to it.
     ///
-    /// A symbolic link that is there already is replaced (a simulator that was killed leaves one behind); anything else
-    /// is not.
+    /// A symbolic link that leads nowhere is replaced (a simulator that was killed leaves one behind). One that leads to
+    /// something may be another simulator's, whose clients would be on other boards the next time they open it; neither that
+    /// nor a file is replaced.
     ///
     /// # Errors
     /// The system gives no pseudo-terminal, or the link cannot be made.
@@ -161,7 +162,17 @@ fn make_link(target: &Path, link: &Path) -> Result<(), SimError> {
         Ok(found) if !found.is_symlink() => {
             return Err(refuse("there is a file of this name, and it is no symbolic link".to_owned()));
         }
-        Ok(_) => fs::remove_file(link).map_err(|error| refuse(error.to_string()))?,
+        Ok(_) => {
+            let leads_to = fs::read_link(link).map_err(|error| refuse(error.to_string()))?;
+            // The system gives numbers of ptys again: one that was left behind may lead here.
+            if leads_to != target && link.exists() {
+                return Err(refuse(format!(
+                    "it leads to {} already, maybe of another simulator; end that, choose another name, or remove the link",
+                    leads_to.display()
+                )));
+            }
+            fs::remove_file(link).map_err(|error| refuse(error.to_string()))?;
+        }
         Err(_) => {}
     }
     std::os::unix::fs::symlink(target, link).map_err(|error| refuse(error.to_string()))
