@@ -39,6 +39,11 @@ impl Counters {
         self.asked - self.answered
     }
 
+    /// Whether anything ever came that may be of this board, damaged or late as it may have been.
+    pub fn was_heard(&self) -> bool {
+        self.answered + self.garbled + self.stale + self.late + self.pages_answered > 0
+    }
+
     /// Answers that came and were not accepted: damaged, or late. One that came while another board was asked counts with the
     /// board that sent it.
     pub fn rejected(&self) -> u64 {

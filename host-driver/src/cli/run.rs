@@ -100,11 +100,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     if run.no_reopen {
         options.reopen = None;
     }
-    for (board, error) in find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())? {
-        crate::cli::output::errln!(
-            "warning: board {board} is missing and will be asked now and then ({error})"
-        );
-    }
+    // Those that are missing are told by the poller, as soon as it has missed them.
+    find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())?;
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
     let recorder = match &run.record {
         Some(path) => {
@@ -185,11 +182,13 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         Some(finished) if run.require_all => never_answered(finished, setup),
         _ => Vec::new(),
     };
-    conclude(args.json, &about, finished, recorded, shown, behind)?;
-    match &never[..] {
-        [] => Ok(()),
-        boards => Err(Failure::running(format!("--require-all: never answered: {}", boards.join(", ")))),
+    let concluded = conclude(args.json, &about, finished, recorded, shown, behind);
+    if never.is_empty() {
+        return concluded;
     }
+    let missed = Failure::running(format!("--require-all: never answered: {}", never.join(", ")));
+    // Neither hides the other.
+    concluded.inspect_err(|_| crate::cli::output::errln!("error: {missed}")).and(Err(missed.clone()))
 }
 
 /// Boards that have not answered once.
@@ -232,7 +231,10 @@ fn conclude(
         }
     }
     behind.end();
-    match (finished.warning(), finished.error) {
+    if let Some(absence) = finished.absence() {
+        crate::cli::output::errln!("warning: {absence}");
+    }
+    match (finished.warning_of_heard(), finished.error) {
         (warning, Some(error)) => {
             if let Some(warning) = warning {
                 crate::cli::output::errln!("warning: {warning}");

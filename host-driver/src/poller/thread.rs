@@ -17,6 +17,10 @@ pub struct Finished {
     /// Boards that did not confirm the final 0 kPa command. Those that check vent by their own command timeout; those of the
     /// original kind have none and may stay under pressure: see [`warning`](Self::warning).
     pub not_safe: Vec<u8>,
+    /// Those of them from which nothing ever came, so most likely nobody is there.
+    pub never_heard: Vec<u8>,
+    /// Those of these that were sent more than 0 kPa all the same.
+    pub commanded_unheard: Vec<u8>,
 }
 
 impl Finished {
@@ -24,7 +28,15 @@ impl Finished {
         for board in &mut statistics.boards {
             board.zero_kpa_confirmed = Some(!not_safe.contains(&board.board));
         }
-        Self { statistics, error, not_safe }
+        Self { statistics, error, not_safe, never_heard: Vec::new(), commanded_unheard: Vec::new() }
+    }
+
+    fn with_unheard<L: Line>(mut self, bus: &Bus<L>) -> Self {
+        let unheard = self.not_safe.iter().copied().filter(|&board| !bus.counters(board).was_heard());
+        self.never_heard = unheard.collect();
+        let commanded = self.never_heard.iter().copied().filter(|&board| bus.may_hold_for_ever(board));
+        self.commanded_unheard = commanded.collect();
+        self
     }
 
     /// What a user has to know about the boards that did not confirm 0 kPa: which they are, and what becomes of them. `None` if
@@ -33,14 +45,42 @@ impl Finished {
         self.warning_of("board(s)", |board| board.to_string())
     }
 
-    /// The same, for users who know the boards as something else (`noun`), by other names.
+    /// The same of the boards that have been heard: they are there, so it has to be seen to. See
+    /// [`absence`](Self::absence) for the others.
+    pub fn warning_of_heard(&self) -> Option<String> {
+        let heard = self.not_safe.iter().copied().filter(|board| !self.never_heard.contains(board));
+        self.text_of(&heard.collect::<Vec<_>>(), "board(s)", |board| board.to_string())
+    }
+
+    /// Which boards never answered, and what may be of them. `None` if all did.
+    pub fn absence(&self) -> Option<String> {
+        if self.never_heard.is_empty() {
+            return None;
+        }
+        let list = |boards: &[u8]| boards.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+        let mut text = format!("board(s) {} never answered", list(&self.never_heard));
+        if !self.commanded_unheard.is_empty() {
+            text += &format!(
+                "; set points were sent to board(s) {} all the same: if there is a board of the original kind that hears and cannot \
+                 answer, it may be under pressure",
+                list(&self.commanded_unheard)
+            );
+        }
+        Some(text)
+    }
+
+    /// The same as [`warning`](Self::warning), for users who know the boards as something else (`noun`), by other names.
     pub fn warning_of(&self, noun: &str, name: impl Fn(u8) -> String) -> Option<String> {
+        self.text_of(&self.not_safe, noun, name)
+    }
+
+    fn text_of(&self, boards: &[u8], noun: &str, name: impl Fn(u8) -> String) -> Option<String> {
         let kind = |board: &u8| {
             let boards = &self.statistics.boards;
             boards.iter().find(|one| one.board == *board).map_or(Frames::Unknown, |one| one.frames)
         };
         let named = |checked: bool| {
-            let boards = self.not_safe.iter().filter(|board| (kind(board) == Frames::Checked) == checked);
+            let boards = boards.iter().filter(|board| (kind(board) == Frames::Checked) == checked);
             boards.map(|&board| name(board)).collect::<Vec<_>>().join(", ")
         };
         let (checked, others) = (named(true), named(false));
@@ -124,7 +164,8 @@ impl<L: Line + Send + 'static> Poller<L> {
                     let error = ended.err().or_else(|| safe.clone().err());
                     let not_safe =
                         safe.unwrap_or_else(|_| statistics.boards.iter().map(|b| b.board).collect());
-                    (Finished::new(statistics, error, not_safe), polling.into_bus())
+                    let bus = polling.into_bus();
+                    (Finished::new(statistics, error, not_safe).with_unheard(&bus), bus)
                 }
             }
         })?;

@@ -116,16 +116,45 @@ fn a_reader_that_has_seen_enough_is_no_panic() {
     }
 }
 
-/// A board that is not there is no failure, unless all are required.
+/// A board that is not there is no failure, unless all are required. It may hear all the same, which is said where it was told more
+/// than 0 kPa.
 #[test]
 fn a_board_that_never_answered_is_a_failure_where_all_are_required() {
     let boards = PtyBoards::start(2);
     boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
     let port = boards.path().to_str().unwrap();
-    let args = ["--port", port, "-n", "2", "--wait", "0.2", "--duration", "0.2"];
-    let (_, stdout, stderr) = run(&args);
-    assert!(!stderr.contains("--require-all"), "{stdout}{stderr}");
+    let args = ["--port", port, "-n", "2", "--wait", "0.2", "--duration", "0.5", "--allowance-us", "100000"];
+    let (code, stdout, stderr) = run(&args);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert!(stderr.contains("warning: board(s) 1 never answered\n"), "{stderr}");
+    assert_eq!(stderr.matches("board 1 is missing").count(), 1, "{stderr}");
     let (code, _, stderr) = run(&[&args[..], &["--require-all"]].concat());
-    assert_eq!(code, Some(1));
-    assert!(stderr.contains("board 1"), "{stderr}");
+    assert!(code == Some(1) && stderr.contains("error: --require-all: never answered: board 1"), "{stderr}");
+    let (code, _, stderr) = run(&[&args[..], &["--command", "100"]].concat());
+    assert!(
+        code == Some(0) && stderr.contains("set points were sent to board(s) 1 all the same"),
+        "{stderr}"
+    );
+}
+
+/// That it is gone at the end does not make it one that was never there.
+#[test]
+fn a_board_that_has_answered_and_is_gone_is_a_failure() {
+    let boards = PtyBoards::start(2);
+    let port = boards.path().to_str().unwrap().to_owned();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.csv");
+    let child = program(&["--port", &port, "-n", "2", "--record", file.to_str().unwrap()]).spawn().unwrap();
+    until("rows", || rows(&file) > 10);
+    boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
+    let before = rows(&file);
+    until("rows without it", || rows(&file) > before + 10);
+    signal(&child, Signal::INT);
+    let output = child.wait_with_output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(
+        stderr.contains("0 kPa was not confirmed by board(s) 1") && !stderr.contains("never"),
+        "{stderr}"
+    );
 }
