@@ -41,6 +41,14 @@ pub fn run(args: &BusArgs, init: &InitArgs, setup: &Setup) -> Result<(), Failure
             port.display()
         )));
     };
+    if let Some(expected) = args.devices {
+        let answered = |board: u8| found.iter().any(|one| one.board == board);
+        let silent: Vec<_> =
+            (0..=u8::MAX).take(usize::from(expected)).filter(|&board| !answered(board)).collect();
+        if !silent.is_empty() {
+            return Err(missing(file, &port, expected, &silent));
+        }
+    }
     let known_of = |board: u8| match found.iter().find(|one| one.board == board) {
         Some(one) => one.kind().to_owned(),
         None => "did not answer".to_owned(),
@@ -63,6 +71,18 @@ pub fn run(args: &BusArgs, init: &InitArgs, setup: &Setup) -> Result<(), Failure
     outln!("{}: board(s) {} on {}", file.display(), names.join(", "), port.display());
     outln!("next: names and limits in an editor, then pneudrive-host --rig {}", file.display());
     Ok(())
+}
+
+/// Whoever says how many there are wants no file that leaves some out.
+fn missing(file: &Path, port: &Path, expected: u16, silent: &[u8]) -> Failure {
+    let names: Vec<_> = silent.iter().map(u8::to_string).collect();
+    Failure::running(format!(
+        "of {expected} boards, board(s) {} did not answer on {}; check their power, the two wires and their address switches, or leave \
+         --devices out to write {} for those that are there",
+        names.join(", "),
+        port.display(),
+        file.display()
+    ))
 }
 
 fn only_port(known: &[PortInfo]) -> Result<PathBuf, Failure> {

@@ -120,18 +120,16 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     refused(&["init", path, "--port", port], 2, "exists and is not replaced");
     assert_eq!(fs::read_to_string(&file).unwrap(), text);
     boards.last_unplugged.store(true, std::sync::atomic::Ordering::Relaxed);
-    let (code, stdout, _) = run(&[
-        "init",
-        &format!("{path}.2"),
-        "--port",
-        port,
-        "--wait",
-        "20",
-        "-n",
-        "1",
-        "--allowance-us",
-        "100000",
-    ]);
+    let second = format!("{path}.2");
+    let quick = ["--wait", "0.5", "--allowance-us", "100000"];
+    refused(
+        &[&["init", &second, "--port", port, "-n", "2"], &quick[..]].concat(),
+        1,
+        "board(s) 1 did not answer on ",
+    );
+    assert!(!fs::exists(&second).unwrap());
+    let (code, stdout, _) =
+        run(&["init", &second, "--port", port, "--wait", "20", "-n", "1", "--allowance-us", "100000"]);
     assert_eq!(code, Some(0), "{stdout}");
 }
 
