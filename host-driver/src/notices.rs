@@ -1,6 +1,6 @@
 //! What happens in a run, in a sentence and a word: for people, and for the events of a recording.
 
-use crate::bus::OpenBusError;
+use crate::bus::{ExchangeError, OpenBusError};
 use crate::line::{LineError, OpenError};
 use crate::poller::{BoardCommand, BoardState, Event};
 use pneudrive_protocol::CHANNELS;
@@ -147,8 +147,20 @@ impl Narrator {
     pub fn notice(&mut self, event: &Event<'_>) -> Option<Notice> {
         let new = |kind, text: String| Some(Notice::new(kind, text));
         match event {
-            Event::Board { board, state: BoardState::Missing, error } if self.missing.insert(*board) => {
-                let why = error.map_or_else(String::new, |error| format!(" ({error})"));
+            Event::Board { board, state: BoardState::Missing, error, host_late_ns }
+                if self.missing.insert(*board) =>
+            {
+                let why = match (error, host_late_ns) {
+                    // Not a word of wires, where it is the host that did not listen.
+                    (Some(ExchangeError::NoAnswer { .. } | ExchangeError::TooOld { .. }), Some(late_ns)) => {
+                        format!(
+                            " (no answer, but the host was late by {:.2} s in the same second: close other programs, or use --realtime)",
+                            seconds(*late_ns)
+                        )
+                    }
+                    (Some(error), _) => format!(" ({error})"),
+                    (None, _) => String::new(),
+                };
                 let text = format!("board {board} is missing{why}");
                 Some(Notice { kind: NoticeKind::BoardMissing, board: Some(*board), text })
             }
@@ -287,7 +299,7 @@ mod tests {
     fn a_board_is_news_when_it_stays_away_and_when_it_is_back() {
         let mut narrator = Narrator::default();
         let mut tell = |state| {
-            let notice = narrator.notice(&Event::Board { board: 2, state, error: None });
+            let notice = narrator.notice(&Event::Board { board: 2, state, error: None, host_late_ns: None });
             notice.map(|notice| (notice.kind.name(), notice.board, notice.text))
         };
         assert_eq!(tell(BoardState::Present), None);
@@ -297,5 +309,20 @@ mod tests {
         assert_eq!(tell(BoardState::Missing), None, "once");
         let back = ("board_back", Some(2), "board 2 answers again".to_owned());
         assert_eq!(tell(BoardState::Present), Some(back));
+    }
+
+    /// A starved host is no wiring fault.
+    #[test]
+    fn a_board_that_a_late_host_missed_is_not_said_to_be_badly_wired() {
+        let asked = pneudrive_protocol::Address::of_board(2);
+        let error = ExchangeError::NoAnswer { asked, waited_us: 2_000 };
+        let text = |host_late_ns| {
+            let event =
+                Event::Board { board: 2, state: BoardState::Missing, error: Some(&error), host_late_ns };
+            Narrator::default().notice(&event).unwrap().text
+        };
+        assert!(text(None).contains("the two wires"), "{}", text(None));
+        let late = text(Some(700_000_000));
+        assert!(late.contains("the host was late by 0.70 s") && !late.contains("wires"), "{late}");
     }
 }

@@ -43,6 +43,9 @@ impl Observer for Told {
 
     fn event(&mut self, event: &Event<'_>) {
         let text = match event {
+            Event::Board { board, state, host_late_ns: Some(late_ns), .. } => {
+                format!("board {board} {state:?}, host late by {} ms", late_ns / 1_000_000)
+            }
             Event::Board { board, state, .. } => format!("board {board} {state:?}"),
             Event::LineLost { error, .. } => format!("lost: {error}"),
             Event::LineNotBack { error } => format!("not back: {error}"),
@@ -229,6 +232,30 @@ fn standing_still_is_said() {
     let stalls: Vec<_> = events.iter().filter(|event| event.starts_with("stalled for 4")).collect();
     assert_eq!(stalls.len(), 1, "{:?}", &events[..8]);
     assert_eq!(polling.statistics().boards[0].state, BoardState::Present);
+}
+
+/// A board that goes missing just after the host stood still is told with that, and a second later no more.
+#[test]
+fn a_board_that_is_missed_by_a_late_host_is_told_so() {
+    for (pause_ns, expected) in [(0, "board 0 Missing, host late by 300 ms"), (2 * SECOND, "board 0 Missing")]
+    {
+        let present = Arc::new(Mutex::new(true));
+        let theirs = Arc::clone(&present);
+        let script = move |n: usize, request: &[u8]| {
+            if *theirs.lock().unwrap() { boards(n, request) } else { Vec::new() }
+        };
+        let (mut polling, told) = polling(VirtualLine::new(script), 1);
+        run(&mut polling, SECOND / 10);
+        let due_ns = polling.next_cycle_ns();
+        polling.bus_mut().line_mut().sleep_until(due_ns + 3 * SECOND / 10);
+        polling.cycle().unwrap();
+        run(&mut polling, SECOND / 2 + pause_ns);
+        *present.lock().unwrap() = false;
+        told.take();
+        run(&mut polling, SECOND + pause_ns);
+        let events = told.events();
+        assert_eq!(events.last().map(String::as_str), Some(expected), "{events:?}");
+    }
 }
 
 /// Board 0 has answered when the line goes while board 1 is asked.

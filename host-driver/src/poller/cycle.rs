@@ -47,6 +47,8 @@ pub struct Polling<L: Line> {
     pub(super) line_since_ns: u64,
     /// When the next cycle was due, ns.
     pub(super) due_ns: u64,
+    /// When the host was last late, and by how much, ns: the worst within a second.
+    pub(super) late: Option<(u64, u64)>,
     pub(super) stale: bool,
     /// Whether the vent latch was closed in the last cycle.
     pub(super) vented: bool,
@@ -62,6 +64,10 @@ pub struct Polling<L: Line> {
 impl<L: Line> Polling<L> {
     /// Standing still for so long is worth a line, ns: the boards' own command timeout, which holds their valves, is of that order.
     const STALL_NS: u64 = 500_000_000;
+    /// From here on being late is more than the scheduler's usual jitter, and may have cost answers, ns.
+    const LATE_NS: u64 = 10_000_000;
+    /// It explains what happens within so long after it, ns.
+    const LATE_FOR_NS: u64 = 1_000_000_000;
 
     /// The boards and settings of `options`, commands from `source`.
     pub fn new(
@@ -99,6 +105,7 @@ impl<L: Line> Polling<L> {
             outage: None,
             line_since_ns: 0,
             due_ns: u64::MAX,
+            late: None,
             stale: false,
             vented: false,
             lowered_told: false,
@@ -235,9 +242,18 @@ impl<L: Line> Polling<L> {
     /// Something that should have been over by `due_ns` is over now.
     pub(super) fn stalled(&mut self, now_ns: u64, due_ns: u64) {
         let by_ns = now_ns.saturating_sub(due_ns);
+        if by_ns >= Self::LATE_NS && self.late_ns().is_none_or(|worst_ns| by_ns >= worst_ns) {
+            self.late = Some((now_ns, by_ns));
+        }
         if by_ns >= Self::STALL_NS {
             self.tell(&Event::Stalled { by_ns });
         }
+    }
+
+    /// By how much the host was late at most within the last second.
+    pub(super) fn late_ns(&self) -> Option<u64> {
+        let (at_ns, by_ns) = self.late?;
+        (self.bus.line().now_ns() <= at_ns + Self::LATE_FOR_NS).then_some(by_ns)
     }
 
     fn note_freshness(&mut self, supply: Supply) {

@@ -88,6 +88,9 @@ pub enum Event<'a> {
         state: BoardState,
         /// Why.
         error: Option<&'a ExchangeError>,
+        /// By how much the host itself was late at most in the second before, ns; `None` if it was punctual within 10 ms. Answers that it
+        /// was too late to read look like those of a board that is gone.
+        host_late_ns: Option<u64>,
     },
     /// The line failed. No board is asked until it is back.
     LineLost {

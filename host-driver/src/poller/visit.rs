@@ -85,7 +85,8 @@ impl<L: Line> Polling<L> {
             return;
         }
         row.state = state;
-        let event = Event::Board { board: row.board, state, error };
+        let board = row.board;
+        let event = Event::Board { board, state, error, host_late_ns: self.late_ns() };
         self.tell(&event);
     }
 }
