@@ -108,3 +108,13 @@ fn a_calibration_that_no_board_has_is_refused_with_its_line() {
     assert_eq!(code, Some(2));
     assert!(stderr.contains("rig.toml:2: sensor.bits = 12: expected 10"), "{stderr}");
 }
+
+/// The rig file's reader knows no protocol, and has a limit of its own: the same one.
+#[test]
+fn the_line_rates_of_the_rig_file_are_those_of_the_command_line() {
+    use pneudrive_host::rig::Rig;
+    use pneudrive_protocol::Baud;
+    let taken = |rate: u32| Rig::parse("rig.toml", &format!("[bus]\nbaud = {rate}\n")).is_ok();
+    assert!(taken(Baud::MIN) && taken(Baud::MAX));
+    assert!(!taken(Baud::MIN - 1) && !taken(Baud::MAX + 1));
+}

@@ -174,7 +174,7 @@ static BUS: Table = table(
         },
         Key {
             name: "baud",
-            kind: Kind::WholeOr { word: "auto", low: 1_200, high: 20_000_000, unit: "bit/s" },
+            kind: Kind::WholeOr { word: "auto", low: 1_200, high: 7_812_500, unit: "bit/s" },
             required: false,
             meaning: "line rate, \"auto\" for the fastest that all boards agree to; 1000000 unless said otherwise",
         },
