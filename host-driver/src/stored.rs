@@ -21,6 +21,16 @@ impl Stored {
         let mut stored = BufReader::new(File::open(path)?);
         let head = stored.fill_buf()?;
         let (gzip, zstd, bag) = (head.starts_with(GZIP), head.starts_with(ZSTD), head.starts_with(MCAP));
+        // A plain table may have any name; what is no text either was to be something else.
+        let no_text = std::str::from_utf8(head).is_err_and(|error| error.error_len().is_some());
+        if !(gzip || zstd || bag)
+            && no_text
+            && let Some(ending) = path.extension().and_then(|ending| ending.to_str())
+            && ["gz", "zst", "mcap"].contains(&ending)
+        {
+            let text = format!("the file is damaged at its beginning, or is no .{ending} as its name says");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+        }
         Ok(if bag {
             Self::Bag(Box::new(stored))
         } else if gzip {

@@ -10,7 +10,7 @@ use pneudrive_host::trajectory::{Plan, Shape};
 use pneudrive_protocol::CHANNELS;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 
 /// Writes the table. No file is replaced.
 pub fn run(args: &BusArgs, generate: &GenerateArgs, setup: &Setup) -> Result<(), Failure> {
@@ -20,6 +20,14 @@ pub fn run(args: &BusArgs, generate: &GenerateArgs, setup: &Setup) -> Result<(),
     let devices = devices(args, 1)?;
     let limits = LimitArgs::default().limits(setup.rig.as_ref())?;
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
+    let scales = boards.iter().flat_map(|&board| setup.calibration.of(board));
+    let top = scales.map(|scale| scale.full_scale_kpa()).fold(0.0, f64::max);
+    if generate.high > top {
+        return Err(Failure::input(format!(
+            "--high {}: the highest set point is {top:.1} kPa",
+            generate.high
+        )));
+    }
     let mut channels = Vec::new();
     for &board in &boards {
         for channel in 0..CHANNELS {
@@ -49,11 +57,20 @@ pub fn run(args: &BusArgs, generate: &GenerateArgs, setup: &Setup) -> Result<(),
         seed: generate.seed,
     };
     let text = table(&boards, &plan);
-    let Some(file) = &generate.file else {
+    let Some(file) = generate.file.as_ref().filter(|file| file.as_os_str() != "-") else {
         put(format_args!("{text}"));
         return Ok(());
     };
-    let refused = |error: std::io::Error| Failure::input(format!("{}: {error}", file.display()));
+    let refused = |error: std::io::Error| {
+        let why = match error.kind() {
+            ErrorKind::AlreadyExists => {
+                "exists and is not replaced; move it away, or choose another name".to_owned()
+            }
+            ErrorKind::NotFound => "cannot be created: there is no such folder".to_owned(),
+            _ => format!("cannot be written: {error}"),
+        };
+        Failure::input(format!("{}: {why}", file.display()))
+    };
     let mut writer = OpenOptions::new().write(true).create_new(true).open(file).map_err(refused)?;
     writer.write_all(text.as_bytes()).map_err(refused)?;
     errln!("{}: {} s for {devices} board(s)", file.display(), generate.seconds);

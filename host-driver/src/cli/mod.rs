@@ -54,7 +54,9 @@ pub fn main(line: Vec<OsString>) -> u8 {
     let line = LINE.get_or_init(|| line);
     let mut cli = command_line::parse(line.iter().cloned()).unwrap_or_else(|error| error.exit());
     match dispatch(&mut cli) {
-        Ok(()) => 0,
+        // What a run is for are the boards and the recording: a terminal that closes does not make it a failure.
+        Ok(()) if matches!(cli.command, None | Some(Command::Replay(_))) => 0,
+        Ok(()) => u8::from(output::failed()),
         Err(failure) => {
             crate::cli::output::errln!("error: {failure}");
             failure.status()

@@ -4,6 +4,7 @@ use pneudrive_host::statistics::Statistics;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// `print!` without its panic: see [`put`].
 macro_rules! out {
@@ -27,12 +28,22 @@ pub fn put_error(text: std::fmt::Arguments<'_>) {
     let _ = std::io::stderr().write_fmt(text);
 }
 
-/// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else is said and ends nothing, because
-/// what has been measured or recorded is not less for it.
+/// Standard output has failed.
+static FAILED: AtomicBool = AtomicBool::new(false);
+
+/// Whether something could not be written to standard output, which has been said.
+pub fn failed() -> bool {
+    FAILED.load(Ordering::Relaxed)
+}
+
+/// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else is said, once, and ends nothing,
+/// because what has been measured or recorded is not less for it. Other commands than runs have it in their exit status: see [`failed`].
 pub fn put(text: std::fmt::Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            errln!("warning: standard output: {error}");
+            if !FAILED.swap(true, Ordering::Relaxed) {
+                errln!("error: standard output: {error}");
+            }
         }
         _ => {}
     }

@@ -1,4 +1,5 @@
 use super::{FileFormat, RecordError};
+use std::cell::Cell;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -10,6 +11,8 @@ pub(super) struct BlockFile {
     file: File,
     format: FileFormat,
     length: u64,
+    /// It has been said that a file beside it belongs to another.
+    told: Cell<bool>,
 }
 
 impl BlockFile {
@@ -45,7 +48,7 @@ impl BlockFile {
             io::ErrorKind::AlreadyExists => RecordError::Exists { file: path.to_owned() },
             _ => RecordError::NotCreated { file: path.to_owned(), reason: error.to_string() },
         })?;
-        Ok(Self { path: path.to_owned(), file, format, length: 0 })
+        Ok(Self { path: path.to_owned(), file, format, length: 0, told: Cell::new(false) })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -77,10 +80,13 @@ impl BlockFile {
         let own_name = self.path.file_name().unwrap_or_default().to_string_lossy();
         match std::fs::read_to_string(&path) {
             Ok(old) if !old.contains(&*own_name) => {
-                log::warn!(
-                    "{}: belongs to another recording and stays as it is; tools that want a folder for a bag need one recording a folder",
-                    path.display()
-                );
+                // It is tried at the start and at the end.
+                if !self.told.replace(true) {
+                    log::warn!(
+                        "{}: belongs to another recording and stays as it is; tools that want a folder for a bag need one recording a folder",
+                        path.display()
+                    );
+                }
                 Ok(())
             }
             _ if is_device(&self.path) => Ok(()),

@@ -158,7 +158,7 @@ fn metadata_of_another_bag_is_left_alone() {
         file.to_str().unwrap(),
     ]);
     assert_eq!(code, Some(0), "{stderr}");
-    assert!(stderr.contains("belongs to another recording"), "{stderr}");
+    assert_eq!(stderr.matches("belongs to another recording").count(), 1, "{stderr}");
     assert_eq!(fs::read_to_string(&metadata).unwrap(), other);
     let (topics, end) = messages(&file);
     assert!(!topics.is_empty() && end.is_none(), "{end:?}");

@@ -32,6 +32,44 @@ fn unusable_arguments_are_refused_with_advice() {
     refused(&["--port", "x", "--record", "run.csv", "ping"], 2, "not to `ping`");
     refused(&["timing", "--capacitor-nf", "0"], 2, "capacitance");
     refused(&["timing", "--baud", "1"], 2, "1 baud");
+    for devices in ["-1", "1000000000"] {
+        refused(&["--port", "x", "--devices", devices], 2, "expected a number of boards, 1 to 4");
+    }
+    refused(&["generate", "aprbs", "--high", "5000"], 2, "--high 5000: the highest set point is 689.5 kPa");
+    refused(&["generate", "aprbs", "/no/such/x.csv"], 2, "x.csv: cannot be created: there is no such folder");
+}
+
+#[test]
+fn a_file_that_is_not_what_its_name_says_is_named_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for ending in ["csv.gz", "csv.zst", "mcap"] {
+        let file = folder.path().join(format!("run.{ending}"));
+        fs::write(&file, [0x00, 0xff, 0xfe, 0x80]).unwrap();
+        let path = file.to_str().unwrap();
+        for arguments in [&["info", path][..], &["replay", path, "--view"]] {
+            refused(arguments, 2, "the file is damaged at its beginning, or is no .");
+        }
+    }
+}
+
+#[test]
+fn output_that_cannot_be_written_is_in_the_exit_status() {
+    for arguments in [&["timing"][..], &["generate", "steps", "-"]] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = program(arguments).stdout(full).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert_eq!(stderr.matches("error: standard output: ").count(), 1, "{stderr}");
+    }
+}
+
+#[test]
+fn a_generated_file_that_exists_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("steps.csv");
+    fs::write(&file, "precious").unwrap();
+    refused(&["generate", "steps", file.to_str().unwrap()], 2, "steps.csv: exists and is not replaced");
+    assert_eq!(fs::read_to_string(&file).unwrap(), "precious");
 }
 
 #[test]

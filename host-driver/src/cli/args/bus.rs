@@ -1,6 +1,6 @@
 //! What is on the bus: options of nearly every subcommand.
 
-use super::values::{baud, seconds, spin, unit};
+use super::values::{baud, devices, seconds, spin, unit};
 use clap::{Args, ValueEnum};
 use pneudrive_host::bus::FrameMode;
 use pneudrive_host::line::Spin;
@@ -22,7 +22,7 @@ pub struct BusArgs {
     #[arg(long, global = true, value_name = "PATH|sim")]
     pub port: Option<PathBuf>,
     /// Boards on the bus, numbered from 0 [default: 1; bench: 4]
-    #[arg(long, short = 'n', global = true, value_name = "N")]
+    #[arg(long, short = 'n', global = true, value_name = "N", value_parser = devices)]
     pub devices: Option<u16>,
     /// Rig file: port, rate, names, calibration, limits, unit
     ///

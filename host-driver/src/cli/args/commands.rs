@@ -120,7 +120,7 @@ pub struct GenerateArgs {
     /// What it does
     #[arg(value_enum)]
     pub shape: ShapeArg,
-    /// The file; standard output without it
+    /// The file; standard output without it, or as `-`
     #[arg(value_name = "FILE.csv")]
     pub file: Option<PathBuf>,
     /// Its length, s

@@ -9,6 +9,11 @@ pub fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| "expected a number".to_owned())
 }
 
+/// How many boards; the largest number that is accepted comes later.
+pub fn devices(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| "expected a number of boards, 1 to 4 (up to 256 with --max-devices)".to_owned())
+}
+
 pub fn share(text: &str) -> Result<PageShare, String> {
     let share = text.parse().map_err(|_| "expected a number".to_owned())?;
     PageShare::new(share).map_err(|error: PageShareError| error.to_string())
