@@ -287,6 +287,6 @@ fn unusable_settings_are_named() {
     assert_eq!(bad_name.exit_status(), 2);
     let no_folder = write(&folder.path().join("none/run.csv"), &short(|_| {})).unwrap_err();
     assert!(no_folder.to_string().contains("none/run.csv"));
-    assert_eq!(no_folder.exit_status(), 1);
+    assert_eq!(no_folder.exit_status(), 2);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

@@ -40,10 +40,10 @@ pub fn failed() -> bool {
 /// because what has been measured or recorded is not less for it. Other commands than runs have it in their exit status: see [`failed`].
 pub fn put(text: std::fmt::Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            if !FAILED.swap(true, Ordering::Relaxed) {
-                errln!("error: standard output: {error}");
-            }
+        Err(error)
+            if error.kind() != std::io::ErrorKind::BrokenPipe && !FAILED.swap(true, Ordering::Relaxed) =>
+        {
+            errln!("error: standard output: {error}");
         }
         _ => {}
     }

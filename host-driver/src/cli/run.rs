@@ -231,18 +231,22 @@ fn conclude(
         }
     }
     behind.end();
-    if let Some(absence) = finished.absence() {
+    // A board that never answered is a failure only if it may be under pressure.
+    let (grave, slight) = match finished.absence() {
+        absence if finished.commanded_unheard.is_empty() => (None, absence),
+        absence => (absence, None),
+    };
+    if let Some(absence) = slight {
         crate::cli::output::errln!("warning: {absence}");
     }
-    match (finished.warning_of_heard(), finished.error) {
-        (warning, Some(error)) => {
-            if let Some(warning) = warning {
-                crate::cli::output::errln!("warning: {warning}");
-            }
-            return Err(Failure::running(error));
+    let heard = finished.warning_of_heard();
+    let failures = finished.error.map(|error| error.to_string()).into_iter().chain(heard);
+    let failures: Vec<String> = failures.chain(grave).collect();
+    if let Some((first, others)) = failures.split_first() {
+        for other in others {
+            crate::cli::output::errln!("warning: {other}");
         }
-        (Some(warning), None) => return Err(Failure::running(warning)),
-        (None, None) => {}
+        return Err(Failure::running(first));
     }
     recorded?;
     shown.map(|_| ())

@@ -62,7 +62,7 @@ impl Finished {
         if !self.commanded_unheard.is_empty() {
             text += &format!(
                 "; set points were sent to board(s) {} all the same: if there is a board of the original kind that hears and cannot \
-                 answer, it may be under pressure",
+                 answer, it may be under pressure: shut off the air supply before you touch it, and leave out of --devices what is not there",
                 list(&self.commanded_unheard)
             );
         }

@@ -116,8 +116,8 @@ fn a_reader_that_has_seen_enough_is_no_panic() {
     }
 }
 
-/// A board that is not there is no failure, unless all are required. It may hear all the same, which is said where it was told more
-/// than 0 kPa.
+/// A board that is not there is no failure, unless all are required. It may hear all the same: where it was told more than 0 kPa, it is
+/// one.
 #[test]
 fn a_board_that_never_answered_is_a_failure_where_all_are_required() {
     let boards = PtyBoards::start(2);
@@ -132,7 +132,7 @@ fn a_board_that_never_answered_is_a_failure_where_all_are_required() {
     assert!(code == Some(1) && stderr.contains("error: --require-all: never answered: board 1"), "{stderr}");
     let (code, _, stderr) = run(&[&args[..], &["--command", "100"]].concat());
     assert!(
-        code == Some(0) && stderr.contains("set points were sent to board(s) 1 all the same"),
+        code == Some(1) && stderr.contains("set points were sent to board(s) 1 all the same"),
         "{stderr}"
     );
 }

@@ -51,7 +51,7 @@ In the live view ? shows the keys; v, V and the space bar vent all boards until 
 (which asks) in the live view, when the terminal closes, after --duration or a trajectory. Then 0 kPa is commanded to every board, and
 the statistics are printed. RUST_LOG=debug says more of what goes on.
 
-Exit status: 0 done, 1 failed while running (a board that was there did not confirm 0 kPa, a recording failed, or with --require-all
+Exit status: 0 done, 1 failed while running (a board that may be under pressure did not confirm 0 kPa, a recording failed, or with --require-all
 a board never answered), 2 unusable arguments or input.";
 
 /// Polls PneuDrive boards: sends commands, shows and records pressures.
