@@ -34,6 +34,10 @@ pub fn show(
             Err(error) => Err(Failure::running(format!("standard output: {error}"))),
         }
     };
+    // What was said before, such as where the page is, is no row of the table.
+    while let Some(event) = events.next() {
+        errln!("{event}");
+    }
     if !say(&header(&session.setup))? {
         return Ok(EndedBy::Terminal);
     }
@@ -91,6 +95,8 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], s
     // Before the first line nothing is known, and a recording need not begin at 0.
     if seconds > 0.0 && before.cycle.is_some() {
         let _ = write!(line, "  {:>7.1} Hz", cycles as f64 / seconds);
+    } else {
+        let _ = write!(line, "  {:>7} Hz", "-");
     }
     for board in &now.boards {
         let _ = write!(line, "  b{}", board.board);
@@ -151,6 +157,8 @@ mod tests {
         let (before, now) = (at(1000, 1_000_000_000), at(3000, 2_000_000_000));
         let fresh = line(&before, &now, 1_000_200_000, &[], &Setup::default());
         assert_eq!(fresh, "     2.0 s   2000.0 Hz  b2 1.0/0.0 2.0/0.0 3.0/0.0 4.0/0.0");
+        let first = line(&Snapshot::default(), &now, 1_000_200_000, &[], &Setup::default());
+        assert_eq!(first, "     2.0 s        - Hz  b2 1.0/0.0 2.0/0.0 3.0/0.0 4.0/0.0");
         let old = line(&before, &now, 2_500_000_000, &[(1, 3), (2, 37)], &Setup::default());
         assert!(old.ends_with("4.0/0.0 (1.5 s old) (rows without a reading: 37)"), "{old}");
         let supply = Some(SupplyPressure { kpa: 549.66, measured_ns: 1_000_000_000 });
