@@ -195,6 +195,32 @@ def test_set_points_with_the_token(start, visit):
     picture(page, "control-desktop")
 
 
+def test_a_slider_says_what_its_end_is_and_when_the_set_point_is_beyond(start, visit):
+    run = start(1, "--allow-control", "--command", "290,100,100,100")
+    for size in ({}, PHONE):
+        page = visit(f"{run.url}#token={run.token}", **size)
+        until_pressure(page, "0.0", "kpa > 280")
+        beyond = page.locator("[data-chamber='0.0'] .reading")
+        expect(beyond).to_have_text("290 of 200 kPa")
+        expect(beyond).to_have_class("reading beyond")
+        within = page.locator("[data-chamber='0.1'] .reading")
+        expect(within).to_have_text("99.8 of 200 kPa")  # as sent: a whole count
+        expect(within).to_have_class("reading")
+        expect(page.locator("[data-chamber='0.1'] .off")).to_have_attribute("title", "measured minus commanded pressure")
+        picture(page, f"slider-{page.viewport_size['width']}")
+
+
+def test_losses_are_marked_from_a_share_on_that_the_title_says(start, visit):
+    page = visit(start(1).url)
+    page.wait_for_function("() => page.picture !== null")
+    for lost, kind in ((59, "good"), (5000, "warn")):
+        said = page.evaluate("""(lost) => {
+            showFigures({ recording: null, statistics: { cycle_us: { p99: 1 }, loop_hz: { mean: 1 }, lost, exchanges: 17800, rejected: 0, cpu_share: 0, boards: [] } });
+            return [at("lost").className, at("lost").title];
+        }""", lost)
+        assert said[0] == kind and "marked from 1 % on" in said[1], said
+
+
 def test_a_wrong_token_is_refused(start, visit):
     run = start(1, "--allow-control")
     wrong = visit(f"{run.url}#token={'0' * 32}")

@@ -29,7 +29,7 @@ class Chamber {
     Object.assign(this, { board, channel, limit, used });
     this.pressure = element("div", { className: "pressure" }, "-");
     this.set = element("div", { className: "set" });
-    this.off = element("div", { className: "off", title: "deviation from the set point" });
+    this.off = element("div", { className: "off", title: "measured minus commanded pressure" });
     this.canvas = element("canvas");
     this.root = element("div", { className: "chamber" },
       element("div", { className: "now" }, element("div", { className: "name" }, name ?? "chamber " + channel), this.pressure,
@@ -51,7 +51,7 @@ class Chamber {
       event.preventDefault();
       this.sendNumber();
     });
-    this.setter = element("div", { className: "setter", hidden: true }, this.slider.track, this.form);
+    this.setter = element("div", { className: "setter", hidden: true }, this.slider.track, this.slider.reading, this.form);
     this.root.append(this.setter);
     this.control(false, false);
   }
@@ -90,7 +90,7 @@ class Chamber {
     const onItsWay = Math.abs(picture.s[this.channel] - command) > 0.5;
     const way = onItsWay ? [element("span", {}, " \u2192 " + unit.number(target))] : [];
     this.set.replaceChildren(element("span", { className: "word" }, "command "), unit.number(command), ...way);
-    this.off.textContent = pressure === null ? "" : unit.signed(pressure - command);
+    this.off.textContent = pressure === null ? "" : "\u0394 " + unit.signed(pressure - command);
     this.off.classList.toggle("far", pressure !== null && Math.abs(pressure - command) > FAR_KPA);
     this.slider?.show(target, command);
     const chosen = this.slider?.drag?.chosen ?? null;

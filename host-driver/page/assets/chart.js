@@ -56,6 +56,7 @@ function drawChart(canvas, history, chamber, now, scale, colour, { times: showTi
   pen.textAlign = "left";
   // Where there is room, the scale stands at every chart.
   if (bottom - top > 22) pen.fillText(unit.short(scale) + " " + unit.name, 2, y(scale) + 2);
+  if (bottom - top > 34) pen.fillText("0", 2, bottom - 11);
 
   const times = history.times, command = history.command[chamber], measured = history.measured[chamber];
   pen.strokeStyle = colour.command;

@@ -1,6 +1,8 @@
 // Puts together what the host sends and what the page shows.
 
 const at = (id) => document.getElementById(id);
+// Exchanges lost from this share on are marked; fewer cost a reading now and then, and healthy boards lose some on a busy machine.
+const LOST_SHARE = 0.01;
 const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, venting: null, hovered: null, recordingFailed: null };
 
 // `time` is that of the run.
@@ -85,8 +87,9 @@ function showFigures(figures) {
     at("baud-figure").hidden = !run.baud;
     at("baud").textContent = run.baud ? run.baud / 1e6 + " Mbaud" : "-";
     at("lost").textContent = compact.format(run.lost) + " of " + compact.format(run.exchanges);
-    at("lost").title = run.lost + " of " + run.exchanges;
-    at("lost").className = run.lost === 0 ? "good" : "warn";
+    const share = run.lost / Math.max(1, run.exchanges);
+    at("lost").title = run.lost + " of " + run.exchanges + ", " + (100 * share).toFixed(2) + " %; marked from " + 100 * LOST_SHARE + " % on";
+    at("lost").className = share < LOST_SHARE ? "good" : "warn";
     at("rejected").textContent = compact.format(run.rejected);
     at("cpu").textContent = (100 * run.cpu_share).toFixed(0) + " % CPU";
     page.boards.forEach((board, n) => board.figures(run.boards[n]));

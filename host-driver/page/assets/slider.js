@@ -11,6 +11,8 @@ class Slider {
     this.fill = element("div", { className: "fill" });
     this.thumb = element("div", { className: "thumb" });
     this.track = element("div", { className: "track" }, this.fill, this.thumb);
+    // Where the set point is, of the highest that the page may command: another source may command more, which stands at the stop, too.
+    this.reading = element("div", { className: "reading", title: "set point, of the highest that this page may command" });
     // The number field beside it says the same to people who cannot see or drag.
     this.track.setAttribute("aria-hidden", "true");
     const listen = (event, what) => this.thumb.addEventListener(event, what);
@@ -73,6 +75,8 @@ class Slider {
     this.thumb.style.left = along(chosen ?? this.value);
     this.fill.style.width = along(this.command ?? 0);
     this.track.classList.toggle("dragged", chosen !== null);
+    this.reading.textContent = unit.short(chosen ?? this.value) + " of " + unit.short(this.limit) + " " + unit.name;
+    this.reading.classList.toggle("beyond", this.value > this.limit * 1.005);
     this.thumb.dataset.kpa = chosen === null ? "" : unit.short(chosen) + " " + unit.name;
   }
 }
