@@ -101,7 +101,7 @@ fn gaps_are_bridged_or_end_the_stretch() {
     assert_eq!(recording.breaks, [299]);
     assert_eq!(
         quality.findings[0].sentence,
-        "2 gaps are longer than 1.5 sampling periods, 0.51 s in all (rows 101 to 102, 300 to 301): inputs are held over 1, the simulation starts anew after 1."
+        "2 gaps are longer than 1.5 sampling periods, 0.51 s in all, 10.2 % of the time (rows 101 to 102, 300 to 301): inputs are held over 1, the simulation starts anew after 1."
     );
 }
 

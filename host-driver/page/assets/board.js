@@ -168,7 +168,9 @@ class Board {
     if (!statistics) return;
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
     const all = statistics.answered + statistics.lost;
-    this.losses.textContent = old + (statistics.lost ? compact.format(statistics.lost) + " lost of " + compact.format(all) : "");
+    const share = " (" + ((100 * statistics.lost) / Math.max(1, all)).toFixed(2) + " %)";
+    const lost = compact.format(statistics.lost) + " lost of " + compact.format(all) + share;
+    this.losses.textContent = old + (statistics.lost ? lost : "");
     this.text.title = statistics.lost + " lost of " + all;
   }
 }

@@ -16,8 +16,9 @@ fn what_the_program_records_it_plays() {
     for (from, to) in
         [("steps.csv", "a.csv.zst"), ("a.csv.zst", "b.csv.gz"), ("b.csv.gz", "c.mcap"), ("c.mcap", "d.csv")]
     {
-        let (code, _, stderr) =
-            run(&["--port", &port, "--rate", "200", "--trajectory", &path(from), "--record", &path(to)]);
+        let files = ["--trajectory", &path(from), "--record", &path(to)];
+        let patient = ["--port", &port, "--rate", "200", "--allowance-us", "100000"];
+        let (code, _, stderr) = run(&[&patient[..], &files].concat());
         assert_eq!(code, Some(0), "{from} to {to}: {stderr}");
         let late = stderr.contains("the trajectory begins at 0.100 s; --from-first-row begins");
         assert_eq!(late, from == "steps.csv", "{stderr}");
@@ -44,6 +45,8 @@ fn a_trajectory_can_begin_with_its_first_row() {
         &port,
         "--rate",
         "200",
+        "--allowance-us",
+        "100000",
         "--from-first-row",
         "--trajectory",
         files[0],
@@ -68,6 +71,8 @@ fn a_trajectory_is_played_to_its_end_and_recorded() {
     let args = [
         "--port",
         &port,
+        "--allowance-us",
+        "100000",
         "--command",
         "50",
         "--trajectory",

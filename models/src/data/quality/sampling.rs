@@ -96,10 +96,11 @@ pub(crate) fn find_breaks(time_s: &[f64], line: &[u32], sampling: &Sampling) -> 
     if !spans.is_empty() {
         let bridged = spans.len() - breaks.len();
         let sentence = format!(
-            "{} {} longer than {GAP_PERIODS} sampling periods, {} s in all ({}): inputs are held over {bridged}, the simulation starts anew after {}.",
+            "{} {} longer than {GAP_PERIODS} sampling periods, {} s in all, {:.1} % of the time ({}): inputs are held over {bridged}, the simulation starts anew after {}.",
             spans.len(),
             if spans.len() == 1 { "gap is" } else { "gaps are" },
             digits(missing_s),
+            100.0 * missing_s / (time_s[time_s.len() - 1] - time_s[0]),
             rows_text(&spans),
             breaks.len(),
         );
@@ -139,7 +140,7 @@ mod tests {
         assert_eq!(findings.len(), 1);
         assert!(
             findings[0].sentence.starts_with(
-                "2 gaps are longer than 1.5 sampling periods, 2.01 s in all (rows 501 to 502, 701 to 702)"
+                "2 gaps are longer than 1.5 sampling periods, 2.01 s in all, 16.8 % of the time (rows 501 to 502, 701 to 702)"
             ),
             "{}",
             findings[0].sentence

@@ -10,6 +10,8 @@ use ratatui::widgets::{Paragraph, Sparkline, SparklineBar};
 
 /// Columns that numbers take beside the name: mark, channel, pressure, set point, deviation.
 const NUMBERS: u16 = 34;
+/// Terminals of fewer columns have pressures and set points only.
+pub const NARROW: u16 = 40;
 /// Deviations of more than this are coloured, kPa.
 const FAR_KPA: f64 = 5.0;
 
@@ -28,6 +30,18 @@ fn name_columns(model: &Model, width: u16) -> u16 {
 /// Whether a terminal of this width has room for bars.
 pub fn has_bars(model: &Model, width: u16) -> bool {
     width >= NUMBERS + name_columns(model, width) + 16
+}
+
+/// What stands in the columns below, for a terminal that is not narrow.
+pub fn names(model: &Model, width: u16) -> Line<'static> {
+    let columns = usize::from(name_columns(model, width));
+    let dim = Style::new().add_modifier(Modifier::DIM);
+    let mut line =
+        Line::styled(format!("   {:<columns$} {:>6} {:<10} {:>7} ", "", "now", " set to", "off by"), dim);
+    if has_bars(model, width) {
+        line.push_span(Span::raw("now, and │ set to"));
+    }
+    line
 }
 
 /// What is known of a channel now.
@@ -90,7 +104,7 @@ fn numbers(model: &Model, index: usize, channel: usize, now: &Now, width: u16) -
     };
     let command = unit.number(now.command);
     let mark = if selected { ">" } else { " " };
-    if width < 40 {
+    if width < NARROW {
         return Line::raw(format!("{mark}{board}.{channel} {pressure:>6}/{command}"));
     }
     let columns = usize::from(name_columns(model, width));

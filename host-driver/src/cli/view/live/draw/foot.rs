@@ -54,8 +54,11 @@ pub fn line(model: &Model, width: u16) -> Paragraph<'static> {
     Paragraph::new(fits(&KEYS)).style(Style::new().add_modifier(Modifier::DIM))
 }
 
+/// What stands beside a channel, where there is no room to name it above.
+const COLUMNS: (&str, &str) = ("columns", "pressure now, set point (→ on its way to), what it is off by");
+
 /// All keys of a recording.
-const PLAYING_HELP: [(&str, &str); 7] = [
+const PLAYING_HELP: [(&str, &str); 8] = [
     ("Space p", "pause, go on"),
     ("Left Right", "5 s back, forward"),
     ("Up Down Tab", "select a channel"),
@@ -63,6 +66,7 @@ const PLAYING_HELP: [(&str, &str); 7] = [
     ("Esc", "close this; else asks whether to leave"),
     ("? h", "these keys"),
     ("q Ctrl-C", "leave the recording; no board is commanded meanwhile"),
+    COLUMNS,
 ];
 
 /// All keys.
@@ -80,6 +84,7 @@ pub fn help(is_recording: bool) -> Vec<Line<'static>> {
         ("PgUp PgDn", "older, newer events"),
         ("? h", "these keys"),
         ("q Ctrl-C", "end the run: boards go to 0 kPa"),
+        COLUMNS,
     ];
     let keys: &[(&str, &str)] = if is_recording { &PLAYING_HELP } else { &commanding };
     let bold = Style::new().add_modifier(Modifier::BOLD);

@@ -32,14 +32,19 @@ pub fn draw(frame: &mut Frame<'_>, model: &Model) {
         0 => 0,
         spare => spare.min(MOST_EVENTS),
     };
-    let [top, boards, happened, bottom] = Layout::vertical([
+    // The columns are named where two lines of events are left.
+    let named = u16::from(events > 2 && !model.help && area.width >= channel::NARROW);
+    let events = events - named;
+    let [top, names, boards, happened, bottom] = Layout::vertical([
         Constraint::Length(head),
+        Constraint::Length(named),
         Constraint::Min(0),
         Constraint::Length(events),
         Constraint::Length(foot),
     ])
     .areas(area);
     frame.render_widget(Paragraph::new(head::lines(model, area.width, head)), top);
+    frame.render_widget(Paragraph::new(channel::names(model, area.width)), names);
     if model.help {
         frame.render_widget(Paragraph::new(foot::help(model.is_recording)), boards);
     } else {

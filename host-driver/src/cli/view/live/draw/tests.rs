@@ -86,6 +86,19 @@ fn every_chamber_is_there_with_pressure_command_and_deviation() {
     );
 }
 
+/// Where there is room, and right above the numbers.
+#[test]
+fn columns_are_named() {
+    let roomy = screen(&model(1, 1_000), 100, 14);
+    let line = |part: &str| roomy.lines().position(|line| line.contains(part)).unwrap();
+    assert_eq!(line("now  set to"), line("board 0 (arm)") - 1, "{roomy}");
+    let ends = |part: &str| roomy.lines().find_map(|line| Some(line.find(part)? + part.len())).unwrap();
+    assert_eq!(ends(" now"), ends(" 100.0"), "{roomy}");
+    assert_eq!(ends("off by"), ends("-244.7"), "{roomy}");
+    assert!(!screen(&model(4, 1_000), 80, 24).contains("set to"), "boards and events come first");
+    assert!(!screen(&model(1, 1_000), 39, 24).contains("set to"), "there are no such columns");
+}
+
 /// A rig of four boards is whole on the smallest usual terminal.
 #[test]
 fn four_boards_fit_80x24_with_keys_and_an_event() {
