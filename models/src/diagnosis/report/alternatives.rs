@@ -110,21 +110,18 @@ fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
     heeded
 }
 
-/// Parts causes into those that keep their names and those that are less probable than not beside one that is more, each counted with
-/// what fits as well.
+/// Parts causes into those that keep their names and those that are less probable than not beside one that is more.
 fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
-    let probable = |cause: &Cause| {
-        let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
-        probability_of(&ties, weighed) >= EVEN
-    };
+    let probable = |cause: &Cause| is_probable(cause, weighed);
     let any = causes.iter().any(probable);
     causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
-/// Is a cause by itself more probable than not? One is where nothing was weighed.
+/// Is a cause more probable than not, counted with what fits as well? One is where nothing was weighed.
 #[must_use]
 pub fn is_probable(cause: &Cause, weighed: &[Weighed]) -> bool {
-    weighed.is_empty() || probability_of(std::slice::from_ref(&cause.effect), weighed) >= EVEN
+    let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
+    weighed.is_empty() || probability_of(&ties, weighed) >= EVEN
 }
 
 /// Where the error itself says that something is missing, "nothing" is something without a name.

@@ -11,9 +11,10 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
-/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. Of a board's
-/// loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: sizes must. What has no size that is determined must be
-/// `probable`, and stand in no such loop beside what has one: there, the shape of something often fits what another cause leaves.
+/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. What has no
+/// size that is determined must be `probable`. Of a board's loop whose drive is not recorded (`looped`), the error hardly tells what is
+/// wrong: there all must be, but what makes it hunt in a way that no rollout follows; and what has no size that is determined must not
+/// stand beside what has one: the shape of something often fits what another cause leaves.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
@@ -25,8 +26,9 @@ pub fn part(
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
-        let told_otherwise = || change || looped && hunts(&cause) || probable(&cause);
-        let improbable = || (is_undetermined(&cause) && !told_otherwise()).then_some(Unnamed::Improbable);
+        let undetermined = is_undetermined(&cause);
+        let told_otherwise = || change || looped && undetermined && hunts(&cause) || probable(&cause);
+        let improbable = || ((looped || undetermined) && !told_otherwise()).then_some(Unnamed::Improbable);
         match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
@@ -47,12 +49,25 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     if !change && is_usual(cause, looped) {
         return Some(Unnamed::Usual);
     }
-    let surely = f64::max(cause.gain.ci95[0], cause.gain.weighted_ci95[0]) > SETTINGS.practical;
+    let [plain, weighted] =
+        [cause.gain.ci95[0], cause.gain.weighted_ci95[0]].map(|low| low > SETTINGS.practical);
     // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything.
     let told_otherwise = change || looped && hunts(cause);
-    let gains =
-        surely || (told_otherwise || !may_be_nothing(cause)) && cause.gain.reduction > SETTINGS.practical;
+    let gains = if looped && !told_otherwise && may_be_usual(cause) {
+        weighted
+    } else {
+        plain
+            || weighted
+            || (told_otherwise || !may_be_nothing(cause)) && cause.gain.reduction > SETTINGS.practical
+    };
     (!gains).then_some(Unnamed::Gainless)
+}
+
+/// May, by its intervals, every size that tells how large it is be one that sound rigs have? A size that is not determined may.
+fn may_be_usual(cause: &Cause) -> bool {
+    index_of(&cause.effect).is_some_and(|k| {
+        telling(CATALOGUE[k]).next().is_some() && !stands_out(CATALOGUE[k], &cause.parameters)
+    })
 }
 
 fn hunts(cause: &Cause) -> bool {
@@ -210,26 +225,53 @@ mod tests {
     }
 
     #[test]
-    fn without_a_size_that_is_determined_only_what_is_probable_has_a_name() {
-        let named = |size: Option<[f64; 2]>, probable: bool| {
-            let found = vec![cause("supply_sag", "drop", size, 0.4)];
-            let (causes, imperfections) = part(found, &[], false, true, |_| probable);
+    fn in_closed_loop_a_size_that_sound_rigs_may_have_needs_a_gain_that_is_sure_where_drifts_are_weighed() {
+        let sag = |size: Option<[f64; 2]>, weighted: f64, looped: bool| {
+            let mut cause = cause("supply_sag", "drop", size, 0.5);
+            cause.gain.ci95 = [0.16, 0.97];
+            cause.gain.weighted_ci95 = [weighted, 0.6];
+            why_not(&cause, false, looped)
+        };
+        for doubtful in [Some([3.8, 74.0]), None] {
+            assert_eq!(sag(doubtful, 0.008, true), Some(Unnamed::Gainless));
+            assert_eq!(sag(doubtful, 0.02, true), None);
+            assert_eq!(sag(doubtful, 0.008, false), None, "the drive being recorded, the error tells");
+        }
+        assert_eq!(sag(Some([16.0, 70.0]), 0.008, true), None, "beyond what is usual");
+        let mut stale = cause("stale_samples", "share", Some([0.2, 0.3]), 0.5);
+        stale.gain.weighted_ci95 = [-0.5, 0.2];
+        assert_eq!(why_not(&stale, false, true), None, "nothing is usual");
+    }
+
+    #[test]
+    fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_has_a_name() {
+        let named = |size: Option<[f64; 2]>, looped: bool, probable: bool| {
+            let mut sag = cause("supply_sag", "drop", size, 0.4);
+            sag.gain.weighted_ci95 = [0.1, 0.5];
+            let (causes, imperfections) = part(vec![sag], &[], false, looped, |_| probable);
             assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
             !causes.is_empty()
         };
-        assert!(!named(None, false));
-        assert!(named(None, true) && named(Some([20.0, 70.0]), false));
-        // Of a loop that hunts, how far says little, and that it hunts says much.
-        let found = || vec![cause("valve_stiction", "threshold", None, 0.4)];
-        let causes = |looped| part(found(), &[], false, looped, |_| false).0.len();
-        assert_eq!((causes(true), causes(false)), (1, 0));
+        let determined = Some([20.0, 70.0]);
+        assert!(!named(None, true, false) && !named(None, false, false) && !named(determined, true, false));
+        assert!(named(None, true, true) && named(None, false, true) && named(determined, true, true));
+        assert!(named(determined, false, false), "the drive being recorded, a size tells");
+        // Of a loop that hunts as no rollout follows, how far says little, and that it hunts says much.
+        let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
+        let causes = |size, looped| part(found(size), &[], false, looped, |_| false).0.len();
+        assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 0));
     }
 
     #[test]
     fn in_closed_loop_what_has_a_size_leaves_no_name_to_what_has_none() {
+        let sagging = |drop| {
+            let mut sag = cause("supply_sag", "drop", drop, 0.5);
+            sag.gain.weighted_ci95 = [0.1, 0.5];
+            sag
+        };
         let named = |sag: Option<[f64; 2]>, looped: bool| {
             let limit = cause("drive_saturation", "limit", Some([0.68, 0.72]), 0.7);
-            let found = vec![limit, cause("supply_sag", "drop", sag, 0.5)];
+            let found = vec![limit, sagging(sag)];
             let (causes, imperfections) = part(found, &[], false, looped, |_| true);
             assert!(imperfections.iter().all(|i| i.why == Unnamed::Undetermined));
             causes.into_iter().map(|cause| cause.effect).collect::<Vec<_>>()
@@ -237,7 +279,7 @@ mod tests {
         assert_eq!(named(None, true), ["drive_saturation"]);
         assert_eq!(named(Some([20.0, 70.0]), true).len(), 2);
         assert_eq!(named(None, false).len(), 2, "where the drive is recorded, the error tells");
-        let alone = part(vec![cause("supply_sag", "drop", None, 0.5)], &[], false, true, |_| true);
+        let alone = part(vec![sagging(None)], &[], false, true, |_| true);
         assert_eq!(alone.0.len(), 1);
     }
 
