@@ -8,9 +8,10 @@ use std::error::Error;
 use std::path::Path;
 
 use pneudrive_model::data::{LoadOptions, load};
+use pneudrive_model::data::{Needs, series};
 use pneudrive_model::fit::{Control, Fit, FitOptions, Problem, Space, fit_rates, fit_rollouts};
 use pneudrive_model::model::{Model, Nonlinear};
-use pneudrive_model::rig::{Needs, Rig, series};
+use pneudrive_model::rig::Rig;
 use pneudrive_model::rollout::{Chamber, Start, simulate};
 
 /// CPU time of this process's first thread, s.

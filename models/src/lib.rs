@@ -18,7 +18,8 @@
 //! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
-//! [`numeric`], [`model`], [`board`], [`rollout`] and [`effects`] are the crate `pneudrive-plant`, which reads no files.
+//! [`data`] and [`rig`] are the crate `pneudrive-data`, which fits nothing; [`numeric`], [`model`], [`board`], [`rollout`] and [`effects`] are the crate
+//! `pneudrive-plant`, which reads no files.
 //!
 //! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing prints but `cli`
 //! (feature), the command line of the program `pneudrive-model` and of packages that bring it along.
@@ -51,19 +52,19 @@
 
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod data;
 pub mod diagnosis;
 pub mod experiment;
 pub mod export;
 pub mod fit;
 pub mod overview;
 pub mod report;
-pub mod rig;
 pub mod simulation;
 pub mod store;
 pub mod trends;
 pub mod watch;
 
+pub use pneudrive_data as data;
+pub use pneudrive_data::rig;
 use pneudrive_plant::parallel;
 pub use pneudrive_plant::{board, effects, model, numeric, rollout};
 

@@ -5,8 +5,6 @@
 mod bad_recordings;
 mod command_line;
 mod common;
-mod data_errors;
-mod data_quality;
 mod effects;
 mod engine;
 mod export_command;
@@ -15,5 +13,4 @@ mod manual_command;
 mod outputs;
 mod own_tables;
 mod real_recordings;
-mod rig_file;
 mod trends_command;

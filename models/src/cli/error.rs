@@ -1,11 +1,11 @@
 //! How a command fails, and with which exit status.
 
 use pneudrive_manual::ManualError;
-use pneudrive_model::data::DataError;
 use pneudrive_model::data::import::ImportError;
+use pneudrive_model::data::{DataError, InputError};
 use pneudrive_model::experiment::{CompareError, FitChannelsError, SplitError};
 use pneudrive_model::report::PlotError;
-use pneudrive_model::rig::{InputError, RigError};
+use pneudrive_model::rig::RigError;
 use pneudrive_model::simulation::SimulationError;
 use pneudrive_model::store::StoreError;
 

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use crate::data::{Channel, ChannelId, Recording};
+use crate::data::{Channel, ChannelId, InputError, Recording};
 use crate::fit::{Control, Fit, FitError, FitOptions};
 use crate::model::FlowForm;
-use crate::rig::{InputError, Rig};
+use crate::rig::Rig;
 use crate::rollout::Start;
 
 use super::{

@@ -1,7 +1,8 @@
 //! Judging the fitted models, channel by channel and all together.
 
+use crate::data::InputError;
 use crate::fit::{Fit, FitError};
-use crate::rig::{InputError, Rig};
+use crate::rig::Rig;
 use crate::rollout::Start;
 
 use super::score::{Basis, score_on};

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::data::{Channel, Drive, Recording};
+use crate::data::{Channel, Drive, InputError, Needs, Recording};
 use crate::model::ValveDrive;
-use crate::rig::{InputError, Needs, Rig, RigError};
+use crate::rig::{Rig, RigError};
 use crate::rollout::ModelKind;
 
 /// Whether the board's pressure loop is part of the simulation.

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::data::{Channel, Recording};
+use crate::data::{self, Channel, InputError, Needs, Recording};
 use crate::model::FlowForm;
-use crate::rig::{self, InputError, Needs, Rig};
+use crate::rig::Rig;
 use crate::rollout::Series;
 
 use super::{Setup, Subject, subject};
@@ -50,7 +50,7 @@ pub fn prepare(
     let rig = rig.at(channel.id);
     let series = ranges
         .iter()
-        .map(|rows| rig::series(recording, channel, &rig, setup.needs(true), rows.clone()))
+        .map(|rows| data::series(recording, channel, &rig, setup.needs(true), rows.clone()))
         .collect::<Result<_, _>>()?;
     Ok(Prepared { setup, subject: subject::subject(setup, &rig, form)?, series, rig })
 }
@@ -71,6 +71,6 @@ pub fn simulation(
     let measured = channel.usable_samples() > 0;
     let needs = Needs { start_kpa, ..setup.needs(measured) };
     let rig = rig.at(channel.id);
-    let series = rig::series(recording, channel, &rig, needs, 0..recording.rows())?;
+    let series = data::series(recording, channel, &rig, needs, 0..recording.rows())?;
     Ok(Prepared { setup, subject: subject::subject(setup, &rig, form)?, series: vec![series], rig })
 }

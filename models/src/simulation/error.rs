@@ -1,8 +1,7 @@
 //! Why a recording cannot be simulated.
 
-use crate::data::{ChannelId, DataError};
+use crate::data::{ChannelId, DataError, InputError};
 use crate::diagnosis::DiagnosisError;
-use crate::rig::InputError;
 use crate::store::StoreError;
 
 /// A simulation that is not possible.

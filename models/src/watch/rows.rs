@@ -1,7 +1,7 @@
 //! Rows of a table or of a finished recording, as a watcher takes them.
 
 use super::sample::{Columns, Reading, Sample};
-use crate::data::column::ColumnKind;
+use crate::data::ColumnKind;
 use crate::data::{ChannelId, DataError, Drive, LiveTable, Recording};
 
 /// The rows of a table, as they come.

@@ -32,7 +32,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip", "pneudrive-manual"]),
     ("pneudrive-chip", &[]),
     ("pneudrive-plant", &[]),
-    ("pneudrive-model", &["pneudrive-plant", "pneudrive-rig", "pneudrive-manual"]),
+    ("pneudrive-data", &["pneudrive-plant", "pneudrive-rig"]),
+    ("pneudrive-model", &["pneudrive-data", "pneudrive-plant", "pneudrive-manual"]),
     ("pneudrive-capi", &["pneudrive-model"]),
     (
         "pneudrive_py",
