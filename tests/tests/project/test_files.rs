@@ -36,9 +36,18 @@ fn forgotten(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn every_file_of_tests_is_in_a_binary() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    for krate in
-        ["capi", "chip", "control", "host-driver", "host-driver/page", "models", "protocol", "rig", "sim-hil"]
-    {
+    for krate in [
+        "capi",
+        "chip",
+        "control",
+        "host-driver",
+        "host-driver/page",
+        "models",
+        "models/data",
+        "protocol",
+        "rig",
+        "sim-hil",
+    ] {
         let manifest = read(&root.join(krate).join("Cargo.toml")).expect(krate);
         assert!(manifest.contains("autotests = false"), "{krate}: Cargo looks for tests by itself");
         let mut left = forgotten(&root.join(krate).join("tests"));

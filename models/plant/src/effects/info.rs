@@ -135,6 +135,7 @@ impl EffectInfo {
             Trait::NeedsOpposite => !inputs.opposite_pa.is_empty(),
             Trait::NeedsSampledBefore => !inputs.sampled_before_pa.is_empty(),
             Trait::NeedsNeighbourDrive => !inputs.neighbour_drive.is_empty(),
+            Trait::NeedsStatedSupply => inputs.supply_pa.windows(2).all(|pair| pair[0] == pair[1]),
             Trait::NeedsOneSpool => !matches!(inputs.drive, DriveInput::Separate { .. }),
             _ => true,
         })

@@ -51,6 +51,8 @@ pub enum Trait {
     NeedsNeighbourDrive,
     /// Needs the flow that the other channels draw from the supply.
     NeedsOthersDraw,
+    /// Needs a supply that is stated, not measured: one level throughout.
+    NeedsStatedSupply,
     /// Needs one spool for both ways: two valves have a gain each in the base model.
     NeedsOneSpool,
     /// Its first parameter is a threshold: where it is passed a little later, everything after it is different, and there is no derivative.

@@ -41,6 +41,7 @@ laws! {
     wall_creep => chamber::a_closed_chamber_creeps_along_the_adiabat_to_its_final_volume,
     line_restriction => chamber::what_is_let_in_is_in_the_tube_or_in_the_chamber,
     chamber_coupling => chamber::a_fall_of_the_pressure_opposite_lengthens_a_closed_chamber,
+    supply_misstated => supply::choked_inflow_is_proportional_to_what_the_supply_is,
     supply_sag => supply::the_supply_falls_in_proportion_to_the_total_flow,
     supply_ripple => supply::the_supply_swings_as_a_triangle,
     inflow_cycle => supply::the_inflow_swings_as_a_sine,

@@ -64,3 +64,13 @@ pub fn choked_inflow_is_proportional_to_the_supply() {
     assert_close(rise(-65.0) / rise(0.0), 0.9, 1e-9);
     assert_close(rise(130.0) / rise(0.0), 1.2, 1e-9);
 }
+
+pub fn choked_inflow_is_proportional_to_what_the_supply_is() {
+    let bench = choked(&[1.0; 20]);
+    let rise = |share: f64| {
+        let run = bench.run(&[("supply_misstated", &[share])]);
+        run[19].reading_pa - run[0].reading_pa
+    };
+    assert_close(rise(-0.05) / rise(0.0), 0.95, 1e-9);
+    assert_close(rise(0.04) / rise(0.0), 1.04, 1e-9);
+}

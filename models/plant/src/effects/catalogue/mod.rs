@@ -108,6 +108,7 @@ catalogue! {
     wall_creep::WallCreep,
     line_restriction::LineRestriction,
     chamber_coupling::ChamberCoupling,
+    supply_misstated::SupplyMisstated,
     supply_sag::SupplySag,
     supply_ripple::SupplyRipple,
     inflow_cycle::InflowCycle,
