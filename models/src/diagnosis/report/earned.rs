@@ -13,7 +13,7 @@ use crate::effects::{EffectInfo, EffectParameter};
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. What has no
 /// size that is determined must be `probable`. Of a board's loop whose drive is not recorded (`looped`), the error hardly tells what is
-/// wrong: there all must be, but what makes it hunt in a way that no rollout follows; and what has no size that is determined must not
+/// wrong: there all must be, but what makes it hunt, in step with which no rollout does; and what has no size that is determined must not
 /// stand beside what has one: the shape of something often fits what another cause leaves.
 #[must_use]
 pub fn part(
@@ -27,7 +27,7 @@ pub fn part(
     for cause in found {
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
         let undetermined = is_undetermined(&cause);
-        let told_otherwise = || change || looped && undetermined && hunts(&cause) || probable(&cause);
+        let told_otherwise = || change || looped && hunts(&cause) || probable(&cause);
         let improbable = || ((looped || undetermined) && !told_otherwise()).then_some(Unnamed::Improbable);
         match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
             None => causes.push(cause),
@@ -256,10 +256,10 @@ mod tests {
         assert!(!named(None, true, false) && !named(None, false, false) && !named(determined, true, false));
         assert!(named(None, true, true) && named(None, false, true) && named(determined, true, true));
         assert!(named(determined, false, false), "the drive being recorded, a size tells");
-        // Of a loop that hunts as no rollout follows, how far says little, and that it hunts says much.
+        // Of a loop that hunts, how far says little, and that it hunts says much.
         let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
         let causes = |size, looped| part(found(size), &[], false, looped, |_| false).0.len();
-        assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 0));
+        assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 1));
     }
 
     #[test]

@@ -14,9 +14,9 @@ pub const INFO: EffectInfo = EffectInfo {
     question: Question::Foil,
     domain: Domain::Valve,
     reach: Reach::Rig,
-    // The rig file is good to 5 % of the gauge pressure.
-    parameters: &[EffectParameter::linear("share", "1", (-0.06, 0.0, 0.06), "error of the stated supply, as a part of it")],
-    probes: &[&[-0.03], &[0.03]],
+    // A regulator that somebody has turned is off by more than its gauge.
+    parameters: &[EffectParameter::linear("share", "1", (-0.3, 0.0, 0.3), "error of the stated supply, as a part of it")],
+    probes: &[&[-0.1], &[-0.03], &[0.03]],
     rivals: &["supply_sag", "flow_function"],
     separated_by: "a recorded supply pressure; without it, slow fills close to the supply's pressure beside fast ones",
     smallest: 0.002,
