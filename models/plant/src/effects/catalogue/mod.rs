@@ -108,7 +108,6 @@ catalogue! {
     wall_creep::WallCreep,
     line_restriction::LineRestriction,
     chamber_coupling::ChamberCoupling,
-    supply_misstated::SupplyMisstated,
     supply_sag::SupplySag,
     supply_ripple::SupplyRipple,
     inflow_cycle::InflowCycle,
@@ -129,6 +128,7 @@ catalogue! {
     chamber_volume::ChamberVolume,
     sensor_offset::SensorOffset,
     sensor_gain::SensorGain,
+    supply_misstated::SupplyMisstated,
 }
 
 /// Position of an effect by its id.
