@@ -147,6 +147,8 @@ fn normalised(z: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnosis::channel::Extended;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
 
     fn trial(scores: Vec<f64>) -> Trial {
         let start = Extended::base(Vec::new());
@@ -160,6 +162,16 @@ mod tests {
             one_sided: false,
             searched: None,
         }
+    }
+
+    #[test]
+    fn a_wrong_statement_of_the_supply_is_suspected_only_where_it_is_not_measured() {
+        let (mut data, _) = channel(true);
+        let misstated = index_of("supply_misstated").unwrap();
+        assert!(applicable(&data, misstated, Question::Structure));
+        assert!(!applicable(&data, misstated, Question::Change), "a reference has been calibrated with it");
+        data.inputs.supply_pa = data.inputs.supply_pa.iter().enumerate().map(|(k, p)| p + k as f64).collect();
+        assert!(!applicable(&data, misstated, Question::Structure));
     }
 
     #[test]

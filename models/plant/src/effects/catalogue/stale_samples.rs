@@ -76,7 +76,8 @@ impl<S: Scalar> Hook<S> for StaleSamples<S> {
         if !inputs.in_loop() {
             return gauge;
         }
-        let late = step.end_of_interval() > 0.5;
+        // A loop that ends in the middle is early, however its time is rounded.
+        let late = step.end_of_interval() > 0.5 + 1e-6;
         let held = repeated(inputs, step.row + 1) || repeated(inputs, if late { step.row + 2 } else { step.row });
         self.deliver(held, inputs.noise_pa, gauge)
     }

@@ -15,7 +15,7 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Valve,
     reach: Reach::Rig,
     // A regulator that somebody has turned is off by more than its gauge.
-    parameters: &[EffectParameter::linear("share", "1", (-0.3, 0.0, 0.3), "error of the stated supply, as a part of it")],
+    parameters: &[EffectParameter::linear("share", "1", (-0.3, 0.0, 0.3), "error of the stated supply, as a part of its absolute pressure")],
     probes: &[&[-0.1], &[-0.03], &[0.03]],
     rivals: &["supply_sag", "flow_function"],
     separated_by: "a recorded supply pressure; without it, slow fills close to the supply's pressure beside fast ones",
