@@ -17,7 +17,7 @@ use pneudrive_host::line::Clock;
 use pneudrive_host::messages::FluidPressure;
 use pneudrive_host::messages::{Header, JointState, Pressures, Time};
 use pneudrive_host::notices::{Notice, NoticeKind};
-use pneudrive_host::poller::Observer;
+use pneudrive_host::poller::{Conclusion, Observer};
 use pneudrive_host::record::{Description, PageColumns, RecordedBus, Recorder, RecorderOptions};
 use pneudrive_host::rig::Rig;
 use ros2_client::Publisher;
@@ -265,14 +265,13 @@ fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
             ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));
             continue;
         };
-        if let Some(warning) =
-            finished.warning_of("joint(s)", |board| (first_joint + u16::from(board)).to_string())
-        {
-            log::warn!("{port}: {warning}");
-            ended = Err(Failure::running(format!("{port}: {warning}")));
+        let Conclusion { failures, remark, .. } =
+            finished.conclusion_of("joint(s)", |board| (first_joint + u16::from(board)).to_string());
+        for text in failures.iter().chain(&remark) {
+            log::warn!("{port}: {text}");
         }
-        if let Some(error) = finished.error {
-            ended = Err(Failure::running(format!("{port}: {error}")));
+        if let Some(first) = failures.first() {
+            ended = Err(Failure::running(format!("{port}: {first}")));
         }
     }
     ended

@@ -1,6 +1,8 @@
+use crate::cli::failure::Failure;
+use crate::cli::output::errln;
 use crate::cli::view::{EndedBy, EventSender};
 use pneudrive_host::notices::{Notice, NoticeKind};
-use pneudrive_host::poller::Finished;
+use pneudrive_host::poller::{Conclusion, Finished};
 use serde::Serialize;
 
 /// Why a run ended: `ended` of the JSON object, and the first word of a recording's last event.
@@ -75,4 +77,18 @@ impl EndReason {
         };
         Notice::new(NoticeKind::End, text)
     }
+}
+
+/// Says what is to be said of the boards at the end of a run.
+///
+/// # Errors
+/// The line failed, or a board may be under pressure.
+pub fn concluded(finished: &Finished) -> Result<(), Failure> {
+    let Conclusion { failures, remark, .. } = finished.conclusion();
+    let mut failures = failures.into_iter();
+    let first = failures.next();
+    for warning in failures.chain(remark) {
+        errln!("warning: {warning}");
+    }
+    first.map_or(Ok(()), |first| Err(Failure::running(first)))
 }

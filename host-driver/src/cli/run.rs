@@ -3,7 +3,7 @@
 use crate::cli::args::{BusArgs, RunArgs};
 use crate::cli::command_arg::commands;
 use crate::cli::connect::{Behind, Connection, connect, devices, is_sim};
-use crate::cli::end_reason::{EndReason, Seen};
+use crate::cli::end_reason::{self, EndReason, Seen};
 use crate::cli::failure::Failure;
 use crate::cli::limits;
 use crate::cli::output::{out, outln};
@@ -231,23 +231,7 @@ fn conclude(
         }
     }
     behind.end();
-    // A board that never answered is a failure only if it may be under pressure.
-    let (grave, slight) = match finished.absence() {
-        absence if finished.commanded_unheard.is_empty() => (None, absence),
-        absence => (absence, None),
-    };
-    if let Some(absence) = slight {
-        crate::cli::output::errln!("warning: {absence}");
-    }
-    let heard = finished.warning_of_heard();
-    let failures = finished.error.map(|error| error.to_string()).into_iter().chain(heard);
-    let failures: Vec<String> = failures.chain(grave).collect();
-    if let Some((first, others)) = failures.split_first() {
-        for other in others {
-            crate::cli::output::errln!("warning: {other}");
-        }
-        return Err(Failure::running(first));
-    }
+    end_reason::concluded(&finished)?;
     recorded?;
     shown.map(|_| ())
 }

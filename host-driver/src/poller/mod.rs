@@ -16,6 +16,7 @@ mod cycle;
 mod drives;
 mod ending;
 mod filter;
+mod finished;
 mod latest;
 mod limits;
 mod line_rate;
@@ -38,6 +39,7 @@ pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, 
 pub use cycle::Polling;
 pub use drives::DriveReading;
 pub use filter::{FilterError, PressureFilter};
+pub use finished::{Conclusion, Finished};
 pub use latest::{Latest, Snapshot};
 pub use limits::{AboveLimit, ChannelLimit, LimitError, Limits};
 pub use line_rate::LineRatePolicy;
@@ -49,7 +51,7 @@ pub use readings::{BoardSensors, ElectronicsReading, Motion, SupplyPressure};
 pub use row::{BoardRow, Event, Observer, Outcome, Reading, Row};
 pub use schedule::{MissedTick, Pace};
 pub use slew::{Slew, SlewOptions};
-pub use thread::{Finished, Monitor, Poller};
+pub use thread::{Monitor, Poller};
 pub use vent::VentLatch;
 
 use crate::Calibration;

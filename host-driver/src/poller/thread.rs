@@ -1,105 +1,11 @@
-use super::{CommandSource, Latest, Observer, PollerOptions, Polling, Snapshot, Supply, VentLatch};
-use crate::bus::{Bus, Frames};
+use super::{CommandSource, Finished, Latest, Observer, PollerOptions, Polling, Snapshot, Supply, VentLatch};
+use crate::bus::Bus;
 use crate::line::{Line, LineError, SerialPort};
 use crate::statistics::Statistics;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-
-/// How a poller ended.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finished {
-    /// What the run was like.
-    pub statistics: Statistics,
-    /// Why it ended, if the line failed; otherwise it was stopped, or its commands ended.
-    pub error: Option<LineError>,
-    /// Boards that did not confirm the final 0 kPa command. Those that check vent by their own command timeout; those of the
-    /// original kind have none and may stay under pressure: see [`warning`](Self::warning).
-    pub not_safe: Vec<u8>,
-    /// Those of them from which nothing ever came, so most likely nobody is there.
-    pub never_heard: Vec<u8>,
-    /// Those of these that were sent more than 0 kPa all the same.
-    pub commanded_unheard: Vec<u8>,
-}
-
-impl Finished {
-    fn new(mut statistics: Statistics, error: Option<LineError>, not_safe: Vec<u8>) -> Self {
-        for board in &mut statistics.boards {
-            board.zero_kpa_confirmed = Some(!not_safe.contains(&board.board));
-        }
-        Self { statistics, error, not_safe, never_heard: Vec::new(), commanded_unheard: Vec::new() }
-    }
-
-    fn with_unheard<L: Line>(mut self, bus: &Bus<L>) -> Self {
-        let unheard = self.not_safe.iter().copied().filter(|&board| !bus.counters(board).was_heard());
-        self.never_heard = unheard.collect();
-        let commanded = self.never_heard.iter().copied().filter(|&board| bus.may_hold_for_ever(board));
-        self.commanded_unheard = commanded.collect();
-        self
-    }
-
-    /// What a user has to know about the boards that did not confirm 0 kPa: which they are, and what becomes of them. `None` if
-    /// all have confirmed it.
-    pub fn warning(&self) -> Option<String> {
-        self.warning_of("board(s)", |board| board.to_string())
-    }
-
-    /// The same of the boards that have been heard: they are there, so it has to be seen to. See
-    /// [`absence`](Self::absence) for the others.
-    pub fn warning_of_heard(&self) -> Option<String> {
-        let heard = self.not_safe.iter().copied().filter(|board| !self.never_heard.contains(board));
-        self.text_of(&heard.collect::<Vec<_>>(), "board(s)", |board| board.to_string())
-    }
-
-    /// Which boards never answered, and what may be of them. `None` if all did.
-    pub fn absence(&self) -> Option<String> {
-        if self.never_heard.is_empty() {
-            return None;
-        }
-        let list = |boards: &[u8]| boards.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
-        let mut text = format!("board(s) {} never answered", list(&self.never_heard));
-        if !self.commanded_unheard.is_empty() {
-            text += &format!(
-                "; set points were sent to board(s) {} all the same: if there is a board of the original kind that hears and cannot \
-                 answer, it may be under pressure: shut off the air supply before you touch it, and leave out of --devices what is not there",
-                list(&self.commanded_unheard)
-            );
-        }
-        Some(text)
-    }
-
-    /// The same as [`warning`](Self::warning), for users who know the boards as something else (`noun`), by other names.
-    pub fn warning_of(&self, noun: &str, name: impl Fn(u8) -> String) -> Option<String> {
-        self.text_of(&self.not_safe, noun, name)
-    }
-
-    fn text_of(&self, boards: &[u8], noun: &str, name: impl Fn(u8) -> String) -> Option<String> {
-        let kind = |board: &u8| {
-            let boards = &self.statistics.boards;
-            boards.iter().find(|one| one.board == *board).map_or(Frames::Unknown, |one| one.frames)
-        };
-        let named = |checked: bool| {
-            let boards = boards.iter().filter(|board| (kind(board) == Frames::Checked) == checked);
-            boards.map(|&board| name(board)).collect::<Vec<_>>().join(", ")
-        };
-        let (checked, others) = (named(true), named(false));
-        let mut text = String::new();
-        if !others.is_empty() {
-            text += &format!(
-                "0 kPa was not confirmed by {noun} {others}; boards of the original kind have no command timeout and may stay under \
-                 pressure; shut off the air supply or their power before anybody touches the robot"
-            );
-        }
-        if !checked.is_empty() {
-            text += if others.is_empty() { "" } else { ". " };
-            text += &format!(
-                "0 kPa was not confirmed by {noun} {checked}; they vent by their own command timeout"
-            );
-        }
-        (!text.is_empty()).then_some(text)
-    }
-}
 
 /// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all of them.
 #[derive(Debug)]

@@ -5,6 +5,7 @@ use crate::command_line::schema::{CHECK, conforms};
 use crate::support::pty::PtyBoards;
 use serde_json::Value;
 use std::fs;
+use std::sync::atomic::Ordering;
 
 /// Boards behind this pty answer with whatever they are commanded, at once: no rate and no dead time, and nothing wrong.
 #[test]
@@ -45,6 +46,21 @@ fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() 
     assert_eq!((&hold["verdict"], &hold["before"]), (&"fail".into(), &5.0.into()));
     assert_eq!(value(&second, "hold", 2)["verdict"], "pass");
     assert_eq!(second["baseline_utc"], first["started_utc"]);
+}
+
+/// Nobody asked for it, and it was sent 0 kPa alone.
+#[test]
+fn a_board_that_is_not_there_does_not_fail_the_check_of_another() {
+    let boards = PtyBoards::start(2);
+    boards.last_unplugged.store(true, Ordering::Relaxed);
+    let port = boards.path().to_str().unwrap();
+    let args = ["check", "--port", port, "-n", "2", "--board", "0", "--stretch", "0.5", "--wait", "0.2"];
+    let folder = tempfile::tempdir().unwrap();
+    let baseline = folder.path().join("base.json");
+    let more = ["--allowance-us", "100000", "--baseline", baseline.to_str().unwrap()];
+    let (code, stdout, stderr) = run(&[&args[..], &more].concat());
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert!(stderr.contains("warning: board(s) 1 never answered\n"), "{stderr}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod settle;
 
 use crate::cli::args::{BusArgs, CalibrateArgs};
 use crate::cli::connect::{connect, devices};
+use crate::cli::end_reason::concluded;
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::limits;
@@ -75,10 +76,7 @@ pub fn run(args: &BusArgs, calibrate: &CalibrateArgs, setup: &Setup) -> Result<(
     let finished = poller.stop().ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
     connection.behind.end();
     done?;
-    match (finished.error.as_ref().map(ToString::to_string)).or(finished.warning()) {
-        Some(failed) => Err(Failure::running(failed)),
-        None => Ok(()),
-    }
+    concluded(&finished)
 }
 
 /// The channels that were asked for: all of them, those of a board, or one.

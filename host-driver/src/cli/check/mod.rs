@@ -4,6 +4,7 @@ mod baseline;
 
 use crate::cli::args::{BusArgs, CheckArgs};
 use crate::cli::connect::{Connection, connect, devices, is_sim};
+use crate::cli::end_reason::concluded;
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::limits::LimitArgs;
@@ -56,9 +57,7 @@ pub fn run(args: &BusArgs, check: &CheckArgs, setup: &Setup) -> Result<(), Failu
     if let Some(text) = stored.filter(|_| !args.json) {
         outln!("{text}");
     }
-    if let Some(failed) = finished.error.as_ref().map(ToString::to_string).or(finished.warning()) {
-        return Err(Failure::running(failed));
-    }
+    concluded(&finished)?;
     match report.verdict {
         Verdict::Fail => Err(Failure::running("the check failed; see above")),
         _ => Ok(()),

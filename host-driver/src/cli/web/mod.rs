@@ -192,8 +192,7 @@ impl Prepared {
 pub fn end(server: Server, finished: Option<&Finished>) -> Result<(), Failure> {
     let reason = match finished {
         None => Some("the bus thread panicked".to_owned()),
-        Some(Finished { error: Some(error), .. }) => Some(error.to_string()),
-        Some(finished) => finished.warning(),
+        Some(finished) => finished.conclusion().failures.into_iter().next(),
     };
     match server.end(reason.as_deref()) {
         Some(Ok(RecordingSummary { file, rows, bytes })) => {
