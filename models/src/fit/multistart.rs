@@ -26,7 +26,8 @@ pub struct Progress {
 pub struct Control<'a> {
     /// Called after each search, from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Set to stop: searches under way end after their current evaluation, the best so far is kept.
+    /// Set to stop: searches under way end after their current evaluation, those to come are left out, but for the one from
+    /// the nominal values, and the best so far is kept.
     pub cancel: &'a AtomicBool,
 }
 
@@ -137,6 +138,8 @@ struct Search<'a, O: ?Sized> {
     problem: usize,
     objective: &'a O,
     start: Vec<f64>,
+    /// Made even of a fit that was cancelled before: one evaluation, so that there is a result.
+    nominal: bool,
 }
 
 /// Fits every problem from `starts` points each, all searches in parallel. `spread` is the number of coordinates that starts
@@ -155,20 +158,24 @@ pub fn best_of_starts<O: Objective + ?Sized>(
         .flat_map(|(problem, &(objective, spread))| {
             start_points(&objective.nominal(), &objective.bounds(), spread, starts.max(1), seed)
                 .into_iter()
-                .map(move |start| Search { problem, objective, start })
+                .enumerate()
+                .map(move |(i, start)| Search { problem, objective, start, nominal: i == 0 })
         })
         .collect();
     let (done, total) = (AtomicUsize::new(0), searches.len());
-    let minima: Vec<(usize, Minimum)> = parallel::map(searches.iter(), |search| {
+    let minima: Vec<Option<(usize, Minimum)>> = parallel::map(searches.iter(), |search| {
+        if control.cancelled() && !search.nominal {
+            return None;
+        }
         let bounds = search.objective.bounds();
         let start = sound_start(search.objective, &search.start, control);
         let minimum = minimise(search.objective, &bounds, &start, stopping, control.cancel);
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         (control.progress)(Progress { done, total });
-        (search.problem, minimum)
+        Some((search.problem, minimum))
     });
     let mut best: Vec<Option<Best>> = vec![None; objectives.len()];
-    for (problem, minimum) in minima {
+    for (problem, minimum) in minima.into_iter().flatten() {
         let outcome = StartOutcome {
             cost: minimum.normal.cost,
             evaluations: minimum.evaluations,

@@ -3,6 +3,7 @@
 #![allow(clippy::single_range_in_vec_init)] // one segment that covers all rows
 
 mod batch;
+mod cancel;
 mod coverage;
 mod derivatives;
 mod fit_oracle;
