@@ -17,7 +17,8 @@ fn recording() -> (Chamber<Nonlinear>, Series) {
 #[test]
 fn a_fit_that_is_stopped_makes_no_more_searches() {
     let (system, series) = recording();
-    let problem = || Problem { system: &system, series: &series, space: Space::new(system.model.parameters()) };
+    let problem =
+        || Problem { system: &system, series: &series, space: Space::new(system.model.parameters()) };
     let cancel = AtomicBool::new(false);
     let progress = |_: Progress| cancel.store(true, Ordering::Relaxed);
     let control = Control { progress: &progress, cancel: &cancel };
