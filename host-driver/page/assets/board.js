@@ -169,7 +169,7 @@ class Board {
     const old = this.age > 0.5 ? "seen " + this.age.toFixed(1) + " s ago, " : "";
     const all = statistics.answered + statistics.lost;
     const share = " (" + ((100 * statistics.lost) / Math.max(1, all)).toFixed(2) + " %)";
-    const lost = compact.format(statistics.lost) + " lost of " + compact.format(all) + share;
+    const lost = compact.format(statistics.lost) + " lost" + share;
     this.losses.textContent = old + (statistics.lost ? lost : "");
     this.text.title = statistics.lost + " lost of " + all;
   }

@@ -6,6 +6,7 @@ use super::page_share::PageSchedule;
 use super::presence::Presence;
 use super::schedule::Schedule;
 use super::sensors::SensorSchedule;
+use super::slew::SlewOptions;
 use super::{
     BoardRow, BoardSensors, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Row, Slew,
     Supply, VENTED,
@@ -62,8 +63,8 @@ pub struct Polling<L: Line> {
 }
 
 impl<L: Line> Polling<L> {
-    /// Standing still for so long is worth a line, ns: the boards' own command timeout, which holds their valves, is of that order.
-    const STALL_NS: u64 = 500_000_000;
+    /// Standing still for so long is worth a line, ns: boards are taken for vented then, and filled again by a ramp.
+    const STALL_NS: u64 = SlewOptions::PAUSE_NS;
     /// From here on being late is more than the scheduler's usual jitter, and may have cost answers, ns.
     const LATE_NS: u64 = 10_000_000;
     /// It explains what happens within so long after it, ns.

@@ -53,7 +53,7 @@ enum State {
 impl SlewOptions {
     /// A board that has not been heard for this long has been away, ns: a little less than the 500 ms after
     /// which a board's own command timeout begins.
-    const PAUSE_NS: u64 = 400_000_000;
+    pub(super) const PAUSE_NS: u64 = 400_000_000;
     /// The most time that one step of a ramp makes up for, ns: a host that stood still does not jump.
     const LONGEST_STEP_NS: u64 = 50_000_000;
 }

@@ -1,7 +1,7 @@
 //! Commands from a ROS 2 bag: our own recordings, and what `ros2 bag record` makes of the node's
 //! topics.
 
-use super::read::command_column;
+use super::read::{command_column, is_meant_as_command};
 use super::{Channel, Trajectory, TrajectoryError};
 use crate::Calibration;
 use crate::messages::JointState;
@@ -69,7 +69,13 @@ pub(super) fn read(
         let Some(state) = joint_state(&message) else { continue };
         let at_ns = message.log_time.saturating_sub(*first_ns.get_or_insert(message.log_time));
         for (name, &kpa) in state.name.iter().zip(&state.effort) {
-            let Some((board, channel)) = command_column(name) else { continue };
+            let Some((board, channel)) = command_column(name) else {
+                if is_meant_as_command(name) {
+                    let (file, column) = (file.to_owned(), name.clone());
+                    return Err(TrajectoryError::UnknownCommand { file, row: None, column });
+                }
+                continue;
+            };
             if board >= boards || channel >= CHANNELS {
                 return Err(TrajectoryError::NoSuchChannel {
                     file: file.to_owned(),

@@ -59,6 +59,19 @@ pub enum TrajectoryError {
         /// How many boards are polled.
         boards: usize,
     },
+    /// A column that is called a command and names no channel in kPa.
+    #[error(
+        "{file}, {place}column {column}: commands are called b{{n}}_cmd{{k}}_kpa, such as b0_cmd0_kpa for board 0, channel 0; rename it, \
+         or leave it out", place = row.map_or_else(String::new, |row| format!("row {row}, "))
+    )]
+    UnknownCommand {
+        /// The file.
+        file: String,
+        /// Row of the header; `None` in a bag, which has none.
+        row: Option<u64>,
+        /// The column's name.
+        column: String,
+    },
     /// A cell that is no number.
     #[error("{file}, row {row}, column {column}: expected a number, found \"{text}\"")]
     NotANumber {

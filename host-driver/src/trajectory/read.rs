@@ -130,6 +130,8 @@ fn understand(
                 return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
             }
             columns.push(Column { place, name, channel: Channel { board, channel, kpa: Vec::new() } });
+        } else if is_meant_as_command(&name) {
+            return Err(TrajectoryError::UnknownCommand { file, row: Some(row), column: name });
         }
     }
     let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), row, expected };
@@ -143,6 +145,11 @@ fn understand(
 pub(super) fn command_column(name: &str) -> Option<(usize, usize)> {
     let (board, channel) = name.strip_prefix('b')?.strip_suffix("_kpa")?.split_once("_cmd")?;
     Some((plain(board)?, plain(channel)?))
+}
+
+/// A command under a name that is none: left out, its channel would stay at 0 kPa without a word.
+pub(super) fn is_meant_as_command(name: &str) -> bool {
+    name.to_ascii_lowercase().contains("cmd")
 }
 
 fn plain(digits: &str) -> Option<usize> {

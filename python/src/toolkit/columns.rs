@@ -41,10 +41,8 @@ pub fn table(columns: &Bound<'_, PyAny>) -> PyResult<Columns> {
 
 /// Time and set points: what of a recording a trajectory is made of.
 pub fn commands_of(mut table: Columns) -> Columns {
-    let is_command = |name: &str| {
-        name.split_once("_cmd").is_some_and(|(board, rest)| board.starts_with('b') && rest.ends_with("_kpa"))
-    };
-    table.retain(|(name, _)| name == "t_s" || is_command(name));
+    // Misspelt ones too: whoever reads them says what they should be called.
+    table.retain(|(name, _)| name == "t_s" || name.to_ascii_lowercase().contains("cmd"));
     table
 }
 
