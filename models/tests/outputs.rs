@@ -1,5 +1,6 @@
 //! Where results go: what a command reads is not replaced, and what cannot be written is said before any work.
 
+use std::os::unix::fs::OpenOptionsExt;
 use std::process::{Command, Stdio};
 
 use crate::command_line::lag;
@@ -133,4 +134,101 @@ fn what_no_fit_finds_is_not_simulated() {
         let done = run(folder.root(), &[&start[..], &out].concat());
         assert!(done.status == 2 && done.stderr.contains("-101 to 10000 kPa gauge"), "{}", done.stderr);
     }
+}
+
+/// The same command's own results may be.
+#[test]
+fn recordings_and_rig_files_are_not_replaced_by_results() {
+    let folder = fitted();
+    std::fs::copy(folder.path("lag.csv"), folder.path("other.csv")).unwrap();
+    let content = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    let before = ["other.csv", "rig.toml"].map(content);
+    let import = "import lag.csv --time t_s:s --map b0_p0_kpa=b0_p0_kpa:kPa --out other.csv";
+    for (arguments, said) in [
+        ("simulate lag.csv --parameters p.toml --out other.csv", "was not written by this command"),
+        ("fit lag.csv --model linear --out rig.toml", "was not written by this command"),
+        (import, "other.csv exists; choose another name, or pass --overwrite"),
+    ] {
+        let done = run(folder.root(), &arguments.split(' ').collect::<Vec<_>>());
+        assert_eq!(done.status, 2, "{arguments}: {}", done.stderr);
+        assert!(done.stderr.contains(said), "{arguments}: {}", done.stderr);
+    }
+    assert_eq!(["other.csv", "rig.toml"].map(content), before);
+    for arguments in
+        [format!("{import} --overwrite"), "fit lag.csv --model linear --starts 1 --out p.toml".to_owned()]
+    {
+        let done = run(folder.root(), &arguments.split(' ').collect::<Vec<_>>());
+        assert_eq!(done.status, 0, "{arguments}: {}", done.stderr);
+    }
+}
+
+/// `fit`, `simulate` and `show` name their JSON after another file, which two of them may share.
+#[test]
+fn what_another_command_wrote_is_not_replaced() {
+    let folder = fitted();
+    let done = |arguments: &str| run(folder.root(), &arguments.split(' ').collect::<Vec<_>>());
+    let simulate = "simulate lag.csv --parameters p.toml --out s.csv";
+    assert_eq!(done(simulate).status, 0);
+    let before = std::fs::read(folder.path("s.json")).unwrap();
+    for arguments in ["show s.csv", "fit s.csv --model linear --out s.toml"] {
+        let refused = done(arguments);
+        assert_eq!(refused.status, 2, "{arguments}: {}", refused.stderr);
+        assert!(refused.stderr.contains("s.json: something else is in that file"), "{}", refused.stderr);
+    }
+    assert_eq!(std::fs::read(folder.path("s.json")).unwrap(), before);
+    assert!(!folder.path("s.html").exists() && !folder.path("s.toml").exists());
+    assert_eq!(done("show s.csv --out page.html").status, 0);
+    assert_eq!(done(simulate).status, 0, "its own may be replaced");
+}
+
+#[test]
+fn a_fit_that_was_stopped_is_not_used_without_a_word() {
+    let folder = fitted();
+    let whole = std::fs::read_to_string(folder.path("p.toml")).unwrap();
+    assert!(whole.contains("stopped = false"));
+    folder.write("q.toml", whole.replace("stopped = false", "stopped = true").as_bytes());
+    let warning = "q.toml: its fit was stopped before it ended";
+    for arguments in [
+        "simulate lag.csv --parameters q.toml --out s.csv",
+        "export jax --parameters q.toml --out jax",
+        "watch lag.csv --parameters q.toml",
+    ] {
+        let done = run(folder.root(), &arguments.split(' ').collect::<Vec<_>>());
+        assert!(done.stderr.contains(warning), "{arguments}: {}", done.stderr);
+        let done = run(folder.root(), &arguments.replace("q.toml", "p.toml").split(' ').collect::<Vec<_>>());
+        assert!(!done.stderr.contains(warning), "{arguments}: {}", done.stderr);
+    }
+}
+
+/// Of Linux on all that we run on.
+const O_NONBLOCK: i32 = 0o4000;
+
+/// Its results come at its end alone.
+#[test]
+fn a_diagnosis_that_is_stopped_says_so() {
+    let folder = fitted();
+    assert!(Command::new("mkfifo").arg(folder.path("pipe.csv")).status().unwrap().success());
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pneudrive-model"))
+        .args(["diagnose", "pipe.csv", "--rig", "rig.toml", "--out", "d"])
+        .current_dir(folder.root())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let pipe = loop {
+        // Without waiting: an error until the program reads, and it listens to signals by then.
+        match std::fs::File::options().write(true).custom_flags(O_NONBLOCK).open(folder.path("pipe.csv")) {
+            Ok(pipe) => break pipe,
+            Err(_) => std::thread::sleep(std::time::Duration::from_millis(10)),
+        }
+        assert!(child.try_wait().unwrap().is_none(), "ended before it read");
+    };
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let status = child.wait().unwrap();
+    drop(pipe);
+    let mut said = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+    assert_eq!(status.code(), Some(1), "{said}");
+    assert!(said.contains("interrupted; there are no results yet"), "{said}");
+    assert!(!folder.path("d").exists());
 }

@@ -69,11 +69,11 @@ filter = 0.8203125
             // Writing to a String does not fail.
             let _ = write!(
                 text,
-                "\n[boards.{board}]                      # {}\nname = \"board {board}\"\n",
+                "\n[boards.{board}]                      # {}\n# name = \"shoulder\"\n",
                 known.replace(char::is_control, " ")
             );
             for channel in 0..crate::CHANNELS {
-                let _ = writeln!(text, "[boards.{board}.channels.{channel}]\nname = \"{board}.{channel}\"");
+                let _ = writeln!(text, "[boards.{board}.channels.{channel}]\n# name = \"left\"");
             }
         }
         text

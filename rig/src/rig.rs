@@ -67,7 +67,7 @@ impl Rig {
     pub fn load(path: &Path) -> Result<Self, RigError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|error| RigError::Open { file: file.clone(), error: error.to_string() })?;
+            .map_err(|error| RigError::Open { file: file.clone(), error: unread(&error) })?;
         Self::parse(&file, &text)
     }
 
@@ -231,4 +231,12 @@ impl Rig {
 /// Where something about a channel may stand, from the most general on.
 fn places(board: u8, channel: usize) -> [String; 3] {
     [String::new(), format!("boards.{board}."), format!("boards.{board}.channels.{channel}.")]
+}
+
+/// Recordings and other files that are no text are given as rig files now and then.
+fn unread(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::InvalidData => "that is no text; a rig file is TOML".to_owned(),
+        _ => error.to_string(),
+    }
 }

@@ -14,7 +14,7 @@ use pneudrive_model::rig::Rig;
 
 use super::output::{PAGE, REPORT};
 use super::print::{errln, outln};
-use super::{Failure, input, machine, origin, output, target};
+use super::{Failure, input, interrupt, machine, origin, output, target};
 
 /// Say what the simulation gets wrong, why, and what modelling it gains
 #[derive(Debug, clap::Args)]
@@ -76,6 +76,8 @@ fn pressure(text: &str) -> Result<f64, String> {
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
         self.check_out()?;
+        interrupt::end_at_once()?;
+        self.reference.iter().chain(&self.machine).for_each(|file| input::warn_of_stopped_fit(file));
         // The arguments ask for one file at least.
         let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
         let reference =

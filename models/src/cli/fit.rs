@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::experiment::{FitSettings, FittedChannel, ModelKind, Score, fit_channels};
-use pneudrive_model::fit::Control;
+use pneudrive_model::fit::{Control, Ending, Fit};
 use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::store::ParameterFile;
 use serde::Serialize;
@@ -44,6 +44,8 @@ pub struct Args {
 }
 
 /// The JSON beside the parameter file.
+const SCHEMA: &str = "pneudrive-fit/1";
+
 #[derive(Serialize)]
 struct Output<'a> {
     schema: &'static str,
@@ -92,10 +94,9 @@ impl Args {
         print(&outputs);
         file.save(&self.out)?;
         let json = self.out.with_extension("json");
-        let schema = "pneudrive-fit/1";
         output::json(
             &json,
-            &Output { schema, parameters: &file, quality: &loaded.quality, channels: outputs, fit_s },
+            &Output { schema: SCHEMA, parameters: &file, quality: &loaded.quality, channels: outputs, fit_s },
         )?;
         outln!("\nwrote {} and {}", self.out.display(), json.display());
         interrupt::check("these files")
@@ -109,8 +110,15 @@ impl Args {
             )));
         }
         let inputs = self.input.files();
-        target::file("--out", &self.out, &inputs)?;
-        target::file("--out", &self.out.with_extension("json"), &inputs)
+        target::result("--out", &self.out, &self.out.with_extension("json"), SCHEMA, &inputs)
+    }
+}
+
+/// How the values were found. Those of a search that was stopped are no minimum.
+fn searched(fit: &Fit) -> String {
+    match fit.ending {
+        Ending::Cancelled => "stopped on the way to a minimum, so without intervals".to_owned(),
+        _ => format!("{} of {} starts agree", fit.agreeing_starts, fit.starts.len()),
     }
 }
 
@@ -119,13 +127,12 @@ fn print(outputs: &BTreeMap<ChannelId, FittedChannel>) {
         let fit = &output.fit;
         let rmse = |score: &Option<Score>| score.map_or_else(|| "n/a".to_owned(), |s| number(s.rmse_kpa, 3));
         outln!(
-            "\n{id}: rollout RMSE {} kPa on the fitted part{}; {} of {} starts agree; condition number {}",
+            "\n{id}: rollout RMSE {} kPa on the fitted part{}; {}; condition number {}",
             rmse(&output.fitted),
             output
                 .held_out
                 .map_or_else(String::new, |_| format!(", {} kPa on the rest", rmse(&output.held_out))),
-            fit.agreeing_starts,
-            fit.starts.len(),
+            searched(fit),
             significant(fit.condition, 2)
         );
         let rows: Vec<Vec<String>> = fit

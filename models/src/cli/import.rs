@@ -26,6 +26,9 @@ pub struct Args {
     /// Recording to write: .csv, .csv.gz or .csv.zst
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
+    /// Replace a recording that is there
+    #[arg(long)]
+    overwrite: bool,
     /// Time column and its unit, as in 'time [ms]:ms'
     #[arg(long, value_name = "SOURCE:UNIT", conflicts_with = "rate", required_unless_present = "rate")]
     time: Option<String>,
@@ -57,6 +60,10 @@ impl Args {
         let inputs: Vec<&Path> =
             std::iter::once(&self.input).chain(&self.rig).map(PathBuf::as_path).collect();
         target::file("--out", &self.out, &inputs)?;
+        if self.out.exists() && !self.overwrite {
+            let out = self.out.display();
+            return Err(Failure::input(format!("{out} exists; choose another name, or pass --overwrite")));
+        }
         let rig = self.rig.as_deref().map(Rig::load).transpose()?.unwrap_or_default();
         let time = match (&self.time, self.rate) {
             (Some(text), _) => TimeSource::Column(Mapping::parse_time(text)?),

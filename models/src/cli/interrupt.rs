@@ -20,6 +20,15 @@ pub fn watch_quietly() -> Result<&'static AtomicBool, Failure> {
     caught("stopping (once more to end at once)")
 }
 
+/// For work that writes its results at its end alone: Ctrl-C (and SIGTERM) end the program, which says so, with status 1.
+pub fn end_at_once() -> Result<(), Failure> {
+    ctrlc::set_handler(|| {
+        errln!("interrupted; there are no results yet, and nothing was written");
+        std::process::exit(1);
+    })
+    .map_err(not_caught)
+}
+
 fn caught(says: &'static str) -> Result<&'static AtomicBool, Failure> {
     ctrlc::set_handler(move || {
         if STOP.swap(true, Ordering::SeqCst) {
@@ -27,8 +36,12 @@ fn caught(says: &'static str) -> Result<&'static AtomicBool, Failure> {
         }
         errln!("{says}");
     })
-    .map_err(|e| Failure::running(format!("Ctrl-C cannot be caught: {e}")))?;
+    .map_err(not_caught)?;
     Ok(&STOP)
+}
+
+fn not_caught(error: ctrlc::Error) -> Failure {
+    Failure::running(format!("Ctrl-C cannot be caught: {error}"))
 }
 
 /// Fails with status 1 if the work was stopped; results have been written by then.

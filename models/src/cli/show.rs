@@ -30,6 +30,8 @@ pub struct Args {
     channels: Vec<ChannelId>,
 }
 
+const SCHEMA: &str = "pneudrive-show/1";
+
 #[derive(Serialize)]
 struct Output<'a> {
     schema: &'static str,
@@ -48,7 +50,7 @@ impl Args {
         let json = html.with_extension("json");
         let inputs: Vec<&Path> = std::iter::once(&self.data).chain(&self.rig).map(PathBuf::as_path).collect();
         target::file("--out", &html, &inputs)?;
-        target::file("--out", &json, &inputs)?;
+        target::json("--out", &json, SCHEMA, &inputs)?;
         let rig = input::rig(self.rig.as_deref(), &self.data)?;
         let loaded = input::recording(&self.data, &self.channels, &rig)?;
         let happened = events(&self.data)?;
@@ -60,7 +62,7 @@ impl Args {
         let page = recording_page(&loaded, &happened, &footer)?;
         write::text_atomically(&html, &page)?;
         let content = Output {
-            schema: "pneudrive-show/1",
+            schema: SCHEMA,
             data: &loaded.recording.source,
             seconds: loaded.recording.duration_s(),
             rate_hz: loaded.recording.rate_hz(),

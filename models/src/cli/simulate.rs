@@ -11,7 +11,7 @@ use pneudrive_model::simulation::{
 };
 use serde::Serialize;
 
-use super::input::DataArgs;
+use super::input::{self, DataArgs};
 use super::options::ControllerArg;
 use super::print::outln;
 use super::{Failure, output, target};
@@ -56,6 +56,8 @@ fn start_kpa(text: &str) -> Result<f64, String> {
     }
 }
 
+const SCHEMA: &str = "pneudrive-simulation/1";
+
 #[derive(Serialize)]
 struct Output<'a> {
     schema: &'static str,
@@ -80,6 +82,7 @@ impl Args {
     pub fn run(self) -> Result<(), Failure> {
         self.check_out()?;
         let model = CalibratedModel::load(&self.parameters)?;
+        input::warn_of_stopped_fit(&self.parameters);
         // The rig the parameters were fitted with, unless another is given on purpose.
         let given = self.input.rig.is_some().then(|| self.input.load_rig()).transpose()?;
         let rig = given.as_ref().unwrap_or(model.rig());
@@ -119,7 +122,7 @@ impl Args {
         write::recording(&self.out, &simulation.recording(&recording))?;
         let json = json_beside(&self.out);
         let parameters = self.parameters.display().to_string();
-        let (schema, rows) = ("pneudrive-simulation/1", recording.rows());
+        let (schema, rows) = (SCHEMA, recording.rows());
         let origin = super::origin::origin();
         output::json(&json, &Output { schema, origin, data: &recording.source, parameters, rows, channels })?;
         outln!("wrote {} and {}", self.out.display(), json.display());
@@ -141,8 +144,7 @@ impl Args {
         }
         let mut inputs = self.input.files();
         inputs.push(&self.parameters);
-        target::file("--out", &self.out, &inputs)?;
-        target::file("--out", &json_beside(&self.out), &inputs)?;
+        target::result("--out", &self.out, &json_beside(&self.out), SCHEMA, &inputs)?;
         self.band.iter().try_for_each(|band| target::file("--band", band, &inputs))
     }
 }

@@ -40,6 +40,50 @@ pub fn folder(option: &str, path: &Path, names: &[&str], inputs: &[&Path]) -> Re
     writable(option, path, &there)
 }
 
+/// As [`file`], of a JSON of this schema: what something else wrote is not replaced. Commands name theirs after another file, and several
+/// may do so after the same one.
+///
+/// # Errors
+/// As [`file`].
+pub fn json(option: &str, path: &Path, schema: &str, inputs: &[&Path]) -> Result<(), Failure> {
+    file(option, path, inputs)?;
+    let Ok(text) = std::fs::read(path) else { return Ok(()) };
+    let found = serde_json::from_slice::<Written>(&text).ok();
+    let kind = |schema: &str| schema.split('/').next().map(str::to_owned);
+    if found.is_some_and(|found| kind(&found.schema) == kind(schema)) {
+        return Ok(());
+    }
+    let why = "something else is in that file, which would be replaced; choose another name with --out, or move it away";
+    Err(refused(option, path, why))
+}
+
+/// As [`file`], of a result with a JSON of this schema at `json`, which says that an earlier one is there: that may be replaced, anything
+/// else, such as a recording, may not.
+///
+/// # Errors
+/// As [`file`].
+pub fn result(
+    option: &str,
+    path: &Path,
+    json_path: &Path,
+    schema: &str,
+    inputs: &[&Path],
+) -> Result<(), Failure> {
+    file(option, path, inputs)?;
+    json(option, json_path, schema, inputs)?;
+    if path.exists() && !json_path.exists() {
+        let why = "that file is there already and was not written by this command; choose another name, or move it away";
+        return Err(refused(option, path, why));
+    }
+    Ok(())
+}
+
+/// What every JSON of ours says first.
+#[derive(serde::Deserialize)]
+struct Written {
+    schema: String,
+}
+
 fn keeps(option: &str, path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
     let Ok(target) = path.canonicalize() else { return Ok(()) };
     if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == target)) {

@@ -9,7 +9,7 @@ use pneudrive_model::fit::{Control, FitOptions};
 use pneudrive_model::report::{behind, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::store::ParameterFile;
-use pneudrive_model::trends::{Calibration, Trend, day, trends, trends_page};
+use pneudrive_model::trends::{Calibration, FEWEST_RECORDINGS, Trend, day, trends, trends_page};
 use serde::Serialize;
 
 use super::options::ModelArg;
@@ -108,13 +108,13 @@ impl Args {
             Output { schema: "pneudrive-trends/1", recordings: &used, left_out: &left_out, trends: &found };
         output::json(&json, &content)?;
         found.iter().flat_map(sentences).for_each(|sentence| outln!("{sentence}"));
-        outln!(
-            "{} recording(s), {} change(s)\nwrote {} and {}",
-            used.len(),
-            found.iter().map(|trend| trend.levels.changes.len()).sum::<usize>(),
-            html.display(),
-            json.display()
-        );
+        let changes = match found.iter().map(|trend| trend.levels.changes.len()).sum::<usize>() {
+            _ if used.len() < FEWEST_RECORDINGS => {
+                format!("too few to tell a change ({FEWEST_RECORDINGS} at least)")
+            }
+            count => format!("{count} change(s)"),
+        };
+        outln!("{} recording(s), {changes}\nwrote {} and {}", used.len(), html.display(), json.display());
         Ok(())
     }
 

@@ -111,6 +111,7 @@ const SCHEMA: &str = "pneudrive-watch/1";
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
         let mut file = ExtendedFile::load(&self.parameters).map_err(Failure::input)?;
+        input::warn_of_stopped_fit(&self.parameters);
         if !self.channels.is_empty() {
             for id in &self.channels {
                 if !file.channels.contains_key(&id.to_string()) {

@@ -13,7 +13,7 @@ use zip::write::SimpleFileOptions;
 use super::super::origin::origin;
 use super::super::print::outln;
 use super::library::{FILE, LibraryArgs};
-use super::{Failure, target};
+use super::{Failure, input, target};
 
 /// An FMI 3.0 unit for co-simulation: one zip with the library and the parameter file
 #[derive(Debug, clap::Args)]
@@ -50,6 +50,7 @@ impl Args {
         }
         target::file("--out", &self.out, &[&self.parameters])?;
         let model = CalibratedModel::load(&self.parameters)?;
+        input::warn_of_stopped_fit(&self.parameters);
         let mut libraries = vec![self.library.find()?];
         libraries.extend(self.also);
         let parameters = read(&self.parameters)?;

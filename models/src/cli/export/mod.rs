@@ -12,7 +12,7 @@ use pneudrive_model::data::write;
 use pneudrive_model::simulation::CalibratedModel;
 
 use super::print::outln;
-use super::{Failure, output, target};
+use super::{Failure, input, output, target};
 
 /// Take a calibrated model into other simulators
 #[derive(Debug, clap::Subcommand)]
@@ -55,7 +55,9 @@ impl From {
     /// Reads the parameter file; the folder is made later, when the rest is there too.
     fn load(&self) -> Result<CalibratedModel, Failure> {
         target::folder("--out", &self.out, &[PARAMETERS], &[&self.parameters])?;
-        Ok(CalibratedModel::load(&self.parameters)?)
+        let model = CalibratedModel::load(&self.parameters)?;
+        input::warn_of_stopped_fit(&self.parameters);
+        Ok(model)
     }
 
     fn make_folder(&self) -> Result<(), Failure> {
