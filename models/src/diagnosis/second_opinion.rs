@@ -56,17 +56,59 @@ fn slowly(recording: &Recording, rig: &Rig) -> Result<Vec<ChannelData>, Diagnosi
     Ok(channels)
 }
 
-/// Does the effect that stands out by likelihood take the place of what the search has named from a base model that is far off? It does
-/// where it predicts the choosing blocks better. Where the search has named it among others, which take up what is left of a large error,
-/// each of them must take as much of it as any name by likelihood must.
+/// Does the effect that stands out by likelihood take the place of what the search has named?
 fn stands_instead(channels: &[ChannelData], named: &Named, outcome: &Outcome) -> bool {
     let Some(effect) = &named.effect else { return false };
     let searched = models_of(&outcome.stages);
-    let density = |models: &[Extended]| evidence(channels, models).log_density();
-    let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
-    let others = outcome.causes.iter().filter(|cause| cause.effect != effect.effect).count();
-    let among = others > 0 && others < outcome.causes.len();
+    let causes: Vec<usize> = outcome.causes.iter().map(|cause| cause.effect).collect();
+    let both = |of: &dyn Fn(&[Extended]) -> f64| Both { searched: of(&searched), likely: of(&effect.models) };
+    let error = both(&|models| BlockErrors::of(channels, models, Role::Select).all());
+    let density = both(&|models| evidence(channels, models).log_density());
+    takes_the_place(effect.effect, &causes, error, density)
+}
+
+/// A figure of the model that the search has ended with, and of the one that stands out by likelihood.
+#[derive(Debug, Clone, Copy)]
+struct Both {
+    searched: f64,
+    likely: f64,
+}
+
+/// From a base model that is far off, `effect` takes the place of the search's `causes` where it predicts the choosing blocks better
+/// (log `density`). Where it is one of them, and others take up what is left of a large `error`, each of those must take as much of
+/// it as any name by likelihood must.
+fn takes_the_place(effect: usize, causes: &[usize], error: Both, density: Both) -> bool {
+    let others = causes.iter().filter(|&&cause| cause != effect).count();
+    let among = others > 0 && others < causes.len();
     // What is left when each of the others takes the least share of what those before it leave.
-    let most_left = (0..others).fold(error(&effect.models), |left, _| (1.0 - SETTINGS.greybox_worth) * left);
-    among && error(&searched) > most_left || density(&effect.models) > density(&searched)
+    let most_left = (0..others).fold(error.likely, |left, _| (1.0 - SETTINGS.greybox_worth) * left);
+    among && error.searched > most_left || density.likely > density.searched
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a name by likelihood that leaves an error of 1, and predicts worse than the search.
+    fn place_of(causes: &[usize], searched_error: f64) -> bool {
+        let error = Both { searched: searched_error, likely: 1.0 };
+        takes_the_place(3, causes, error, Both { searched: 0.0, likely: -1.0 })
+    }
+
+    #[test]
+    fn what_predicts_better_takes_the_place_of_anything() {
+        let density = Both { searched: 0.0, likely: 1.0 };
+        assert!(takes_the_place(3, &[5, 7], Both { searched: 0.1, likely: 1.0 }, density));
+        assert!(!place_of(&[5, 7], 0.99), "it predicts worse, and the search has not named it");
+        assert!(!place_of(&[3], 1.0), "the search has named it alone already");
+    }
+
+    #[test]
+    fn those_beside_it_stay_where_each_takes_its_share() {
+        let share = 1.0 - SETTINGS.greybox_worth;
+        assert!(place_of(&[3, 5], share + 0.01));
+        assert!(!place_of(&[3, 5], share - 0.01));
+        assert!(place_of(&[3, 5, 7], share * share + 0.01), "two have to take twice as much");
+        assert!(!place_of(&[3, 5, 7], share * share - 0.01));
+    }
 }

@@ -19,7 +19,7 @@ pub enum Split {
 /// A division that leaves too little on one side.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
-    "{file}: fitting the first {fit_seconds} s of {seconds:.3} s leaves {fit_rows} rows to fit and {test_rows} to judge by; both need {least} at least"
+    "{file}: fitting the first {fit_seconds} s of {seconds:.3} s leaves {fit_rows} rows to fit and {test_rows} to judge by; both need {least} at least: name a shorter part to fit, or none"
 )]
 pub struct SplitError {
     /// The recording.

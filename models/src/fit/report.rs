@@ -1,7 +1,7 @@
 //! From a minimum to a [`Fit`]: values, intervals, and what the data leave open.
 
 use super::covariance::{Covariance, covariance};
-use super::levenberg::Minimum;
+use super::levenberg::{Ending, Minimum};
 use super::multistart::{Best, Control};
 use super::profile::profile;
 use super::result::{Bound, Fit, FittedParameter, Reason, Target, Undetermined};
@@ -111,7 +111,8 @@ fn judge(
     let error = precision.standard_errors[j];
     let bound = if minimum.normal.gradient[j] > 0.0 { Bound::Lower } else { Bound::Upper };
     let at_bound = minimum.active[j].then_some(bound);
-    let known = at_bound.is_none() && error.is_finite();
+    // Where a search was stopped there is no minimum whose curvature would tell anything.
+    let known = at_bound.is_none() && error.is_finite() && minimum.ending != Ending::Cancelled;
     let half = precision.quantile(j, LEVEL) * error;
     let centre = minimum.coordinates[j];
     FittedParameter {

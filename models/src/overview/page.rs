@@ -4,7 +4,7 @@ use super::channel::{ChannelFigures, figures};
 use super::plots::BoardPlots;
 use crate::data::{Event, Loaded, Recording};
 use crate::report::{
-    Align, Markup, Page, PlotError, Table, duration_text, folded, html, notes, number, paragraph,
+    Align, Markup, Page, PlotError, Table, duration_text, folded, html, notes, number, paragraph, significant,
 };
 
 /// Boards that are drawn openly; more are folded.
@@ -81,12 +81,14 @@ fn lead(recording: &Recording, found: &[ChannelFigures], events: &[Event]) -> St
     }
     let lost: usize = boards.iter().map(|board| recording.lost_exchanges(*board).len()).sum();
     let exchanges = recording.rows() * boards.len();
+    // What a host recorded ends with an event at least. Simulations and what others recorded know of no exchanges.
+    let hosts = !events.is_empty();
+    let share = significant(100.0 * lost as f64 / exchanges.max(1) as f64, 2);
     text += &match lost {
-        0 => " No exchange was lost.".to_owned(),
-        _ => format!(
-            " {lost} of {exchanges} exchanges were lost ({} %).",
-            number(100.0 * lost as f64 / exchanges as f64, 3)
-        ),
+        0 if hosts => " No exchange was lost.".to_owned(),
+        0 => String::new(),
+        _ if hosts => format!(" {lost} of {exchanges} exchanges were lost ({share} %)."),
+        _ => format!(" {lost} of {exchanges} rows have no pressure ({share} %)."),
     };
     let remarkable = events.iter().filter(|event| !ORDINARY.contains(&event.kind.as_str())).count();
     if remarkable > 0 {
@@ -108,7 +110,7 @@ fn channels(found: &[ChannelFigures]) -> Markup {
         ("largest, kPa", Align::Right),
         ("settled: mean, kPa", Align::Right),
         ("settled: RMS, kPa", Align::Right),
-        ("rows lost", Align::Right),
+        ("rows missing", Align::Right),
         ("rows masked", Align::Right),
     ])
     .stacked();

@@ -12,7 +12,7 @@ mod page;
 mod point;
 mod series;
 
-pub use changes::{Change, Levels, levels};
+pub use changes::{Change, FEWEST_RECORDINGS, Levels, levels};
 pub use date::day;
 pub use page::trends_page;
 pub use point::Point;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::changes::Change;
+use super::changes::{Change, FEWEST_RECORDINGS};
 use super::date::day;
 use super::point::Point;
 use super::series::Trend;
@@ -35,7 +35,8 @@ pub fn trends_page(
             own.into_iter().partition(|trend| !trend.levels.changes.is_empty());
         let open = drawn(&changed)?;
         let rest = drawn(&same)?;
-        let heading = format!("{} without a change", counted(same.len(), "parameter"));
+        let fewer = if too_few(trends) { "" } else { " without a change" };
+        let heading = format!("{}{fewer}", counted(same.len(), "parameter"));
         page.section(
             &format!("Channel {channel}"),
             html! { (open) @if !same.is_empty() { (folded(&heading, &rest)) } },
@@ -58,13 +59,23 @@ pub fn trends_page(
     Ok(page.html())
 }
 
+fn most_points(trends: &[Trend]) -> usize {
+    trends.iter().map(|trend| trend.points.len()).max().unwrap_or(0)
+}
+
+/// That nothing has changed cannot be said then either.
+fn too_few(trends: &[Trend]) -> bool {
+    most_points(trends) < FEWEST_RECORDINGS
+}
+
 fn lead(trends: &[Trend]) -> String {
     let times = || trends.iter().flat_map(|trend| &trend.points).map(|point| point.unix_s);
     let first = times().fold(f64::INFINITY, f64::min);
     let last = times().fold(f64::NEG_INFINITY, f64::max);
-    let recordings = trends.iter().map(|trend| trend.points.len()).max().unwrap_or(0);
+    let recordings = most_points(trends);
     let changes: usize = trends.iter().map(|trend| trend.levels.changes.len()).sum();
     let found = match changes {
+        _ if too_few(trends) => format!("too few to tell a change ({FEWEST_RECORDINGS} at least)"),
         0 => "no parameter has changed".to_owned(),
         _ => counted(changes, "change"),
     };
@@ -76,6 +87,9 @@ fn changes(trends: &[Trend]) -> Markup {
         .iter()
         .flat_map(|trend| trend.levels.changes.iter().map(move |change| (trend, change)))
         .collect();
+    if too_few(trends) {
+        return paragraph("Fewer than five recordings show none.");
+    }
     if found.is_empty() {
         return paragraph("None.");
     }

@@ -30,5 +30,10 @@ fn a_fit_that_is_stopped_makes_no_more_searches() {
     assert_ne!(fits[0].starts[0].ending, Ending::Cancelled);
     assert_eq!(fits[1].starts.len(), 1);
     assert_eq!((fits[1].starts[0].ending, fits[1].starts[0].evaluations), (Ending::Cancelled, 1));
+    // What is no minimum has no intervals.
+    assert!(
+        fits[0].parameters.iter().any(|p| p.ci95.is_some())
+            && fits[1].parameters.iter().all(|p| p.ci95.is_none())
+    );
     assert!(fits[0].rms < fits[1].rms && fits[1].rms.is_finite());
 }

@@ -98,7 +98,7 @@ fn prepare_channel(
         None if model.is_regulator() => common.ambient_pa.clone(),
         None => {
             return Err(
-                "the rig file has no [supply] and the recording no column supply_kpa or b{n}_supply_kpa"
+                "the rig file has no [supply], or none is given (--rig), and the recording has no column supply_kpa or b{n}_supply_kpa"
                     .to_owned(),
             );
         }
