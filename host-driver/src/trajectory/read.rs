@@ -208,6 +208,10 @@ mod tests {
         refused("t_s,b0_cmd0_kpa,b0_cmd0_kpa\n0,0,0\n", "column b0_cmd0_kpa is there twice");
         refused("t_s,b2_cmd0_kpa\n0,0\n", "column b2_cmd0_kpa: there are boards 0 to 1");
         refused("t_s,b1_cmd4_kpa\n0,0\n", "column b1_cmd4_kpa: there are boards 0 to 1");
+        for misspelt in ["b0_cmd_kpa", "b0_cmd1_bar", "b0_cmd_1_kpa", "B0_Cmd1_kPa"] {
+            let said = format!("row 1, column {misspelt}: commands are called b{{n}}_cmd{{k}}_kpa");
+            refused(&format!("t_s,b0_cmd0_kpa,{misspelt}\n0,0,0\n"), &said);
+        }
         refused("t_s,b0_cmd0_kpa\n", "no rows below the header");
         refused(
             "t_s,b0_cmd0_kpa\n0,1\n1,two\n",
