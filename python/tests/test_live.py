@@ -94,6 +94,8 @@ def test_trajectories_that_cannot_be_played(controller, tmp_path):
         controller.play({"b0_cmd0_kpa": [1.0]})
     with pytest.raises(FileError, match="missing.csv"):
         controller.play(tmp_path / "missing.csv")
+    with pytest.raises(DataError, match="column b0_cmd_1_kpa: commands are called"):
+        controller.play({"t_s": [0.0, 1.0], "b0_cmd0_kpa": [1.0, 2.0], "b0_cmd_1_kpa": [1.0, 2.0]})
     with pytest.raises(DataError, match="column b7_cmd0_kpa: there are boards 0 to 1, .*; see num_devices$"):
         controller.play({"t_s": [0.0, 1.0], "b7_cmd0_kpa": [1.0, 2.0]})
     with pytest.raises(CommandError, match="interpolation"):

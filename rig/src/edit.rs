@@ -146,8 +146,12 @@ mod tests {
         let rig = Rig::parse("new.toml", &new.text()).unwrap();
         assert_eq!(rig.bus().port.as_deref(), Some(new.port.as_str()));
         assert_eq!((rig.bus().boards, rig.bus().baud), (Some(2), Some(1_000_000)));
-        assert_eq!((rig.unit(), rig.board_name(1)), (Unit::Bar, Some("board 1")));
-        assert_eq!(rig.channel_name(1, 3), Some("1.3"));
+        assert_eq!(rig.unit(), Unit::Bar);
+        assert_eq!(
+            (rig.board_name(1), rig.channel_name(1, 3)),
+            (None, None),
+            "names are for the user to give"
+        );
         assert_eq!(rig.boards().len(), 2);
     }
 
