@@ -79,8 +79,8 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
     Ok(loaded)
 }
 
-/// Says of a parameter file that its fit was stopped before it ended: nothing else in its use would show that. Whether it is one that can be
-/// used is said by who loads it.
+/// Says of a parameter file that its fit was stopped before it ended: nothing else in its use would show that. Whether the file
+/// can be used is said by who loads it.
 pub fn warn_of_stopped_fit(file: &Path) {
     let table = std::fs::read_to_string(file).ok().and_then(|text| text.parse::<toml::Table>().ok());
     let stopped = table.and_then(|table| table.get("settings")?.get("stopped")?.as_bool());
