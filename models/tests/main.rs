@@ -13,4 +13,5 @@ mod manual_command;
 mod outputs;
 mod own_tables;
 mod real_recordings;
+mod simulate_command;
 mod trends_command;

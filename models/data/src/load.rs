@@ -101,8 +101,14 @@ fn assemble(
     if !POSSIBLE_RATES_HZ.contains(&sampling.rate_hz) {
         return Err(DataError::ImpossibleRate { file: source.file, rate_hz: sampling.rate_hz });
     }
-    let (breaks, gaps) = quality::find_breaks(&table.time_s, &table.line, &sampling);
-    findings.extend(gaps);
+    // A file of commands was not sampled: each row holds until the next, however long that is.
+    let commands_alone = table.columns.iter().all(|column| matches!(column.kind, ColumnKind::Command(_)));
+    let mut breaks = Vec::new();
+    if !commands_alone {
+        let (found, gaps) = quality::find_breaks(&table.time_s, &table.line, &sampling);
+        breaks = found;
+        findings.extend(gaps);
+    }
 
     let (time_s, line) = (table.time_s, table.line);
     let mut columns =

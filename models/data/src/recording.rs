@@ -215,6 +215,12 @@ impl Recording {
         stretches
     }
 
+    /// Whether it holds set points and nothing else: neither pressures nor drives were recorded.
+    #[must_use]
+    pub fn is_commands_alone(&self) -> bool {
+        self.channels.iter().all(|channel| channel.pressure_kpa.is_none() && channel.drive.is_none())
+    }
+
     /// Rows at which none of a board's channels has a measured pressure: the exchange was lost, or the board was not asked.
     #[must_use]
     pub fn lost_exchanges(&self, board: u8) -> Vec<usize> {

@@ -34,6 +34,9 @@ pub struct Args {
     /// Recording to write (.csv, .csv.gz or .csv.zst); the JSON has the same name with .json
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
+    /// Rows per second to simulate [default: the rows of DATA; 100 where DATA has commands alone, and fewer rows than that]
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
     /// Simulate the board's loop [default: as fitted; on if the drive is not in DATA]
     #[arg(long, value_enum, default_value_t = ControllerArg::Auto)]
     controller: ControllerArg,
@@ -86,7 +89,7 @@ impl Args {
         // The rig the parameters were fitted with, unless another is given on purpose.
         let given = self.input.rig.is_some().then(|| self.input.load_rig()).transpose()?;
         let rig = given.as_ref().unwrap_or(model.rig());
-        let Loaded { recording, .. } = self.input.load(rig)?;
+        let recording = self.at_rate(self.input.load(rig)?)?.recording;
         let controller = self.controller.into();
         let settings = SimulationSettings { rig: Some(rig), controller, start_kpa: self.start_kpa };
         let simulation = simulate(&model, &recording, &settings, &mut |_, _| {})?;
@@ -127,6 +130,18 @@ impl Args {
         output::json(&json, &Output { schema, origin, data: &recording.source, parameters, rows, channels })?;
         outln!("wrote {} and {}", self.out.display(), json.display());
         Ok(())
+    }
+
+    /// The recording at the rate that is asked for. A file of set points has a row where they change: what happens between would not
+    /// be seen.
+    fn at_rate(&self, loaded: Loaded) -> Result<Loaded, Failure> {
+        const USUAL_HZ: f64 = 100.0;
+        let recording = &loaded.recording;
+        let few = recording.is_commands_alone() && recording.rate_hz() < USUAL_HZ;
+        match self.rate.or(few.then_some(USUAL_HZ)) {
+            Some(rate) => loaded.resampled(rate).map_err(|error| Failure::input(format!("--rate: {error}"))),
+            None => Ok(loaded),
+        }
     }
 
     fn check_out(&self) -> Result<(), Failure> {
