@@ -234,6 +234,22 @@ fn standing_still_is_said() {
     assert_eq!(polling.statistics().boards[0].state, BoardState::Present);
 }
 
+/// From the pause on at which boards are taken for vented, and their set points return by a ramp: nobody would know why otherwise.
+#[test]
+fn standing_still_is_told_from_where_set_points_return_by_a_ramp() {
+    let after = |pause_ms: u64| {
+        let (mut polling, told) = polling(VirtualLine::new(boards), 1);
+        run(&mut polling, SECOND / 10);
+        told.take();
+        let due_ns = polling.next_cycle_ns();
+        polling.bus_mut().line_mut().sleep_until(due_ns + pause_ms * SECOND / 1000);
+        polling.cycle().unwrap();
+        told.events()
+    };
+    assert_eq!(after(399), Vec::<String>::new());
+    assert_eq!(after(400), ["stalled for 400 ms"]);
+}
+
 /// A board that goes missing just after the host stood still is told with that, and a second later no more.
 #[test]
 fn a_board_that_is_missed_by_a_late_host_is_told_so() {

@@ -15,7 +15,7 @@ use pneudrive_host::record::{Contents, Description, Recorder, RecorderOptions};
 use pneudrive_host::replay::Rows;
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
-use std::io::Read;
+use std::io::{Cursor, Read};
 use std::path::Path;
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
@@ -275,6 +275,31 @@ fn a_bag_is_played_as_far_as_it_goes() {
     std::fs::write(&file, &whole[..20]).unwrap();
     let refused = Trajectory::read(&file, 2, SCALE).unwrap_err().to_string();
     assert!(refused.contains("run.mcap: not readable as a bag: "), "{refused}");
+}
+
+/// Its channel would stay at 0 kPa without a word.
+#[test]
+fn a_bag_with_a_misspelt_command_is_not_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    record(&file);
+    // Without compression, so that names can be changed in place.
+    let mut renamed = Vec::new();
+    let mut writer = mcap::WriteOptions::new().compression(None).create(Cursor::new(&mut renamed)).unwrap();
+    for message in mcap::MessageStream::new(&std::fs::read(&file).unwrap()).unwrap() {
+        let mut message = message.unwrap();
+        let data = message.data.to_mut();
+        let found = data.windows(11).position(|window| window == b"b0_cmd0_kpa");
+        if let Some(at) = found {
+            data[at..at + 11].copy_from_slice(b"b0_cmd0_bar");
+        }
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    std::fs::write(&file, renamed).unwrap();
+    let refused = Trajectory::read(&file, 2, SCALE).unwrap_err().to_string();
+    assert!(refused.contains("b0_cmd0_bar"), "{refused}");
 }
 
 /// The library's own reader says the same of all formats, and of a file that was cut off.

@@ -18,7 +18,7 @@ pub enum InputError {
     Rig(#[from] RigError),
     /// The drive is not recorded and there is no controller to compute it.
     #[error(
-        "{file}: channel {channel} has no drive column ({spool}, or {fill} and {vent}), and the board's loop is not simulated in its place: that needs [controller] and [sensor] in the rig file, and no --controller off; or use the linear model"
+        "{file}: channel {channel} has no drive column ({spool}, or {fill} and {vent}), and the board's loop is not simulated in its place: that needs [controller] and [sensor] in the rig file (--rig, in Python rig=), and no --controller off; or use the linear model"
     )]
     NoDrive {
         /// The recording.

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, each_once, write};
 use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
-    Diagnosis, EXTENDED_FILE, ExtendedFile, Progress, Request, TRAJECTORY_FILE, diagnose, page,
+    Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page,
 };
 use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
@@ -77,11 +77,9 @@ impl Args {
     pub fn run(self) -> Result<(), Failure> {
         self.check_out()?;
         interrupt::end_at_once()?;
-        self.reference.iter().chain(&self.machine).for_each(|file| input::warn_of_stopped_fit(file));
         // The arguments ask for one file at least.
         let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
-        let reference =
-            self.reference.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
+        let reference = self.reference.as_deref().map(input::extended).transpose()?;
         let (recordings, remarks) = self.load(&rig)?;
         let name = self.reference.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
         let spinner = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
@@ -174,7 +172,7 @@ impl Args {
                 "--loads differ needs several recordings of one machine, or --machine with a calibrated model of it",
             ));
         }
-        let known = self.machine.as_deref().map(ExtendedFile::load).transpose().map_err(Failure::input)?;
+        let known = self.machine.as_deref().map(input::extended).transpose()?;
         let name = self.machine.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
         let request = MachineRequest {
             machine: known.as_ref().map(|file| (name.as_str(), file)),

@@ -3,9 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use pneudrive_model::data::{ChannelId, LoadOptions, Loaded, load, rig_copy};
+use pneudrive_model::diagnosis::ExtendedFile;
 use pneudrive_model::rig::Rig;
+use pneudrive_model::simulation::CalibratedModel;
 
 use super::Failure;
+use super::file_kind::FileKind;
 use super::print::errln;
 use super::progress::LoadingBar;
 
@@ -43,7 +46,7 @@ impl DataArgs {
 /// The rig: that of the file at `path`, else that of which the recording carries a copy, else an empty description.
 pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
     if let Some(path) = path {
-        return Ok(Rig::load(path)?);
+        return Rig::load(path).map_err(|error| FileKind::Rig.refused(path, error));
     }
     let Some(text) = rig_copy(recording)? else { return Ok(Rig::default()) };
     errln!("{}: taken with its copy of the rig file (--rig takes another)", recording.display());
@@ -64,7 +67,8 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
             supply_kpa: rig.supply_kpa(),
             progress: Some(&mut progress),
         },
-    )?;
+    )
+    .map_err(|error| FileKind::Recording.refused(data, error))?;
     bar.finish();
     errln!(
         "{}: {} rows, {:.2} s, {} channel(s)",
@@ -79,9 +83,24 @@ pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loade
     Ok(loaded)
 }
 
+/// What `fit` or `diagnose` saved.
+pub fn calibrated(path: &Path) -> Result<CalibratedModel, Failure> {
+    let model = CalibratedModel::load(path).map_err(|error| FileKind::Parameters.refused(path, error))?;
+    warn_of_stopped_fit(path);
+    Ok(model)
+}
+
+/// What `diagnose` saved.
+pub fn extended(path: &Path) -> Result<ExtendedFile, Failure> {
+    let file = ExtendedFile::load(path)
+        .map_err(|error| FileKind::Parameters.refused(path, Failure::input(error)))?;
+    warn_of_stopped_fit(path);
+    Ok(file)
+}
+
 /// Says of a parameter file that its fit was stopped before it ended: nothing else in its use would show that. Whether the file
 /// can be used is said by who loads it.
-pub fn warn_of_stopped_fit(file: &Path) {
+fn warn_of_stopped_fit(file: &Path) {
     let table = std::fs::read_to_string(file).ok().and_then(|text| text.parse::<toml::Table>().ok());
     let stopped = table.and_then(|table| table.get("settings")?.get("stopped")?.as_bool());
     if stopped == Some(true) {

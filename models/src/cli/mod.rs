@@ -5,6 +5,7 @@ mod diagnose;
 mod effects;
 mod error;
 mod export;
+mod file_kind;
 mod fit;
 mod import;
 mod input;

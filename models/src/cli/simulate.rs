@@ -84,8 +84,7 @@ struct ChannelOutput<'a> {
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
         self.check_out()?;
-        let model = CalibratedModel::load(&self.parameters)?;
-        input::warn_of_stopped_fit(&self.parameters);
+        let model = input::calibrated(&self.parameters)?;
         // The rig the parameters were fitted with, unless another is given on purpose.
         let given = self.input.rig.is_some().then(|| self.input.load_rig()).transpose()?;
         let rig = given.as_ref().unwrap_or(model.rig());

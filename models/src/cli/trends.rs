@@ -6,10 +6,9 @@ use std::time::UNIX_EPOCH;
 use pneudrive_model::data::{ChannelId, LoadOptions, Recording, Source, created_utc, load, rig_copy, write};
 use pneudrive_model::experiment::{FitSettings, ModelKind, fit_channels};
 use pneudrive_model::fit::{Control, FitOptions};
-use pneudrive_model::report::{behind, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::store::ParameterFile;
-use pneudrive_model::trends::{Calibration, FEWEST_RECORDINGS, Trend, day, trends, trends_page};
+use pneudrive_model::trends::{Calibration, TimeScale, Trend, changes, conclusion, trends, trends_page};
 use serde::Serialize;
 
 use super::options::ModelArg;
@@ -107,14 +106,8 @@ impl Args {
         let content =
             Output { schema: "pneudrive-trends/1", recordings: &used, left_out: &left_out, trends: &found };
         output::json(&json, &content)?;
-        found.iter().flat_map(sentences).for_each(|sentence| outln!("{sentence}"));
-        let changes = match found.iter().map(|trend| trend.levels.changes.len()).sum::<usize>() {
-            _ if used.len() < FEWEST_RECORDINGS => {
-                format!("too few to tell a change ({FEWEST_RECORDINGS} at least)")
-            }
-            count => format!("{count} change(s)"),
-        };
-        outln!("{} recording(s), {changes}\nwrote {} and {}", used.len(), html.display(), json.display());
+        changes(&found).iter().for_each(|sentence| outln!("{sentence}"));
+        outln!("{}\nwrote {} and {}", conclusion(&found), html.display(), json.display());
         Ok(())
     }
 
@@ -145,8 +138,13 @@ impl Args {
         };
         parameters.save(&kept)?;
         let Source { file, sha256, .. } = recording.source;
-        let used =
-            Used { file, sha256, recorded: day(unix_s), dated_by, parameters: kept.display().to_string() };
+        let used = Used {
+            file,
+            sha256,
+            recorded: TimeScale::Days.said(unix_s),
+            dated_by,
+            parameters: kept.display().to_string(),
+        };
         Ok((Calibration { unix_s, parameters }, used))
     }
 
@@ -227,22 +225,4 @@ fn recorded(path: &Path) -> Result<(f64, &'static str), Failure> {
         }
     };
     Ok((time.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64(), by))
-}
-
-fn sentences(trend: &Trend) -> Vec<String> {
-    let unit = behind(&trend.unit);
-    let changes = trend.levels.changes.iter();
-    changes
-        .map(|change| {
-            format!(
-                "{} {}: {}{unit} until {}, {}{unit} from {} on",
-                trend.channel,
-                trend.parameter,
-                significant(change.before, 3),
-                day(change.between_unix_s[0]),
-                significant(change.after, 3),
-                day(change.between_unix_s[1]),
-            )
-        })
-        .collect()
 }

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use pneudrive_model::data::{ChannelId, DataError, LiveTable, Opening};
-use pneudrive_model::diagnosis::ExtendedFile;
 use pneudrive_model::watch::{
     Rows, Sample, THRESHOLD, WatchEvent, WatchSettings, Watcher, columns_of, samples_of,
 };
@@ -110,8 +109,7 @@ const SCHEMA: &str = "pneudrive-watch/1";
 
 impl Args {
     pub fn run(self) -> Result<(), Failure> {
-        let mut file = ExtendedFile::load(&self.parameters).map_err(Failure::input)?;
-        input::warn_of_stopped_fit(&self.parameters);
+        let mut file = input::extended(&self.parameters)?;
         if !self.channels.is_empty() {
             for id in &self.channels {
                 if !file.channels.contains_key(&id.to_string()) {

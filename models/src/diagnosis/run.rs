@@ -13,7 +13,7 @@ use crate::diagnosis::json::{
     Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict, Withheld,
 };
 use crate::diagnosis::likelihood::limit_cycle;
-use crate::diagnosis::preconditions::{Purpose, check, prepare_for};
+use crate::diagnosis::preconditions::{Purpose, check, much_missing, prepare_for};
 use crate::diagnosis::report::{
     ExtendedFile, alternatives, band_holds, cause, earned, extended_file, verdict,
 };
@@ -115,7 +115,8 @@ pub fn diagnose(
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);
     diagnosis.report.weigh(&weighed);
-    diagnosis.report.sentence = verdict::sentence(&diagnosis.report, change);
+    diagnosis.report.sentence =
+        verdict::sentence(&diagnosis.report, change) + &much_missing(&diagnosis.channels);
     progress("planning the next experiment", 0);
     diagnosis.plan_next(rig, request.highest_kpa);
     Ok(diagnosis)

@@ -15,7 +15,7 @@ const BY_CHANCE: f64 = 0.05;
 /// Points that tell the scatter, at the least, beside the two means.
 const LEAST_FREEDOM: usize = 3;
 /// Recordings of which a change can be told, at the least.
-pub const FEWEST_RECORDINGS: usize = 2 + LEAST_FREEDOM;
+pub(super) const FEWEST_RECORDINGS: usize = 2 + LEAST_FREEDOM;
 /// Standard errors of a 95 % interval.
 const NORMAL_95: f64 = 1.96;
 

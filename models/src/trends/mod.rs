@@ -1,7 +1,7 @@
 //! Trends: each calibrated parameter over months of recordings, with intervals, and where it has changed.
 //!
 //! ```text
-//! parameter files of dated recordings -> series (one a channel and parameter) -> changes (where the level differs) -> page
+//! parameter files of dated recordings -> series (one a channel and parameter) -> changes (where the level differs) -> sentences, page
 //! ```
 //!
 //! Nothing here knows of folders or reads a clock; times are seconds since 1970.
@@ -11,9 +11,11 @@ mod date;
 mod page;
 mod point;
 mod series;
+mod words;
 
-pub use changes::{Change, FEWEST_RECORDINGS, Levels, levels};
-pub use date::day;
+pub use changes::{Change, Levels, levels};
+pub use date::TimeScale;
 pub use page::trends_page;
 pub use point::Point;
 pub use series::{Calibration, Trend, trends};
+pub use words::{changes, conclusion};

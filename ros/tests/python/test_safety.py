@@ -155,6 +155,25 @@ def test_a_node_that_is_told_to_end_leaves_the_boards_vented(how):
         assert boards.is_vented()
 
 
+@pytest.mark.parametrize("commanded", [False, True])
+def test_a_joint_that_never_answered_is_told_and_fails_only_what_commanded_it(commanded):
+    with Boards() as boards:
+        with Node("--devices", 2, "--allowance-us", 200_000, port=boards.port) as node, Peer() as peer:
+            joint = Joint(peer)
+            joint.wait_until_connected()
+            if commanded:
+                absent = Joint(peer, 1)
+                absent.wait_until_connected()
+                for _ in range(20):
+                    absent.command(*[100] * 4)
+                    time.sleep(0.02)
+            joint.wait_for_new_states()
+            assert node.end() == int(commanded), node.said
+        assert "joint(s) 1 never answered" in node.said
+        assert ("shut off the air supply" in node.said) == commanded, node.said
+        assert boards.is_vented()
+
+
 def test_a_node_that_fails_leaves_the_boards_vented(tmp_path):
     """Its recording cannot be written any more: the file may not grow."""
     with Boards() as boards:

@@ -49,8 +49,7 @@ impl Args {
             return Err(Failure::input(format!("--step {}: 0.00001 to 1 s are possible", self.step)));
         }
         target::file("--out", &self.out, &[&self.parameters])?;
-        let model = CalibratedModel::load(&self.parameters)?;
-        input::warn_of_stopped_fit(&self.parameters);
+        let model = input::calibrated(&self.parameters)?;
         let mut libraries = vec![self.library.find()?];
         libraries.extend(self.also);
         let parameters = read(&self.parameters)?;

@@ -55,9 +55,7 @@ impl From {
     /// Reads the parameter file; the folder is made later, when the rest is there too.
     fn load(&self) -> Result<CalibratedModel, Failure> {
         target::folder("--out", &self.out, &[PARAMETERS], &[&self.parameters])?;
-        let model = CalibratedModel::load(&self.parameters)?;
-        input::warn_of_stopped_fit(&self.parameters);
-        Ok(model)
+        input::calibrated(&self.parameters)
     }
 
     fn make_folder(&self) -> Result<(), Failure> {

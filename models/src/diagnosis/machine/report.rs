@@ -15,6 +15,7 @@ use crate::diagnosis::json::{
     Alternative, Baseline, BaselineChannel, Cause, Checks, Data, Estimate, MachineRecord, MachineReport,
     Report, SCHEMA, Symptom, Unexplained, Verdict,
 };
+use crate::diagnosis::preconditions::much_missing;
 use crate::diagnosis::report::alternatives::listed;
 use crate::diagnosis::report::{ExtendedFile, band_holds, extended_file};
 use crate::diagnosis::settings;
@@ -74,7 +75,7 @@ impl Found<'_> {
             alternatives: self.alternatives(),
             machine: Some(self.machine()),
         };
-        report.sentence = self.sentence(&report);
+        report.sentence = self.sentence(&report) + &much_missing(recorded);
         report
     }
 

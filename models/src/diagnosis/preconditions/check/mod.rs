@@ -6,7 +6,7 @@ mod statistics;
 mod swapped;
 mod units;
 
-pub use clipped::clipped_rows;
+pub use clipped::{clipped_rows, much_missing};
 
 use crate::diagnosis::channel::{ChannelData, Role, block_length_s};
 use crate::diagnosis::error::DiagnosisError;
