@@ -150,6 +150,7 @@ fn unusable_input_is_status_2_and_leaves_nothing_behind() {
     folder.write("lag.csv", lag().as_bytes());
     folder.write("rig.toml", b"[supply]\npressure = 3\n");
     folder.write("other.toml", b"schema = \"something/1\"\n");
+    folder.write("good.toml", b"[supply]\npressure_kpa = 300\n");
     let before = folder.names();
     for (arguments, said) in [
         (
@@ -172,6 +173,15 @@ fn unusable_input_is_status_2_and_leaves_nothing_behind() {
         (
             vec!["simulate", "lag.csv", "--parameters", "other.toml", "--out", "s.csv"],
             "schema is \"something/1\"",
+        ),
+        (vec!["fit", "good.toml", "--out", "p.toml"], "expected a recording, and this is a rig file"),
+        (
+            vec!["simulate", "lag.csv", "--parameters", "lag.csv", "--out", "s.csv"],
+            "expected a parameter file, and this is a recording",
+        ),
+        (
+            vec!["show", "lag.csv", "--out", "page.txt"],
+            "a page is written there; let the name end in .html or .htm",
         ),
         (vec!["effects", "gremlins"], "no effect is called gremlins"),
         (vec!["fit", "lag.csv"], "--out"),

@@ -103,14 +103,9 @@ impl Args {
     }
 
     fn check_out(&self) -> Result<(), Failure> {
-        if !matches!(self.out.extension().and_then(|e| e.to_str()), None | Some("toml")) {
-            let out = self.out.display();
-            return Err(Failure::input(format!(
-                "--out {out}: parameters are written as TOML; let the name end in .toml (the JSON has the same name with .json)"
-            )));
-        }
         let inputs = self.input.files();
-        target::result("--out", &self.out, &self.out.with_extension("json"), SCHEMA, &inputs)
+        target::result("--out", &self.out, &self.out.with_extension("json"), SCHEMA, &inputs)?;
+        target::ending("--out", &self.out, "parameters (and JSON beside them) are", &[".toml"])
     }
 }
 

@@ -50,6 +50,7 @@ impl Args {
         let json = html.with_extension("json");
         let inputs: Vec<&Path> = std::iter::once(&self.data).chain(&self.rig).map(PathBuf::as_path).collect();
         target::file("--out", &html, &inputs)?;
+        target::ending("--out", &html, "a page is", &[".html", ".htm"])?;
         target::json("--out", &json, SCHEMA, &inputs)?;
         let rig = input::rig(self.rig.as_deref(), &self.data)?;
         let loaded = input::recording(&self.data, &self.channels, &rig)?;

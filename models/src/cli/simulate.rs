@@ -6,9 +6,7 @@ use std::path::{Path, PathBuf};
 use pneudrive_model::data::{ChannelId, Loaded, write};
 use pneudrive_model::experiment::Score;
 use pneudrive_model::report::number;
-use pneudrive_model::simulation::{
-    CalibratedModel, SimulatedModel, Simulation, SimulationSettings, simulate,
-};
+use pneudrive_model::simulation::{SimulatedModel, Simulation, SimulationSettings, simulate};
 use serde::Serialize;
 
 use super::input::{self, DataArgs};
@@ -150,12 +148,7 @@ impl Args {
                 "--band {out}: that is where --out goes; choose another name"
             )));
         }
-        let name = self.out.to_string_lossy();
-        if ![".csv", ".csv.gz", ".csv.zst"].iter().any(|ending| name.ends_with(ending)) {
-            return Err(Failure::input(format!(
-                "--out {out}: a recording is written; let the name end in .csv, .csv.gz or .csv.zst"
-            )));
-        }
+        target::ending("--out", &self.out, "a recording is", &[".csv", ".csv.gz", ".csv.zst"])?;
         let mut inputs = self.input.files();
         inputs.push(&self.parameters);
         target::result("--out", &self.out, &json_beside(&self.out), SCHEMA, &inputs)?;

@@ -78,6 +78,22 @@ pub fn result(
     Ok(())
 }
 
+/// Does the name of the file at `path` end in one of `endings`? Others would hold what their name does not say.
+///
+/// # Errors
+/// Names what is written, and the endings.
+pub fn ending(option: &str, path: &Path, what: &str, endings: &[&str]) -> Result<(), Failure> {
+    let name = path.to_string_lossy();
+    if endings.iter().any(|ending| name.ends_with(ending)) {
+        return Ok(());
+    }
+    let listed = match endings {
+        [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => endings.concat(),
+    };
+    Err(refused(option, path, &format!("{what} written there; let the name end in {listed}")))
+}
+
 /// What every JSON of ours says first.
 #[derive(serde::Deserialize)]
 struct Written {
