@@ -28,7 +28,7 @@ pub fn floats<'py>(object: &Bound<'py, PyAny>, wrong: impl Fn(&str) -> PyErr) ->
         b'i' | b'u' | b'f' | b'O' => {}
         b'b' => return Err(wrong("truth values")),
         b'c' => return Err(wrong("complex numbers")),
-        b'U' | b'S' => return Err(wrong("texts")),
+        b'U' | b'S' if !is_one_object => return Err(wrong("texts")),
         _ => return Err(wrong(&description(object))),
     }
     let options = [("dtype", "float64")].into_py_dict(py)?;

@@ -75,6 +75,7 @@ def test_exchange_all_takes_and_gives_one_row_per_board(controller):
         ([0, 0, 0, 776.0], "channel 3: commanded pressure is 776 kPa, above the sensor's full scale"),
         ([0, 0, 0], r"expected 4 numbers in kPa, shape \(4,\), got shape \(3,\)"),
         (np.zeros((2, 2)), r"expected 4 numbers in kPa, shape \(4,\), got shape \(2, 2\)"),
+        (["a"] * 4, r"expected 4 numbers in kPa, shape \(4,\), got texts"),
         ("100", r"expected 4 numbers in kPa, shape \(4,\), got str"),
         (None, r"expected 4 numbers in kPa, shape \(4,\), got NoneType"),
     ],

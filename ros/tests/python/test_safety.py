@@ -163,7 +163,7 @@ def test_a_joint_that_never_answered_is_told_and_fails_only_what_commanded_it(co
             joint.wait_until_connected()
             if commanded:
                 absent = Joint(peer, 1)
-                absent.wait_until_connected()
+                until("its topic", lambda: absent.publisher.get_subscription_count() > 0)
                 for _ in range(20):
                     absent.command(*[100] * 4)
                     time.sleep(0.02)
