@@ -155,22 +155,15 @@ def test_a_node_that_is_told_to_end_leaves_the_boards_vented(how):
         assert boards.is_vented()
 
 
-@pytest.mark.parametrize("commanded", [False, True])
-def test_a_joint_that_never_answered_is_told_and_fails_only_what_commanded_it(commanded):
+def test_a_joint_that_never_answered_is_told_and_fails_nothing_that_was_not_commanded():
     with Boards() as boards:
         with Node("--devices", 2, "--allowance-us", 200_000, port=boards.port) as node, Peer() as peer:
             joint = Joint(peer)
             joint.wait_until_connected()
-            if commanded:
-                absent = Joint(peer, 1)
-                until("its topic", lambda: absent.publisher.get_subscription_count() > 0)
-                for _ in range(20):
-                    absent.command(*[100] * 4)
-                    time.sleep(0.02)
             joint.wait_for_new_states()
-            assert node.end() == int(commanded), node.said
+            assert node.end() == 0, node.said
         assert "joint(s) 1 never answered" in node.said
-        assert ("shut off the air supply" in node.said) == commanded, node.said
+        assert "shut off the air supply" not in node.said
         assert boards.is_vented()
 
 
