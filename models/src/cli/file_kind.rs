@@ -43,31 +43,32 @@ impl FileKind {
         }
     }
 
-    fn called(self) -> &'static str {
+    fn name(self) -> &'static str {
         match self {
             Self::Recording => "a recording",
-            Self::Rig => "a rig file, which --rig takes",
-            Self::Parameters => {
-                "a parameter file, which `simulate --parameters` and `diagnose --reference` take"
-            }
-            Self::Results => {
-                "a command's results; parameters are in the .toml, rows in the .csv of the same name"
-            }
+            Self::Rig => "a rig file",
+            Self::Parameters => "a parameter file",
+            Self::Results => "a command's results",
+        }
+    }
+
+    /// Where it belongs, to be said behind its name.
+    fn place(self) -> &'static str {
+        match self {
+            Self::Recording => "",
+            Self::Rig => ", which --rig takes",
+            Self::Parameters => ", which `simulate --parameters` and `diagnose --reference` take",
+            Self::Results => "; parameters are in the .toml, rows in the .csv of the same name",
         }
     }
 
     /// The failure to read the file at `path` as this: `error`, or that it is something else.
     pub fn refused(self, path: &Path, error: impl Into<Failure>) -> Failure {
-        let expected = match self {
-            Self::Recording => "a recording",
-            Self::Rig => "a rig file",
-            Self::Parameters => "a parameter file",
-            Self::Results => "results",
-        };
         match Self::of(path).filter(|found| *found != self) {
             Some(found) => {
-                let path = path.display();
-                Failure::input(format!("{path}: expected {expected}, and this is {}", found.called()))
+                let (path, place) = (path.display(), found.place());
+                let (expected, found) = (self.name(), found.name());
+                Failure::input(format!("{path}: expected {expected}, and this is {found}{place}"))
             }
             None => error.into(),
         }
