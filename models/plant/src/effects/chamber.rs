@@ -123,6 +123,12 @@ impl<S: Scalar> Chamber<S> {
         }
     }
 
+    /// Does an effect change the volume?
+    #[inline(always)]
+    pub fn stretches(&self) -> bool {
+        self.structure.stretches
+    }
+
     /// Is there a tube between valve and chamber?
     pub fn has_tube(&self) -> bool {
         self.structure.line.is_some()
@@ -164,20 +170,15 @@ impl<S: Scalar> Chamber<S> {
         let per_area = self.conductance / c.volume_m3;
         let (port, ambient) = (self.port(), S::constant(self.ambient_pa));
         let behind = self.outlet.map_or(ambient, |outlet| outlet.pressure);
-        // In, out, and through the restriction, one after the other: the flow function is compiled once.
-        let passages = [(c.supply, port), (port, behind), (behind, ambient)];
-        let mut through = [(S::zero(), S::zero(), S::zero()); 3];
-        let count = if self.outlet.is_some() { 3 } else { 2 };
-        for (flow, (from, to)) in through.iter_mut().zip(passages).take(count) {
-            *flow = self.ports.flow_pressure(from, to);
-        }
-        let [(inflow, _, in_by), (outflow, out_by, out_by_behind), (onward, onward_by, _)] = through;
+        let (inflow, _, in_by) = self.ports.flow_pressure(c.supply, port);
+        let (outflow, out_by, out_by_behind) = self.ports.flow_pressure(port, behind);
         let (outflow, out_by) = match &mut self.outlet {
             None => (outflow, out_by),
             Some(outlet) => {
                 let restriction = outlet.parameters.area_ratio * c.open.vent;
                 let venting = Venting { h, per_area, port_area: c.areas.vent, restriction };
                 let through = Through { flow: outflow, by_port: out_by, by_behind: out_by_behind };
+                let (onward, onward_by, _) = self.ports.flow_pressure(behind, ambient);
                 outlet.advance(&self.ports, &venting, port, &through, (onward, onward_by))
             }
         };
@@ -189,10 +190,16 @@ impl<S: Scalar> Chamber<S> {
     #[inline(always)]
     fn advance_gas(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>) {
         let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
-        let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
-        let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
-        let rate = (fill * inflow - vent * outflow - swelling * self.pressure) / room;
-        let slope = (fill * in_by - vent * out_by - swelling) / room;
+        let mut swelling = c.expansion.times(GAMMA);
+        if self.stretches() {
+            swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
+        }
+        let mut rate = fill * inflow - vent * outflow - swelling * self.pressure;
+        let mut slope = fill * in_by - vent * out_by - swelling;
+        if self.stretches() {
+            let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
+            (rate, slope) = (rate / room, slope / room);
+        }
         self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
     }
 

@@ -2,7 +2,7 @@
 
 use super::inputs::ChannelInputs;
 use super::outlet::OutletParameters;
-use crate::model::{Areas, ValveLaw};
+use crate::model::{Areas, GeneralFlow, ValveLaw};
 use crate::numeric::Scalar;
 
 /// The moment a hook is asked for.
@@ -54,8 +54,10 @@ pub struct Stretch<S> {
 /// The parts of a channel an effect can replace as a whole.
 #[derive(Debug, Clone, Copy)]
 pub struct Structure<S> {
-    /// Critical ratio and subsonic exponent, instead of the rig's.
-    pub flow_function: Option<(S, S)>,
+    /// A flow function instead of the rig's.
+    pub flow_function: Option<GeneralFlow<S>>,
+    /// Does an effect change the volume ([`Hook::stretch`])? Without one, chambers are advanced without divisions by it.
+    pub stretches: bool,
     /// Time constant of the gas temperature at ambient pressure, s.
     pub heat_time_constant_s: Option<S>,
     /// Restriction behind the vent port.
@@ -124,7 +126,7 @@ pub trait Hook<S: Scalar> {
         supply
     }
 
-    /// Changes the volume, at an absolute chamber pressure in Pa.
+    /// Changes the volume, at an absolute chamber pressure in Pa. Only of a [`Structure`] that says so.
     #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {}
 

@@ -11,6 +11,12 @@ use crate::numeric::{Dual, Lanes, Scalar};
 
 /// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
 pub const NARROW: usize = 8;
+/// Derivatives that a fit of measured data simulates at a time: what a channel's model and two effects have together.
+pub const SENSITIVITIES: usize = 16;
+
+/// A number with derivatives for fits of measured data. In single precision: seven digits of a slope are more than any step of a fit needs,
+/// and sixteen of them take less time than eight in double precision.
+pub type Sensitive = Dual<f64, SENSITIVITIES, f32>;
 
 /// A number that channels are simulated over: plain, in lanes, or with derivatives. What happens between two rows takes long to compile:
 /// each kind has one copy of it, in this crate, whoever simulates. Vectors of plain numbers or of derivatives have another for processors
@@ -40,7 +46,7 @@ macro_rules! simulated {
     )* };
 }
 
-simulated!(f64, Lanes<4>, Dual<f64, 4>, Dual<f64, NARROW>);
+simulated!(f64, Lanes<4>, Dual<f64, 4>, Dual<f64, NARROW>, Sensitive);
 
 #[multiversion(targets("x86_64+avx2"))]
 fn wide_interval<S: Scalar>(

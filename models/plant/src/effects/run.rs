@@ -124,7 +124,11 @@ impl<S: Scalar> Run<'_, S> {
         for effect in effects.iter_mut() {
             effect.areas(step, &mut areas);
             supply = effect.supply(step, supply, &areas, pressure);
-            effect.stretch(step, pressure, &mut stretch);
+        }
+        if self.chamber.stretches() {
+            for effect in effects.iter_mut() {
+                effect.stretch(step, pressure, &mut stretch);
+            }
         }
         let volume = inputs.volume_m3[step.row];
         let mut open = law.open();

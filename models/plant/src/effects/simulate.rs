@@ -82,8 +82,13 @@ impl<'a, S: Simulated> Stepper<'a, S> {
         effects: &'a mut [AnyEffect<S>],
         inputs: &'a ChannelInputs,
     ) -> Self {
-        let mut structure =
-            Structure { flow_function: None, heat_time_constant_s: None, outlet: None, line: None };
+        let mut structure = Structure {
+            flow_function: None,
+            stretches: false,
+            heat_time_constant_s: None,
+            outlet: None,
+            line: None,
+        };
         for effect in effects.iter() {
             effect.structure(&mut structure);
         }

@@ -22,7 +22,7 @@ pub use joint::Joint;
 pub use linear::LinearCoefficients;
 pub use nonlinear::NonlinearCoefficients;
 pub use parameter::{Parameter, Scale, nominal_values};
-pub use ports::Ports;
+pub use ports::{GeneralFlow, Ports};
 pub use valve::{Areas, ValveDrive, ValveLaw, smooth_corner};
 
 use crate::numeric::Scalar;

@@ -1,31 +1,78 @@
 //! Forward-mode automatic differentiation.
 
+use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Real, Scalar, filled};
 
-/// A value with its derivatives in `N` directions. The value is bit for bit what the plain number gives.
+/// A value with its derivatives in `N` directions. The value is bit for bit what the plain number gives; derivatives may be of another
+/// precision `G`: twice as many `f32` as `f64` are in a vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dual<T, const N: usize> {
+pub struct Dual<T, const N: usize, G = T> {
     /// The value.
     pub value: T,
     /// Its derivative in each direction.
-    pub gradient: [T; N],
+    pub gradient: [G; N],
 }
 
-impl<T: Real, const N: usize> Dual<T, N> {
+/// What the derivatives of numbers over `T` are held in.
+pub trait Slope<T: Real>:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The nearest slope.
+    fn of(slope: T) -> Self;
+
+    /// `a` where the mask holds, `b` elsewhere.
+    fn pick(mask: T::Mask, a: Self, b: Self) -> Self;
+}
+
+impl<T: Real> Slope<T> for T {
+    #[inline(always)]
+    fn of(slope: T) -> Self {
+        slope
+    }
+
+    #[inline(always)]
+    fn pick(mask: T::Mask, a: Self, b: Self) -> Self {
+        T::select(mask, a, b)
+    }
+}
+
+impl Slope<f64> for f32 {
+    #[inline(always)]
+    #[allow(clippy::cast_possible_truncation)] // that is what it is for
+    fn of(slope: f64) -> Self {
+        slope as Self
+    }
+
+    #[inline(always)]
+    fn pick(mask: bool, a: Self, b: Self) -> Self {
+        if mask { a } else { b }
+    }
+}
+
+impl<T: Real, const N: usize, G: Slope<T>> Dual<T, N, G> {
     /// The variable of one direction: derivative one there and zero elsewhere. `direction >= N` gives a constant.
     #[inline(always)]
     pub fn variable(value: T, direction: usize) -> Self {
         let mut variable = Self::from_real(value);
         if let Some(slope) = variable.gradient.get_mut(direction) {
-            *slope = T::constant(1.0);
+            *slope = G::of(T::constant(1.0));
         }
         variable
     }
 }
 
-impl<T: Real, const N: usize> Add for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Add for Dual<T, N, G> {
     type Output = Self;
 
     #[inline(always)]
@@ -33,7 +80,7 @@ impl<T: Real, const N: usize> Add for Dual<T, N> {
         Self {
             value: self.value + other.value,
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
                 |i| self.gradient[i] + other.gradient[i],
             ),
@@ -41,7 +88,7 @@ impl<T: Real, const N: usize> Add for Dual<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Sub for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Sub for Dual<T, N, G> {
     type Output = Self;
 
     #[inline(always)]
@@ -49,7 +96,7 @@ impl<T: Real, const N: usize> Sub for Dual<T, N> {
         Self {
             value: self.value - other.value,
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
                 |i| self.gradient[i] - other.gradient[i],
             ),
@@ -57,7 +104,7 @@ impl<T: Real, const N: usize> Sub for Dual<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Mul for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Mul for Dual<T, N, G> {
     type Output = Self;
 
     #[inline(always)]
@@ -66,7 +113,7 @@ impl<T: Real, const N: usize> Mul for Dual<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Div for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Div for Dual<T, N, G> {
     type Output = Self;
 
     #[inline(always)]
@@ -77,7 +124,7 @@ impl<T: Real, const N: usize> Div for Dual<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Neg for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Neg for Dual<T, N, G> {
     type Output = Self;
 
     #[inline(always)]
@@ -85,7 +132,7 @@ impl<T: Real, const N: usize> Neg for Dual<T, N> {
         Self {
             value: -self.value,
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
                 |i| -self.gradient[i],
             ),
@@ -93,7 +140,7 @@ impl<T: Real, const N: usize> Neg for Dual<T, N> {
     }
 }
 
-impl<T: Real, const N: usize> Scalar for Dual<T, N> {
+impl<T: Real, const N: usize, G: Slope<T>> Scalar for Dual<T, N, G> {
     type Real = T;
     const WIDE: bool = true;
 
@@ -104,7 +151,7 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn from_real(value: T) -> Self {
-        Self { value, gradient: [T::zero(); N] }
+        Self { value, gradient: [G::of(T::zero()); N] }
     }
 
     #[inline(always)]
@@ -129,10 +176,11 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn chain(self, value: T, slope: T) -> Self {
+        let slope = G::of(slope);
         Self {
             value,
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
                 |i| self.gradient[i] * slope,
             ),
@@ -141,10 +189,11 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn chain2(value: T, a: Self, partial_a: T, b: Self, partial_b: T) -> Self {
+        let (partial_a, partial_b) = (G::of(partial_a), G::of(partial_b));
         Self {
             value,
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
                 |i| a.gradient[i] * partial_a + b.gradient[i] * partial_b,
             ),
@@ -156,9 +205,9 @@ impl<T: Real, const N: usize> Scalar for Dual<T, N> {
         Self {
             value: T::select(mask, a.value, b.value),
             gradient: filled(
-                T::zero(),
+                G::of(T::zero()),
                 #[inline(always)]
-                |i| T::select(mask, a.gradient[i], b.gradient[i]),
+                |i| G::pick(mask, a.gradient[i], b.gradient[i]),
             ),
         }
     }

@@ -1,11 +1,11 @@
 //! Derivatives of the readings by a model's parameters.
 
 use super::finite_difference::secants;
-use crate::diagnosis::channel::{ChannelData, Extended, NARROW};
+use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::likelihood::hunts;
-use crate::effects::Undisturbed;
+use crate::effects::{SENSITIVITIES, Sensitive, Undisturbed};
 use crate::model::{Parameter, Scale};
-use crate::numeric::Dual;
+use crate::numeric::Scalar;
 
 impl ChannelData {
     /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
@@ -18,8 +18,8 @@ impl ChannelData {
         let parameters = model.parameters(&self.plant);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];
-        for (k, part) in free.chunks(NARROW).enumerate() {
-            let into = Part { first: k * NARROW, of: free.len(), part };
+        for (k, part) in free.chunks(SENSITIVITIES).enumerate() {
+            let into = Part { first: k * SENSITIVITIES, of: free.len(), part };
             self.differentiate(model, &parameters, &into, &mut readings, &mut matrix);
         }
         if free.is_empty() {
@@ -36,12 +36,12 @@ impl ChannelData {
         readings: &mut Vec<f64>,
         matrix: &mut [f64],
     ) {
-        let mut values: Vec<Dual<f64, NARROW>> =
-            model.values.iter().map(|v| Dual { value: *v, gradient: [0.0; NARROW] }).collect();
+        let mut values: Vec<Sensitive> = model.values.iter().map(|v| Sensitive::constant(*v)).collect();
         for (k, &position) in into.part.iter().enumerate() {
-            values[position].gradient[k] = match parameters[position].scale {
-                Scale::Linear => 1.0,
-                Scale::Logarithmic => model.values[position],
+            let variable = Sensitive::variable(model.values[position], k);
+            values[position] = match parameters[position].scale {
+                Scale::Linear => variable,
+                Scale::Logarithmic => variable.chain(variable.value, variable.value),
             };
         }
         let run = self.run(model, &values, &Undisturbed);
@@ -49,7 +49,9 @@ impl ChannelData {
         for (row, reading) in run.iter().enumerate() {
             readings.push(reading.value);
             let at = row * into.of + into.first;
-            matrix[at..at + into.part.len()].copy_from_slice(&reading.gradient[..into.part.len()]);
+            for (to, slope) in matrix[at..at + into.part.len()].iter_mut().zip(reading.gradient) {
+                *to = f64::from(slope);
+            }
         }
     }
 }

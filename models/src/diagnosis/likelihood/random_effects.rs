@@ -1,16 +1,16 @@
 //! What disturbances do to the readings: derivatives by what no parameter describes.
 
 use super::limit_cycle::at_rest;
-use crate::diagnosis::channel::{Block, ChannelData, Extended, HATS, NARROW};
-use crate::effects::{ChannelInputs, Disturbance};
-use crate::numeric::{Dual, Scalar};
+use crate::diagnosis::channel::{Block, ChannelData, Extended, HATS};
+use crate::effects::{ChannelInputs, Disturbance, SENSITIVITIES, Sensitive};
+use crate::numeric::Scalar;
 
 /// Disturbances of every block: the start pressure, the supply's level and slope, and [`FLOWS`].
-pub const DISTURBANCES: usize = NARROW;
+pub const DISTURBANCES: usize = 3 + FLOWS;
 /// Deviations of the flow.
 pub const FLOWS: usize = 5;
 /// Sines differentiated at a time.
-pub const SINES: usize = NARROW / 2;
+pub const SINES: usize = SENSITIVITIES / 2;
 
 impl ChannelData {
     /// Readings' derivatives by the disturbances that are free in every block: its start pressure (per kPa), the supply's level and
@@ -19,30 +19,38 @@ impl ChannelData {
     #[must_use]
     pub fn disturbances(&self, model: &Extended) -> Vec<[f64; DISTURBANCES]> {
         let model = &at_rest(self, model);
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
+        let values = constants(model);
         let shape = BlockDisturbance::new(&self.inputs, &self.blocks, flow_deviations(self, model));
-        let run = self.run(model, &values, &shape);
-        run.iter().map(|reading| reading.gradient).collect()
+        self.run(model, &values, &shape).iter().map(first).collect()
     }
 
     /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of its gauge pressure) at up to
     /// `SINES` frequencies in Hz.
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
-        let run = self.rough().run(model, &values, &SineDisturbance { inputs: &self.inputs, frequencies_hz });
-        run.iter().map(|reading| reading.gradient).collect()
+        let values = constants(model);
+        let shape = SineDisturbance { inputs: &self.inputs, frequencies_hz };
+        self.rough().run(model, &values, &shape).iter().map(first).collect()
     }
 
     /// Readings' derivatives by the heights of functions that are added to the pressure's rate (kPa/s), given by their values
     /// at every row.
     #[must_use]
     pub fn rate_derivatives(&self, model: &Extended, functions: &[[f64; HATS]]) -> Vec<[f64; HATS]> {
-        let values: Vec<Dual<f64, NARROW>> = model.values.iter().map(|&v| Dual::constant(v)).collect();
+        let values = constants(model);
         let shape = RateDisturbance { interval_s: &self.inputs.interval_s, functions };
-        let run = self.run(model, &values, &shape);
-        run.iter().map(|reading| std::array::from_fn(|k| reading.gradient[k])).collect()
+        self.run(model, &values, &shape).iter().map(first).collect()
     }
+}
+
+/// A model's values, of which no derivatives are wanted.
+fn constants(model: &Extended) -> Vec<Sensitive> {
+    model.values.iter().map(|&value| Sensitive::constant(value)).collect()
+}
+
+/// The first derivatives of a reading.
+fn first<const N: usize>(reading: &Sensitive) -> [f64; N] {
+    std::array::from_fn(|k| f64::from(reading.gradient[k]))
 }
 
 /// Ratio of heat capacities that the work of a moving joint is counted with, between isothermal and adiabatic.
@@ -77,6 +85,12 @@ fn flow_deviations(data: &ChannelData, model: &Extended) -> Vec<[f64; FLOWS]> {
     (0..inputs.rows()).map(row).collect()
 }
 
+/// As a [`Sensitive`] number has its slopes.
+#[allow(clippy::cast_possible_truncation)] // that is what it is for
+fn single(slope: f64) -> f32 {
+    slope as f32
+}
+
 /// Derivatives of start pressure, supply level, supply slope and deviations of the flow, block by block.
 struct BlockDisturbance<'a> {
     /// Rows at which a block starts.
@@ -105,24 +119,24 @@ impl<'a> BlockDisturbance<'a> {
     }
 }
 
-impl Disturbance<Dual<f64, NARROW>> for BlockDisturbance<'_> {
-    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+impl Disturbance<Sensitive> for BlockDisturbance<'_> {
+    fn supply(&self, row: usize, supply: Sensitive) -> Sensitive {
         let [level, slope] = self.supply[row];
         let mut disturbed = supply;
-        (disturbed.gradient[1], disturbed.gradient[2]) = (level, slope);
+        (disturbed.gradient[1], disturbed.gradient[2]) = (single(level), single(slope));
         disturbed
     }
 
-    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+    fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
         let mut disturbed = pressure;
         if self.starts[row] {
-            disturbed.gradient = [0.0; NARROW];
+            disturbed.gradient = [0.0; SENSITIVITIES];
             disturbed.gradient[0] = 1e3;
         } else if let Some(before) = row.checked_sub(1)
             && let Some(flows) = self.flows.get(before)
         {
             for (slope, rate) in disturbed.gradient[DISTURBANCES - FLOWS..].iter_mut().zip(flows) {
-                *slope += 1e3 * rate * self.interval_s[before];
+                *slope += single(1e3 * rate * self.interval_s[before]);
             }
         }
         disturbed
@@ -135,12 +149,12 @@ struct RateDisturbance<'a> {
     functions: &'a [[f64; HATS]],
 }
 
-impl Disturbance<Dual<f64, NARROW>> for RateDisturbance<'_> {
-    fn pressure(&self, row: usize, pressure: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+impl Disturbance<Sensitive> for RateDisturbance<'_> {
+    fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
         let mut disturbed = pressure;
         if let Some(before) = row.checked_sub(1) {
             for (slope, value) in disturbed.gradient.iter_mut().zip(&self.functions[before]) {
-                *slope += 1e3 * value * self.interval_s[before];
+                *slope += single(1e3 * value * self.interval_s[before]);
             }
         }
         disturbed
@@ -153,14 +167,15 @@ struct SineDisturbance<'a> {
     frequencies_hz: &'a [f64],
 }
 
-impl Disturbance<Dual<f64, NARROW>> for SineDisturbance<'_> {
-    fn supply(&self, row: usize, supply: Dual<f64, NARROW>) -> Dual<f64, NARROW> {
+impl Disturbance<Sensitive> for SineDisturbance<'_> {
+    fn supply(&self, row: usize, supply: Sensitive) -> Sensitive {
         let gauge = self.inputs.supply_pa[row] - self.inputs.ambient_pa;
         let middle = self.inputs.time_s[row] + 0.5 * self.inputs.interval_s[row];
         let mut disturbed = supply;
         for (k, frequency) in self.frequencies_hz.iter().enumerate() {
             let (sine, cosine) = (std::f64::consts::TAU * frequency * middle).sin_cos();
-            (disturbed.gradient[2 * k], disturbed.gradient[2 * k + 1]) = (gauge * cosine, gauge * sine);
+            (disturbed.gradient[2 * k], disturbed.gradient[2 * k + 1]) =
+                (single(gauge * cosine), single(gauge * sine));
         }
         disturbed
     }

@@ -1,6 +1,7 @@
 //! `chamber_coupling`: opposite chamber changes the volume.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Trait};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Trait, Structure};
+use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -33,26 +34,29 @@ pub struct ChamberCoupling<S> {
     coupling: S,
     frequency: S,
     damping: S,
-    state: Option<(S, S)>,
+    angle: Remembered<S>,
+    rate: Remembered<S>,
 }
 
 impl<S: Scalar> ChamberCoupling<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { coupling: values[0], frequency: values[1], damping: values[2], state: None }
+        Self { coupling: values[0], frequency: values[1], damping: values[2], angle: Remembered::nothing(), rate: Remembered::nothing() }
     }
 }
 
 impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
+    fn structure(&self, structure: &mut Structure<S>) {
+        structure.stretches = true;
+    }
+
     fn reset(&mut self) {
-        self.state = None;
+        (self.angle, self.rate) = (Remembered::nothing(), Remembered::nothing());
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        if let Some((x, v)) = &mut self.state {
-            visit(Memory::Estimated, x);
-            visit(Memory::Estimated, v);
-        }
+        let remembered = [&mut self.angle, &mut self.rate].into_iter();
+        remembered.filter_map(Remembered::known).for_each(|value| visit(Memory::Estimated, value));
     }
 
     #[inline]
@@ -64,14 +68,15 @@ impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
         let share = (step.time_s - step.inputs.time_s[step.row]) / step.inputs.interval_s[step.row];
         let opposite = opposite + share * (next - opposite) + step.inputs.ambient_pa;
         let wanted = pressure.plus(-opposite).times(1e-5);
-        let (x, v) = self.state.unwrap_or((wanted, S::zero()));
+        let (x, v) = (self.angle.or(wanted), self.rate.or(S::zero()));
         // Semi-implicit: stable for any step, and the joint is slow against it.
         let omega = self.frequency.times(std::f64::consts::TAU);
         let h = step.length_s;
         let stiffness = omega.square().times(h);
         let friction = (omega * self.damping).times(2.0 * h);
         let v = (v + stiffness * (wanted - x)) / (friction + stiffness.times(h)).plus(1.0);
-        self.state = Some((x + v.times(h), v));
+        self.angle.set(x + v.times(h));
+        self.rate.set(v);
         stretch.factor = stretch.factor + self.coupling * (x + v.times(0.5 * h));
         stretch.rate = stretch.rate + self.coupling * v;
     }

@@ -1,6 +1,6 @@
 //! `chamber_volume`: chamber volume has changed.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step, Stretch, Trait};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step, Stretch, Trait, Structure};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -38,6 +38,10 @@ impl<S: Scalar> ChamberVolume<S> {
 }
 
 impl<S: Scalar> Hook<S> for ChamberVolume<S> {
+    fn structure(&self, structure: &mut Structure<S>) {
+        structure.stretches = true;
+    }
+
     #[inline]
     fn stretch(&mut self, _: &Step<'_>, _: S, stretch: &mut Stretch<S>) {
         stretch.factor = stretch.factor * self.ratio;

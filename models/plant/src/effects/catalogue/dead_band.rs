@@ -1,6 +1,7 @@
 //! `dead_band`: regulator ignores small changes.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
+use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -28,30 +29,30 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct DeadBand<S> {
     width: S,
-    position: [Option<S>; 2],
+    position: [Remembered<S>; 2],
 }
 
 impl<S: Scalar> DeadBand<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { width: values[0], position: [None; 2] }
+        Self { width: values[0], position: [Remembered::nothing(); 2] }
     }
 }
 
 impl<S: Scalar> Hook<S> for DeadBand<S> {
     fn reset(&mut self) {
-        self.position = [None; 2];
+        self.position = [Remembered::nothing(); 2];
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.position.iter_mut().flatten().for_each(|position| visit(Memory::Known, position));
+        self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Known, position));
     }
 
     #[inline]
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
-        let before = self.position[valve].unwrap_or(drive);
+        let before = self.position[valve].or(drive);
         let after = S::select((drive - before).abs().less(self.width), before, drive);
-        self.position[valve] = Some(after);
+        self.position[valve].set(after);
         after
     }
 }

@@ -1,6 +1,7 @@
 //! `flow_function`: flow function differs from nominal.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Structure, Question, Reach};
+use crate::model::GeneralFlow;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -43,6 +44,6 @@ impl<S: Scalar> FlowFunctionShape<S> {
 
 impl<S: Scalar> Hook<S> for FlowFunctionShape<S> {
     fn structure(&self, structure: &mut Structure<S>) {
-        structure.flow_function = Some((self.critical_ratio, self.exponent));
+        structure.flow_function = Some(GeneralFlow::new(self.critical_ratio, self.exponent));
     }
 }

@@ -1,6 +1,7 @@
 //! `sensor_lag`: measurement lags the pressure.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::remembered::{Forgetting, Remembered};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -29,38 +30,44 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct SensorLag<S> {
     time_constant: S,
-    last: Option<S>,
-    reading: Option<S>,
+    forgetting: Forgetting<S>,
+    last: Remembered<S>,
+    reading: Remembered<S>,
 }
 
 impl<S: Scalar> SensorLag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { time_constant: values[0], last: None, reading: None }
+        Self {
+            time_constant: values[0],
+            forgetting: Forgetting::new(),
+            last: Remembered::nothing(),
+            reading: Remembered::nothing(),
+        }
     }
 }
 
 impl<S: Scalar> Hook<S> for SensorLag<S> {
     fn reset(&mut self) {
-        self.last = None;
-        self.reading = None;
+        self.last = Remembered::nothing();
+        self.reading = Remembered::nothing();
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        [&mut self.last, &mut self.reading].into_iter().flatten().for_each(|value| visit(Memory::Estimated, value));
+        let remembered = [&mut self.last, &mut self.reading].into_iter();
+        remembered.filter_map(Remembered::known).for_each(|value| visit(Memory::Estimated, value));
     }
 
     #[inline]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
-        let before = self.last.unwrap_or(gauge);
-        let start = self.reading.unwrap_or(gauge);
-        let ratio = self.time_constant.times(1.0 / step.length_s).max(S::constant(1e-3));
-        let rest = (-ratio.recip()).exp();
+        let before = self.last.or(gauge);
+        let start = self.reading.or(gauge);
+        let (ratio, rest) = self.forgetting.over(self.time_constant, step.length_s);
         // Exact for a pressure that is a straight line over the step.
         let lagging = (gauge - before) * ratio;
         let reading = gauge - lagging + (start - before + lagging) * rest;
-        self.last = Some(gauge);
-        self.reading = Some(reading);
+        self.last.set(gauge);
+        self.reading.set(reading);
         reading
     }
 }

@@ -1,6 +1,7 @@
 //! `stale_samples`: old samples repeated.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, ChannelInputs, Hook, Memory, Question, Reach, Step, Trait};
+use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -31,22 +32,23 @@ const CHANCE: f64 = 4.0;
 #[derive(Debug, Clone)]
 pub struct StaleSamples<S> {
     share: S,
-    held: Option<S>,
+    held: Remembered<S>,
 }
 
 impl<S: Scalar> StaleSamples<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { share: values[0], held: None }
+        Self { share: values[0], held: Remembered::nothing() }
     }
 
     /// What is delivered while the old sample is held, or else.
     fn deliver(&mut self, held: bool, noise_pa: f64, fresh: S) -> S {
-        let old = *self.held.get_or_insert(fresh);
+        let old = self.held.or(fresh);
         if !held {
-            self.held = Some(fresh);
+            self.held.set(fresh);
             return fresh;
         }
+        self.held.set(old);
         let back = old - fresh;
         let by_chance = S::constant(CHANCE * noise_pa);
         S::select(by_chance.less(back.abs()), fresh + self.share * back, fresh)
@@ -61,11 +63,11 @@ fn repeated(inputs: &ChannelInputs, row: usize) -> bool {
 
 impl<S: Scalar> Hook<S> for StaleSamples<S> {
     fn reset(&mut self) {
-        self.held = None;
+        self.held = Remembered::nothing();
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.held.iter_mut().for_each(|held| visit(Memory::Known, held));
+        self.held.known().into_iter().for_each(|held| visit(Memory::Known, held));
     }
 
     /// A board's loop follows the old sample. Rows that are equal say that it was held from some time before the first of them until some

@@ -2,6 +2,7 @@
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::model::{Areas, ValveLaw, psi_max};
+use crate::effects::remembered::Forgetting;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -32,6 +33,7 @@ pub const INFO: EffectInfo = EffectInfo {
 pub struct SupplySag<S> {
     drop: S,
     time_constant: S,
+    forgetting: Forgetting<S>,
     open: S,
     sag: S,
 }
@@ -39,7 +41,13 @@ pub struct SupplySag<S> {
 impl<S: Scalar> SupplySag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { drop: values[0], time_constant: values[1], open: S::zero(), sag: S::zero() }
+        Self {
+            drop: values[0],
+            time_constant: values[1],
+            forgetting: Forgetting::new(),
+            open: S::zero(),
+            sag: S::zero(),
+        }
     }
 }
 
@@ -66,8 +74,7 @@ impl<S: Scalar> Hook<S> for SupplySag<S> {
         let psi = (-excess.square()).plus(1.0 + 1e-6).sqrt();
         let draw = (areas.fill * psi * now).plus(step.inputs.others_draw[step.row] / psi_max());
         let wanted = self.drop.times(1e3) * draw / (self.open * supply);
-        let ratio = self.time_constant.times(1.0 / step.length_s).max(S::constant(1e-3));
-        let rest = (-ratio.recip()).exp();
+        let (_, rest) = self.forgetting.over(self.time_constant, step.length_s);
         let next = wanted + (self.sag - wanted) * rest;
         // Half a step at a time: at a large resistance the next step's flow is smaller.
         self.sag = (self.sag + next).times(0.5).min(supply.times(0.8));

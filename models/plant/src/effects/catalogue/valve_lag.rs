@@ -1,6 +1,7 @@
 //! `valve_lag`: spool follows with a lag.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::remembered::{Forgetting, Remembered};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -29,31 +30,31 @@ pub const INFO: EffectInfo = EffectInfo {
 #[derive(Debug, Clone)]
 pub struct ValveLag<S> {
     time_constant: S,
-    position: [Option<S>; 2],
+    forgetting: Forgetting<S>,
+    position: [Remembered<S>; 2],
 }
 
 impl<S: Scalar> ValveLag<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { time_constant: values[0], position: [None; 2] }
+        Self { time_constant: values[0], forgetting: Forgetting::new(), position: [Remembered::nothing(); 2] }
     }
 }
 
 impl<S: Scalar> Hook<S> for ValveLag<S> {
     fn reset(&mut self) {
-        self.position = [None; 2];
+        self.position = [Remembered::nothing(); 2];
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.position.iter_mut().flatten().for_each(|position| visit(Memory::Estimated, position));
+        self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Estimated, position));
     }
 
     #[inline]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
-        let start = self.position[valve].unwrap_or(drive);
-        let ratio = self.time_constant.times(1.0 / step.length_s).max(S::constant(1e-3));
-        let rest = (-ratio.recip()).exp();
-        self.position[valve] = Some(drive + (start - drive) * rest);
+        let start = self.position[valve].or(drive);
+        let (ratio, rest) = self.forgetting.over(self.time_constant, step.length_s);
+        self.position[valve].set(drive + (start - drive) * rest);
         // Mean over the step.
         drive + (start - drive) * ratio * (-rest).plus(1.0)
     }

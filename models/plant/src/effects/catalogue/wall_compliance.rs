@@ -1,6 +1,6 @@
 //! `wall_compliance`: chamber grows with pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach, Structure};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -39,6 +39,10 @@ impl<S: Scalar> WallCompliance<S> {
 }
 
 impl<S: Scalar> Hook<S> for WallCompliance<S> {
+    fn structure(&self, structure: &mut Structure<S>) {
+        structure.stretches = true;
+    }
+
     #[inline]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let per_pa = self.compliance.times(1e-5);

@@ -1,6 +1,7 @@
 //! `wall_creep`: chamber creeps under pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Structure};
+use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -31,32 +32,36 @@ pub const INFO: EffectInfo = EffectInfo {
 pub struct WallCreep<S> {
     compliance: S,
     time_constant: S,
-    stretch: Option<S>,
+    stretch: Remembered<S>,
 }
 
 impl<S: Scalar> WallCreep<S> {
     /// With the values of [`INFO`]'s parameters.
     pub fn new(values: &[S]) -> Self {
-        Self { compliance: values[0], time_constant: values[1], stretch: None }
+        Self { compliance: values[0], time_constant: values[1], stretch: Remembered::nothing() }
     }
 }
 
 impl<S: Scalar> Hook<S> for WallCreep<S> {
+    fn structure(&self, structure: &mut Structure<S>) {
+        structure.stretches = true;
+    }
+
     fn reset(&mut self) {
-        self.stretch = None;
+        self.stretch = Remembered::nothing();
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.stretch.iter_mut().for_each(|stretch| visit(Memory::Estimated, stretch));
+        self.stretch.known().into_iter().for_each(|stretch| visit(Memory::Estimated, stretch));
     }
 
     #[inline]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let wanted = self.compliance * pressure.plus(-step.inputs.ambient_pa).times(1e-5);
-        let before = self.stretch.unwrap_or(wanted);
+        let before = self.stretch.or(wanted);
         let rest = (-self.time_constant.recip().times(step.length_s)).exp();
         let change = (wanted - before) * (-rest).plus(1.0);
-        self.stretch = Some(before + change);
+        self.stretch.set(before + change);
         stretch.factor = stretch.factor + before + change.times(0.5);
         stretch.rate = stretch.rate + change.times(1.0 / step.length_s);
     }
