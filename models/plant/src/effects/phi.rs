@@ -19,12 +19,21 @@ pub fn phi1<S: Scalar>(z: S) -> S {
 #[inline(always)]
 pub fn next<R: Real>(value: R, at_zero: f64, z: R, series: [f64; 6]) -> R {
     let near = z.abs().below(R::constant(0.1));
-    R::select(near, taylor(z, series), value.plus(-at_zero) / z)
+    R::select(near, horner(z, series), value.plus(-at_zero) / z)
 }
 
-/// A polynomial in Horner's order.
+/// A polynomial of fifth degree, highest power first, by Estrin's scheme: a step of a simulation waits for it, and in Horner's order twice as
+/// long.
 #[inline(always)]
-pub fn taylor<R: Real>(z: R, terms: [f64; 6]) -> R {
+pub fn taylor<R: Real>(z: R, [a5, a4, a3, a2, a1, a0]: [f64; 6]) -> R {
+    let pair = |high: f64, low: f64| z.times(high).plus(low);
+    let squared = z * z;
+    (pair(a5, a4) * squared + pair(a3, a2)) * squared + pair(a1, a0)
+}
+
+/// The same in Horner's order, which needs the fewest registers: for derivatives, which nothing waits for.
+#[inline(always)]
+fn horner<R: Real>(z: R, terms: [f64; 6]) -> R {
     let mut sum = R::zero();
     for term in terms {
         sum = (sum * z).plus(term);

@@ -1,5 +1,7 @@
 //! What flows through an orifice, with the rig's flow function or any other.
 
+use multiversion::multiversion;
+
 use super::{FlowFunction, psi_max};
 use crate::numeric::Scalar;
 
@@ -56,6 +58,11 @@ impl<S: Scalar> GeneralFlow<S> {
     /// A function of its own: taken into a loop, its powers are computed in front of it, also where no port has such a flow function.
     #[inline(never)]
     fn pressure(&self, from: S, to: S) -> S {
+        if S::WIDE { wide_pressure(self, from, to) } else { self.pressure_of(from, to) }
+    }
+
+    #[inline(always)]
+    fn pressure_of(&self, from: S, to: S) -> S {
         let backwards = from.less(to);
         let high = S::select(backwards, to, from);
         let low = S::select(backwards, from, to);
@@ -66,4 +73,9 @@ impl<S: Scalar> GeneralFlow<S> {
             S::select(laminar.less(r), straight, self.subsonic(r.min(laminar))) * high.times(psi_max());
         S::select(backwards, -value, value)
     }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn wide_pressure<S: Scalar>(flow: &GeneralFlow<S>, from: S, to: S) -> S {
+    flow.pressure_of(from, to)
 }
