@@ -52,3 +52,33 @@ pub fn far_or<R: Real>(near: R, z: R, far: impl Fn(f64) -> f64) -> R {
         },
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Dual;
+
+    /// Where the series ends and the exponential begins, and on either side.
+    #[test]
+    fn phi1_and_its_slope_are_those_of_the_exponential() {
+        for z in [-3.0, -0.5, -0.101, -0.099, -0.01, 0.003, 0.05, 0.0999, 0.1001, 1.0] {
+            let value = f64::exp_m1(z) / z;
+            let slope = (z.exp() - value) / z;
+            let found = phi1(Dual::<f64, 1>::variable(z, 0));
+            assert!((found.value - value).abs() < 3e-10, "phi1({z}): {} and not {value}", found.value);
+            assert!(
+                (found.gradient[0] - slope).abs() < 3e-9,
+                "slope at {z}: {:?} and not {slope}",
+                found.gradient
+            );
+        }
+        assert_eq!(phi1(0.0), 1.0);
+    }
+
+    #[test]
+    fn both_orders_of_a_polynomial_are_the_same_polynomial() {
+        let terms = [3.0, -1.0, 4.0, 1.0, -5.0, 9.0];
+        // 3 z^5 - z^4 + 4 z^3 + z^2 - 5 z + 9 at 2: 96 - 16 + 32 + 4 - 10 + 9.
+        assert_eq!([taylor(2.0, terms), horner(2.0, terms)], [115.0; 2]);
+    }
+}

@@ -65,3 +65,29 @@ impl<S: Scalar> Forgetting<S> {
         (self.ratio, self.rest)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_known_once_it_was_set() {
+        let mut number = Remembered::<f64>::nothing();
+        assert!(number.known().is_none());
+        assert_eq!(number.or(3.0), 3.0);
+        number.set(0.0);
+        assert_eq!((number.or(3.0), number.known().copied()), (0.0, Some(0.0)));
+    }
+
+    #[test]
+    fn what_is_left_follows_the_length_of_the_step() {
+        let mut forgetting = Forgetting::<f64>::new();
+        for length_s in [0.01, 0.01, 0.0025, 0.0025, 0.01] {
+            let (ratio, rest) = forgetting.over(0.02, length_s);
+            assert!((ratio - 0.02 / length_s).abs() < 1e-12, "{length_s}: {ratio}");
+            assert!((rest - (-length_s / 0.02_f64).exp()).abs() < 1e-12, "{length_s}: {rest}");
+        }
+        // No lag at all leaves nothing, and divides by nothing.
+        assert_eq!(Forgetting::<f64>::new().over(0.0, 0.01), (1e-3, 0.0));
+    }
+}
