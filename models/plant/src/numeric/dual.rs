@@ -1,9 +1,8 @@
 //! Forward-mode automatic differentiation.
 
-use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Real, Scalar, filled};
+use super::{Arithmetic, Real, Scalar, filled};
 
 /// A value with its derivatives in `N` directions. The value is bit for bit what the plain number gives; derivatives may be of another
 /// precision `G`: twice as many `f32` as `f64` are in a vector.
@@ -16,18 +15,7 @@ pub struct Dual<T, const N: usize, G = T> {
 }
 
 /// What the derivatives of numbers over `T` are held in.
-pub trait Slope<T: Real>:
-    Copy
-    + Debug
-    + PartialEq
-    + Send
-    + Sync
-    + 'static
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Neg<Output = Self>
-{
+pub trait Slope<T: Real>: Arithmetic + PartialEq {
     /// The nearest slope.
     fn of(slope: T) -> Self;
 

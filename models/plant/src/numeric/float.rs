@@ -1,22 +1,12 @@
 //! The floating-point numbers that lanes are made of.
 
 use std::fmt::Debug;
-use std::ops::{Add, BitAnd, Div, Mul, Neg, Not, Sub};
+use std::ops::{BitAnd, Not};
+
+use super::Arithmetic;
 
 /// `f64` or `f32`.
-pub trait Float:
-    Copy
-    + Debug
-    + PartialOrd
-    + Send
-    + Sync
-    + 'static
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-{
+pub trait Float: Arithmetic + PartialOrd {
     /// Its bits: all of them or none stand for a truth value.
     type Bits: Copy + Debug + Send + Sync + BitAnd<Output = Self::Bits> + Not<Output = Self::Bits>;
 

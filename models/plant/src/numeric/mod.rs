@@ -4,12 +4,14 @@
 //!
 //! * `f64`: one value;
 //! * [`Dual`]`<f64, N>`: a value and its derivatives in `N` directions (forward mode, exact to rounding);
+//! * [`Dual`]`<f64, N, f32>`: the same with derivatives in single precision, twice as many in a vector;
 //! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector instructions;
 //! * [`Lanes`]`<L, f32>`: the same in single precision, twice as many in a vector;
 //! * [`Dual`]`<Lanes<L>, N>`: lanes with derivatives;
 //! * [`Active`]: the same with derivatives by the measured inputs, too.
 
 mod active;
+mod arithmetic;
 mod array;
 mod dual;
 mod float;
@@ -18,6 +20,7 @@ mod plain;
 mod scalar;
 
 pub use active::Active;
+pub use arithmetic::Arithmetic;
 pub(crate) use array::filled;
 pub use dual::Dual;
 pub use float::Float;

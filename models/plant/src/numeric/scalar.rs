@@ -1,25 +1,15 @@
 //! What a right-hand side may do with its numbers.
 
 use std::fmt::Debug;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::Arithmetic;
 
 /// The result of a comparison: `bool`, or one truth value per lane.
 pub type Mask<S> = <<S as Scalar>::Real as Real>::Mask;
 
 /// A number a model is evaluated over. Comparisons look at values only, never at derivatives; there is no branch on a
 /// lane, so a case distinction is a [`select`](Scalar::select) between two computed values.
-pub trait Scalar:
-    Copy
-    + Debug
-    + Send
-    + Sync
-    + 'static
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-{
+pub trait Scalar: Arithmetic {
     /// The same number without derivatives; measured inputs have this type.
     type Real: Real;
 

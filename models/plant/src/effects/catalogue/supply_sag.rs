@@ -1,8 +1,8 @@
 //! `supply_sag`: supply falls with the flow drawn.
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
-use crate::model::{Areas, ValveLaw, psi_max};
 use crate::effects::remembered::Forgetting;
+use crate::model::{Areas, ValveLaw, psi_max};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
