@@ -56,6 +56,7 @@ pub mod diagnosis;
 pub mod experiment;
 pub mod export;
 pub mod fit;
+mod order;
 pub mod overview;
 pub mod report;
 pub mod simulation;

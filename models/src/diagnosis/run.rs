@@ -22,6 +22,7 @@ use crate::diagnosis::second_opinion::second_opinion;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
 use crate::diagnosis::settings;
 use crate::effects::catalogue::CATALOGUE;
+use crate::order::descending;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -165,7 +166,7 @@ fn assemble(
             cause(&channels, &outcome, found, gain, change)
         })
         .collect();
-    causes.sort_by(|a, b| b.gain.reduction.total_cmp(&a.gain.reduction));
+    descending(&mut causes, |item| item.gain.reduction);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let (causes, imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
         alternatives::is_probable(cause, explanations)

@@ -1,5 +1,6 @@
 //! The paper's experiment: three models, fitted on one part of a recording, judged on the other.
 
+use crate::order::ascending;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -160,7 +161,7 @@ pub fn compare(
         return Err(nothing(recording, &channels));
     }
     let mut order: Vec<&Overall> = overall.iter().collect();
-    order.sort_by(|a, b| a.rollout_rmse_kpa.total_cmp(&b.rollout_rmse_kpa));
+    ascending(&mut order, |item| item.rollout_rmse_kpa);
     let ranking = order.iter().map(|o| o.model).collect();
     let at = recording.time_s[test_from_row];
     let origin = recording.time_s.first().copied().unwrap_or(at);

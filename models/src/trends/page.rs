@@ -1,5 +1,6 @@
 //! The page of trends.
 
+use crate::order::descending;
 use std::collections::BTreeMap;
 
 use super::changes::{Change, FEWEST_RECORDINGS};
@@ -72,7 +73,7 @@ fn changes(trends: &[Trend], scale: TimeScale) -> Markup {
     if found.is_empty() {
         return paragraph("None.");
     }
-    found.sort_by(|a, b| b.1.between_unix_s[1].total_cmp(&a.1.between_unix_s[1]));
+    descending(&mut found, |item| item.1.between_unix_s[1]);
     let mut table = Table::new(&[
         ("channel", Align::Left),
         ("parameter", Align::Left),

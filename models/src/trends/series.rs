@@ -1,5 +1,6 @@
 //! Parameter files of several recordings as one series for each channel and parameter.
 
+use crate::order::ascending;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
@@ -40,7 +41,7 @@ pub struct Trend {
 #[must_use]
 pub fn trends(calibrations: &[Calibration]) -> Vec<Trend> {
     let mut ordered: Vec<&Calibration> = calibrations.iter().collect();
-    ordered.sort_by(|a, b| a.unix_s.total_cmp(&b.unix_s));
+    ascending(&mut ordered, |item| item.unix_s);
     let mut series: BTreeMap<(ChannelId, usize, &str), (&str, Vec<Point>)> = BTreeMap::new();
     for Calibration { unix_s, parameters } in ordered {
         for (channel, own) in &parameters.channels {

@@ -6,6 +6,7 @@ use super::event::{Change, Explanation, Where};
 use super::glr::Alarm;
 use super::naming::{Evidence, Fitted, common};
 use crate::effects::Reach;
+use crate::order::descending;
 
 /// Explanations less probable are left out.
 const LEAST: f64 = 0.01;
@@ -44,7 +45,7 @@ pub fn explain(channels: &[Channel], seen: usize, alarm: &Alarm, t_s: f64) -> Ch
         .map(|(odds, e)| Explanation { probability: (odds - most).exp() / total, ..e })
         .filter(|e| e.probability >= LEAST)
         .collect();
-    explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    descending(&mut explanations, |item| item.probability);
     let Alarm { statistic, since_ci95_s, .. } = *alarm;
     Change { t_s, channel: own.id, since_s, since_ci95_s, statistic, explanations }
 }

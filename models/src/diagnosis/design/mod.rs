@@ -12,6 +12,7 @@ mod trajectory;
 
 use crate::diagnosis::estimation::{ChannelStage, models_of, refit};
 use crate::diagnosis::settings::SETTINGS;
+use crate::order::descending;
 
 pub use menu::Excitation;
 pub use separation::{Explanation, Separation, separation};
@@ -93,7 +94,7 @@ pub fn plan(
         Some((e, separation(channels, &question.explanations, &watched, e, range_kpa)?))
     });
     let mut looked: Vec<(Excitation, Separation)> = looked.into_iter().flatten().collect();
-    looked.sort_by(|a, b| b.1.squared.total_cmp(&a.1.squared));
+    descending(&mut looked, |item| item.1.squared);
     let Some(most) = looked.first().map(|l| l.1.squared) else {
         return Ok(None);
     };

@@ -8,6 +8,7 @@ use crate::diagnosis::channel::HATS;
 use crate::diagnosis::channel::Variable;
 use crate::diagnosis::channel::hats;
 use crate::diagnosis::channel::rows_of;
+use crate::order::descending;
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnosis::channel::{ChannelData, Role};
@@ -79,7 +80,7 @@ pub fn dependences(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Dep
         let reached = draws.iter().filter(|v| **v >= d.statistic).count();
         d.p_value = (reached + 1) as f64 / (DRAWS + 1) as f64;
     }
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut found, |item| item.share);
     found
 }
 

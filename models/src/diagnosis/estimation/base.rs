@@ -7,6 +7,7 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Parameter;
+use crate::order::ascending;
 
 /// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
@@ -111,7 +112,7 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     };
     let costs = plain_costs(data, &starts).into_iter();
     let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut ranked, |item| item.0);
     // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
     let step = |model: Extended, evaluations: usize| {
         let whitening = weights(data, &model);

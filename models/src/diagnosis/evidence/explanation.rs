@@ -5,6 +5,7 @@ use super::weights::probabilities;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
+use crate::order::descending;
 use crate::parallel;
 
 /// What may be missing.
@@ -115,7 +116,7 @@ pub fn weigh(channels: &[ChannelData], explanations: Vec<Explanation>) -> Vec<We
             select_rmse_kpa: evidence.rmse_kpa(),
         })
         .collect();
-    weighed.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    descending(&mut weighed, |item| item.probability);
     weighed
 }
 

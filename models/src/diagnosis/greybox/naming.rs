@@ -1,6 +1,7 @@
 //! Whether one effect stands out from the catalogue.
 
 use crate::diagnosis::settings::SETTINGS;
+use crate::order::descending;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::filter::innovations;
@@ -77,7 +78,7 @@ pub fn name(
         .filter_map(|effect| contender(&looked_at, &rankings, *effect))
         .filter(|c| c.gain >= SETTINGS.greybox_least_nats && c.held_out > 0.0)
         .collect();
-    contenders.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    descending(&mut contenders, |item| item.gain);
     let closest = contenders.iter().map(|c| c.error_kpa).fold(f64::INFINITY, f64::min);
     let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
     let least_kpa = (1.0 - SETTINGS.greybox_worth) * errors(&base).min(errors(known));

@@ -9,6 +9,7 @@ use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::estimation::gain_of;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
+use crate::order::descending;
 use crate::parallel;
 
 /// Starts that are followed for some rounds, of those of a base model and of an effect ...
@@ -101,7 +102,7 @@ fn best_first(
     let likelihood = |model: &Extended| log_likelihood(&innovations(data, model, uncertainty, counted));
     let mut tried = parallel::map(models, |model| (likelihood(&model), model));
     tried.retain(|(log, _)| log.is_finite());
-    tried.sort_by(|a, b| b.0.total_cmp(&a.0));
+    descending(&mut tried, |item| item.0);
     tried.into_iter().map(|(_, model)| model).collect()
 }
 
@@ -113,13 +114,13 @@ fn race(
     follow: usize,
 ) -> Option<Estimate> {
     posterior.stiff = true;
-    let (stiff, best) = (&*posterior, |a: &Estimate, b: &Estimate| b.log.total_cmp(&a.log));
+    let stiff = &*posterior;
     let mut looks = parallel::map(starts, |(model, uncertainty)| stiff.climb(model, uncertainty, ROUNDS[0]));
     looks.retain(|look| look.log.is_finite());
-    looks.sort_by(best);
+    descending(&mut looks, |look| look.log);
     let to_the_end = |look: &Estimate| stiff.climb(&look.model, &look.uncertainty, ROUNDS[1]);
     let mut ends: Vec<Estimate> = looks.iter().take(follow).map(to_the_end).collect();
-    ends.sort_by(best);
+    descending(&mut ends, |end| end.log);
     posterior.stiff = false;
     let end = ends.first()?;
     let uncertainty = Uncertainty { supply: 0.1 * posterior.scales.supply, ..end.uncertainty };

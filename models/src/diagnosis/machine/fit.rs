@@ -1,5 +1,6 @@
 //! Fitting all recordings of a channel together, from many starts.
 
+use crate::order::ascending;
 use std::sync::atomic::AtomicBool;
 
 use super::objective::JointObjective;
@@ -90,7 +91,7 @@ pub fn race(
     };
     let ranked = |mut list: Vec<(f64, TiedModel)>| {
         list.retain(|(cost, _)| cost.is_finite());
-        list.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ascending(&mut list, |item| item.0);
         list
     };
     let looked: Vec<TiedModel> = groups.iter().filter_map(best_of).collect();
@@ -159,7 +160,7 @@ pub fn fit_base(channel: &MachineChannel, tick: &(dyn Fn() + Sync)) -> Option<Ti
     let starts = base_starts(channel);
     let costs: Vec<f64> = parallel::map(starts.iter(), |start| cost(channel, start));
     let mut ranked: Vec<(f64, TiedModel)> = costs.into_iter().zip(starts).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut ranked, |item| item.0);
     let groups: Vec<Vec<TiedModel>> =
         ranked.into_iter().take(BASE_STARTS).map(|(_, start)| vec![start]).collect();
     race(channel, &groups, None, tick)

@@ -11,6 +11,7 @@ use crate::diagnosis::json::Gain;
 use crate::diagnosis::selection::Progress;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
+use crate::order::descending;
 
 /// Causes that are looked for at most: the second is found beside the first.
 const MOST_CAUSES: usize = 2;
@@ -86,7 +87,7 @@ pub fn find(
         let untried = possible.iter().filter(|e| !taken.contains(e));
         let mut tried: Vec<Candidate> =
             untried.filter_map(|&e| with_effect(channels, &best, e, known, &tick)).collect();
-        tried.sort_by(|a, b| b.evidence.log_density().total_cmp(&a.evidence.log_density()));
+        descending(&mut tried, |item| item.evidence.log_density());
         let something_else = with_something_else(channels, &best, known, &tick);
         let winner = tried.first().cloned();
         let rivals: Vec<usize> = tried
@@ -123,10 +124,8 @@ pub fn find(
         cause.probability = with.map(|(_, p)| p).sum();
     }
     let mut candidates: Vec<(Candidate, f64)> = candidates.into_iter().zip(probable).collect();
-    candidates.sort_by(|a, b| {
-        let density = |c: &Candidate| c.evidence.log_density();
-        b.1.total_cmp(&a.1).then(density(&b.0).total_cmp(&density(&a.0)))
-    });
+    descending(&mut candidates, |(candidate, _)| candidate.evidence.log_density());
+    descending(&mut candidates, |(_, probability)| *probability);
     progress("measuring sizes", 0);
     let size = |(k, channel): (usize, &MachineChannel)| {
         Sizes::of(channel, &best.models[k], known_of(k), &held_out[k])

@@ -3,6 +3,7 @@
 use crate::diagnosis::channel::Role;
 use crate::diagnosis::rollout_errors::rollout_residuals;
 use crate::diagnosis::run::Diagnosis;
+use crate::order::descending;
 use crate::report::{Colour, Markup, Plot, PlotError, html, paragraph};
 
 /// Channels that are drawn.
@@ -68,7 +69,7 @@ fn worst(diagnosis: &Diagnosis) -> Vec<usize> {
         diagnosis.report.baseline.channels.get(&id).map_or(0.0, |c| c.test_rmse_kpa)
     };
     let mut all: Vec<usize> = (0..diagnosis.channels.len()).collect();
-    all.sort_by(|a, b| error(b).total_cmp(&error(a)));
+    descending(&mut all, |item| error(item));
     all.truncate(DRAWN);
     all.sort_unstable();
     all

@@ -2,6 +2,7 @@
 
 use crate::diagnosis::channel::Variable;
 use crate::diagnosis::run::Diagnosis;
+use crate::order::ascending;
 use crate::report::{Align, Colour, Markup, Plot, PlotError, Table, folded, html, paragraph};
 
 /// Points of a mean curve.
@@ -61,7 +62,7 @@ fn against(
 ) -> Result<Markup, PlotError> {
     let mut points: Vec<(f64, f64)> =
         rows.iter().zip(residuals).map(|(row, r)| (values[*row as usize], r * noise)).collect();
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut points, |item| item.0);
     let size = points.len().div_ceil(BINS).max(1);
     let means: Vec<(f64, f64)> = points
         .chunks(size)

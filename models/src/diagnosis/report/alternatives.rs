@@ -8,6 +8,7 @@ use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, 
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
+use crate::order::descending;
 
 /// Explanations that are listed.
 const LISTED: usize = 8;
@@ -106,7 +107,7 @@ fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
     let sum = |all: &[Weighed]| all.iter().map(|w| w.probability).sum::<f64>();
     let scale = sum(weighed) / sum(&heeded).max(f64::MIN_POSITIVE);
     heeded.iter_mut().for_each(|one| one.probability *= scale);
-    heeded.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    descending(&mut heeded, |item| item.probability);
     heeded
 }
 
@@ -142,7 +143,7 @@ fn without_a_name(weighed: &[Weighed]) -> Vec<Weighed> {
         }
     }
     others.extend(unnamed);
-    others.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    descending(&mut others, |item| item.probability);
     others
 }
 

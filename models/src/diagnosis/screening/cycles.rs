@@ -1,5 +1,6 @@
 //! Cycles of the supply, searched for by their period.
 
+use crate::order::descending;
 use nalgebra::{Matrix2, Vector2};
 
 use super::periodogram::{Heard, Listener};
@@ -77,7 +78,7 @@ pub fn strongest_cycles(channels: &[ChannelData], stages: &[ChannelStage]) -> Cy
 /// Frequencies of the strongest waves that are so far apart, Hz, strongest first.
 fn peaks(heard: &[Heard], apart_hz: f64) -> Vec<f64> {
     let mut ranked: Vec<&Heard> = heard.iter().filter(|heard| heard.wave.is_some()).collect();
-    ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    descending(&mut ranked, |item| item.gain);
     let mut peaks: Vec<f64> = Vec::new();
     for Heard { frequency_hz, .. } in ranked {
         if peaks.len() < PEAKS && peaks.iter().all(|f| (f - frequency_hz).abs() > apart_hz) {

@@ -6,6 +6,7 @@
 //! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
 //! clusters, Westfall and Young 1993 for the maximum).
 
+use crate::order::{ascending, descending};
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::cycles::{Cycles, Search, strongest_cycles};
@@ -128,7 +129,8 @@ pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
         statistic,
         p_value,
     }));
-    gates.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(b.statistic.total_cmp(&a.statistic)));
+    descending(&mut gates, |gate| gate.statistic);
+    ascending(&mut gates, |gate| gate.p_value);
     gates
 }
 

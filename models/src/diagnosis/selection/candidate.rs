@@ -9,6 +9,7 @@ use crate::diagnosis::screening::Trial;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Question, Reach};
+use crate::order::ascending;
 use crate::parallel;
 
 /// A second start is looked at when what it promises is not worse by more than this factor.
@@ -64,7 +65,7 @@ pub fn refit_effect(
                 return (model, losses, acts);
             }
             let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
-            starts.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+            ascending(&mut starts, |item| item.loss);
             let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
             let mut best: Option<(f64, Extended, Losses)> = None;
             for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {

@@ -3,6 +3,7 @@
 use super::acceptance::kept_total;
 use super::acceptance::open_rows;
 use crate::diagnosis::settings::SETTINGS;
+use crate::order::ascending;
 
 use super::acceptance::{least_share, worth_naming};
 use super::candidate::{Candidate, refit_effect};
@@ -66,7 +67,7 @@ pub fn round(
         .filter(|g| g.p_value <= SETTINGS.level)
         .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
         .collect();
-    passed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut passed, |item| item.0);
     let whole: f64 = kept_total(channels, stages);
     let promised = passed.first().map_or(0.0, |p| whole - p.0);
     let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
@@ -98,7 +99,7 @@ pub fn round(
             (*loss, *candidate) = (next, further);
         });
     }
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut ranked, |item| item.0);
     // Where much is left the best may not have arrived yet.
     if let Some((loss, best)) = ranked.first_mut() {
         for _ in 0..MORE {

@@ -4,6 +4,7 @@
 //! tube) that the effect itself explains nothing from there.
 
 use crate::diagnosis::settings::SETTINGS;
+use crate::order::ascending;
 
 use super::acceptance::worth_naming;
 use super::candidate::{Candidate, refit_effect};
@@ -64,7 +65,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
             (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)
         })
         .collect();
-    fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut fitted, |item| item.0);
     fitted.into_iter().map(|(_, candidate)| candidate).collect()
 }
 
@@ -85,7 +86,7 @@ fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
         costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
     });
     let mut best: Vec<(f64, usize, Extended)> = looked.into_iter().flatten().collect();
-    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ascending(&mut best, |item| item.0);
     best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
 }
 
