@@ -324,6 +324,23 @@ def test_a_page_that_is_loaded_again_is_the_same_operators(start, visit):
     expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
 
 
+def test_a_heartbeats_answer_that_breaks_off_changes_nothing(start, visit):
+    """As on a slow connection, when the time for the answer is over in its middle."""
+    _, page = control_page(start, visit, "--web-deadman", "60")
+    page.locator("[data-chamber='0.0'] .number input").fill("80")
+    page.locator("[data-chamber='0.0'] .number button").tap()
+    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+    page.route("**/api/heartbeat", lambda route: route.fulfill(content_type="application/json", body='{"arm'))
+    for _ in range(3):
+        with page.expect_response("**/api/heartbeat"):
+            pass
+    page.unroute("**/api/heartbeat")
+    with page.expect_response("**/api/heartbeat") as heartbeat:
+        pass
+    assert heartbeat.value.json() == {"armed": True}
+    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+
+
 def test_set_points_vent_when_the_operators_page_is_hidden(start, visit):
     run, page = control_page(start, visit, "--web-deadman", "8")
     page.locator("[data-chamber='0.0'] .number input").fill("80")

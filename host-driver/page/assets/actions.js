@@ -19,7 +19,7 @@ const token = {
 }
 
 // Sends an action. Gives the answer, or throws an error that says what the host said; without a
-// status, the host has not answered within `patience`, ms.
+// status, the host has not answered within `patience`, ms, or its answer has broken off.
 async function act(path, body, patience = 3000) {
   const headers = {};
   if (body !== undefined) headers["Content-Type"] = "application/json";
@@ -28,13 +28,13 @@ async function act(path, body, patience = 3000) {
     method: "POST", headers, body: body === undefined ? undefined : JSON.stringify(body),
     signal: AbortSignal.timeout(patience), credentials: "omit", cache: "no-store",
   });
-  const said = await answer.json().catch(() => ({}));
   if (!answer.ok) {
+    const said = await answer.json().catch(() => ({}));
     const error = new Error(said.error || "the host answered " + answer.status);
     error.status = answer.status;
     throw error;
   }
-  return said;
+  return answer.json();
 }
 
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
