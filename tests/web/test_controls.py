@@ -341,6 +341,21 @@ def test_a_heartbeats_answer_that_breaks_off_changes_nothing(start, visit):
     expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
 
 
+def test_a_set_point_whose_answer_is_lost_is_watched(start, visit):
+    _, page = control_page(start, visit, "--web-deadman", "60")
+
+    def taken_and_lost(route):
+        route.fetch()
+        route.fulfill(content_type="application/json", body='{"kp')
+
+    page.route("**/api/set", taken_and_lost)
+    page.locator("[data-chamber='0.0'] .number input").fill("80")
+    with page.expect_response("**/api/heartbeat") as heartbeat:
+        page.locator("[data-chamber='0.0'] .number button").tap()
+    assert heartbeat.value.json() == {"armed": True}
+    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+
+
 def test_set_points_vent_when_the_operators_page_is_hidden(start, visit):
     run, page = control_page(start, visit, "--web-deadman", "8")
     page.locator("[data-chamber='0.0'] .number input").fill("80")
