@@ -103,10 +103,12 @@ fn flows(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     (DISTURBANCES - 1 - FLOWS..DISTURBANCES - 1).map(of).collect()
 }
 
-/// The same of effects that the model does not have.
+/// The same of effects that the model does not have; a supply that is misstated counts with the [`rig`].
 fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let absent = |effect: &usize| {
-        applicable(data, *effect, Question::Structure) && !stage.model.effects.contains(effect)
+        CATALOGUE[*effect].question == Question::Structure
+            && applicable(data, *effect, Question::Structure)
+            && !stage.model.effects.contains(effect)
     };
     let probing = Probing::new(data, stage);
     let of = |effect: usize| {
