@@ -59,12 +59,6 @@ impl FlowFunction {
         Self { choking_drop, laminar_slope: mean / drop, gain: psi_max() / choking_drop, form }
     }
 
-    /// Critical ratio `b`: below this ratio of pressures the flow is choked.
-    #[must_use]
-    pub fn critical_ratio(&self) -> f64 {
-        1.0 - self.choking_drop
-    }
-
     /// `psi` at a pressure ratio of 0 to 1.
     #[must_use]
     pub fn psi(&self, ratio: f64) -> f64 {

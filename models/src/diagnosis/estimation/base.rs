@@ -50,34 +50,12 @@ pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<us
     own.into_iter().chain(effects.filter_map(|effect| model.range(&data.plant, effect)).flatten()).collect()
 }
 
-/// The base model with what rigs have in small and no parameter of its own describes: edges of a spool that are not quite alike, where its
-/// drive is recorded, and a supply that the rig file does not state quite right, where some fill tells that from the valve's gain.
+/// The base model with what sound rigs have in small and no parameter of its own describes, where the drive of a spool is recorded.
 #[must_use]
 pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
-    let stated = base_effects(data, Question::Foil).filter(|&e| CATALOGUE[e].is_known(&data.inputs));
-    let model = with_usual_valve(data, model);
-    if is_choked(data) { model } else { stated.fold(model, |model, e| model.with_usual(&data.plant, e)) }
-}
-
-/// The same with what the valve has alone.
-#[must_use]
-pub fn with_usual_valve(data: &ChannelData, model: &Extended) -> Extended {
     let recorded = data.inputs.spool_is_recorded();
-    let usual = base_effects(data, Question::Structure).filter(|_| recorded);
-    usual.fold(model.clone(), |model, e| model.with_usual(&data.plant, e))
-}
-
-fn base_effects(data: &ChannelData, question: Question) -> impl Iterator<Item = usize> {
-    (0..CATALOGUE.len())
-        .filter(move |&e| CATALOGUE[e].question == question && CATALOGUE[e].in_base(&data.plant))
-}
-
-/// Are all fills as fast as the supply can make them? Then its pressure is the valve's gain, and nothing else.
-fn is_choked(data: &ChannelData) -> bool {
-    let critical_ratio = data.plant.model.valve().map_or(0.0, |valve| valve.flow.critical_ratio());
-    let highest_pa = data.measured_kpa.iter().copied().fold(0.0, f64::max) * 1e3 + data.inputs.ambient_pa;
-    let lowest_supply_pa = data.inputs.supply_pa.iter().copied().fold(f64::INFINITY, f64::min);
-    highest_pa < critical_ratio * lowest_supply_pa
+    let usual = (0..CATALOGUE.len()).filter(|&e| recorded && CATALOGUE[e].in_base(&data.plant));
+    usual.fold(model.clone(), |model, effect| model.with_usual(&data.plant, effect))
 }
 
 /// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at this drive.
@@ -207,8 +185,7 @@ fn plain_cost_of(data: &ChannelData, readings: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::{channel, measured, with};
-    use crate::effects::catalogue::index_of;
+    use crate::diagnosis::testing::{channel, with};
 
     /// What the weights leave of another level of the supply.
     fn left_of_a_level(data: &ChannelData, model: &Extended) -> f64 {
@@ -235,33 +212,5 @@ mod tests {
         data.measured_kpa = data.readings(&with(&data, &base, "valve_hysteresis", &[0.15])).into();
         let far_off = left_of_a_level(&data, &base);
         assert!(far_off > 10.0 * right, "{far_off} {right}");
-    }
-
-    /// How far off the supply is in the fitted base model, over its gauge pressure; nothing where that is no part of it.
-    fn misstated(data: &ChannelData) -> Option<f64> {
-        let model = fit_base(data);
-        let share = model.range(&data.plant, index_of("supply_misstated")?)?;
-        Some(model.values[share.start])
-    }
-
-    #[test]
-    fn a_supply_that_is_stated_a_little_wrongly_is_a_part_of_the_base_model() {
-        let (data, base) = channel(false);
-        let lower = measured(data.clone(), &with(&data, &base, "supply_misstated", &[-0.06]), 1);
-        let found = misstated(&lower).expect("a stated supply");
-        assert!((found + 0.06).abs() < 0.015, "{found}");
-    }
-
-    #[test]
-    fn a_supply_that_is_measured_or_always_chokes_is_taken_as_it_is() {
-        let (data, base) = channel(false);
-        let mut told = measured(data.clone(), &base, 2);
-        told.inputs.supply_pa = (0..told.inputs.rows()).map(|k| 650e3 + (k % 2) as f64).collect();
-        assert_eq!(misstated(&told), None);
-        assert!(!is_choked(&data) && with_usual(&data, &base) != with_usual_valve(&data, &base));
-        let mut choked = measured(data, &base, 3);
-        choked.inputs.supply_pa = choked.inputs.supply_pa.iter().map(|p| 10.0 * p).collect();
-        assert!(is_choked(&choked));
-        assert_eq!(with_usual(&choked, &base), with_usual_valve(&choked, &base));
     }
 }

@@ -11,7 +11,7 @@ mod sensitivity;
 
 pub use base::{
     CORNER, EDGES, GAINS, LEAK, fit_base, free_base, free_of, gain_of, plain_cost, plain_costs, rounded,
-    start, with_usual, with_usual_valve,
+    start, with_usual,
 };
 pub use effect::fit_from;
 pub use frozen_jacobian::{refit_near, refit_with};

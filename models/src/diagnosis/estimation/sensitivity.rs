@@ -3,14 +3,13 @@
 use super::finite_difference::secants;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::likelihood::hunts;
-use crate::effects::{NARROW, SENSITIVITIES, Simulated, Undisturbed};
+use crate::effects::{SENSITIVITIES, Sensitive, Undisturbed};
 use crate::model::{Parameter, Scale};
-use crate::numeric::{Dual, Scalar, Slope};
+use crate::numeric::Scalar;
 
 impl ChannelData {
     /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
-    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives. Those of a base model, where everything
-    /// begins, are in double precision: along what can hardly be told apart, the last digits of single ones decide where a fit ends.
+    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives.
     #[must_use]
     pub fn sensitivities(&self, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
         if hunts(self, model) {
@@ -19,16 +18,9 @@ impl ChannelData {
         let parameters = model.parameters(&self.plant);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];
-        let base = model.effects.iter().all(|effect| !model.has(*effect));
-        let width = if base { NARROW } else { SENSITIVITIES };
-        for (k, part) in free.chunks(width).enumerate() {
-            let into = Part { first: k * width, of: free.len(), part };
-            let differentiate = if base {
-                Self::differentiate::<NARROW, f64>
-            } else {
-                Self::differentiate::<SENSITIVITIES, f32>
-            };
-            differentiate(self, model, &parameters, &into, &mut readings, &mut matrix);
+        for (k, part) in free.chunks(SENSITIVITIES).enumerate() {
+            let into = Part { first: k * SENSITIVITIES, of: free.len(), part };
+            self.differentiate(model, &parameters, &into, &mut readings, &mut matrix);
         }
         if free.is_empty() {
             readings = self.readings(model);
@@ -36,19 +28,17 @@ impl ChannelData {
         (readings, matrix)
     }
 
-    fn differentiate<const N: usize, G: Slope<f64> + Into<f64>>(
+    fn differentiate(
         &self,
         model: &Extended,
         parameters: &[Parameter],
         into: &Part<'_>,
         readings: &mut Vec<f64>,
         matrix: &mut [f64],
-    ) where
-        Dual<f64, N, G>: Simulated<Real = f64>,
-    {
-        let mut values: Vec<Dual<f64, N, G>> = model.values.iter().map(|v| Dual::constant(*v)).collect();
+    ) {
+        let mut values: Vec<Sensitive> = model.values.iter().map(|v| Sensitive::constant(*v)).collect();
         for (k, &position) in into.part.iter().enumerate() {
-            let variable = Dual::<f64, N, G>::variable(model.values[position], k);
+            let variable = Sensitive::variable(model.values[position], k);
             values[position] = match parameters[position].scale {
                 Scale::Linear => variable,
                 Scale::Logarithmic => variable.chain(variable.value, variable.value),
@@ -60,7 +50,7 @@ impl ChannelData {
             readings.push(reading.value);
             let at = row * into.of + into.first;
             for (to, slope) in matrix[at..at + into.part.len()].iter_mut().zip(reading.gradient) {
-                *to = slope.into();
+                *to = f64::from(slope);
             }
         }
     }

@@ -103,12 +103,10 @@ fn flows(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     (DISTURBANCES - 1 - FLOWS..DISTURBANCES - 1).map(of).collect()
 }
 
-/// The same of effects that the model does not have; a supply that is misstated counts with the [`rig`].
+/// The same of effects that the model does not have.
 fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let absent = |effect: &usize| {
-        CATALOGUE[*effect].question == Question::Structure
-            && applicable(data, *effect, Question::Structure)
-            && !stage.model.effects.contains(effect)
+        applicable(data, *effect, Question::Structure) && !stage.model.effects.contains(effect)
     };
     let probing = Probing::new(data, stage);
     let of = |effect: usize| {

@@ -7,7 +7,7 @@ use super::objective::JointObjective;
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
 use crate::diagnosis::channel::{ChannelData, Extended, Role, rows_of};
-use crate::diagnosis::estimation::{EDGES, GAINS, rounded, start, with_usual_valve};
+use crate::diagnosis::estimation::{EDGES, GAINS, rounded, start, with_usual};
 use crate::effects::catalogue::CATALOGUE;
 use crate::fit::{Minimum, Objective, Stopping, minimise};
 use crate::model::Scale;
@@ -151,7 +151,7 @@ fn base_starts(channel: &MachineChannel) -> Vec<TiedModel> {
             model
         })
     });
-    grid.map(|model| TiedModel::alike(with_usual_valve(data, &scaled(data, &model, 1.0)), count)).collect()
+    grid.map(|model| TiedModel::alike(with_usual(data, &scaled(data, &model, 1.0)), count)).collect()
 }
 
 /// The base model of a machine, without any cause, fitted to all recordings.

@@ -9,7 +9,6 @@ use crate::data::write;
 use crate::diagnosis::channel::{ChannelData, Correction, Extended};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::inference::band::Band;
-use crate::effects::Question;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::experiment::{DriveKind, ModelKind};
 use crate::model::FlowForm;
@@ -212,10 +211,6 @@ impl ExtendedFile {
                     .map(|e| index_of(e).ok_or_else(|| problem(format!("{id}: no effect is called {e}"))))
                     .collect::<Result<Vec<usize>, _>>()?;
                 numbered.sort_unstable();
-                // A supply that is measured here is not misstated, whatever the rig file said there.
-                numbered.retain(|&e| {
-                    CATALOGUE[e].question != Question::Foil || CATALOGUE[e].is_known(&data.inputs)
-                });
                 let names = data.plant.parameters();
                 let mut values = names.iter().map(|p| value(&channel.parameters, &p.name)).collect::<Result<
                     Vec<f64>,
@@ -235,21 +230,5 @@ impl ExtendedFile {
                 Ok(Extended { effects: numbered, values, usual: Vec::new(), correction })
             })
             .collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnosis::testing::{channel, with};
-
-    #[test]
-    fn a_supply_that_was_misstated_is_not_where_it_is_measured() {
-        let (mut data, base) = channel(false);
-        let model = with(&data, &base, "supply_misstated", &[-0.06]);
-        let file = extended_file(std::slice::from_ref(&data), std::slice::from_ref(&model), &Rig::default());
-        assert_eq!(file.models("extended.toml", std::slice::from_ref(&data)).unwrap(), [model]);
-        data.inputs.supply_pa = (0..data.inputs.rows()).map(|k| 650e3 + k as f64).collect();
-        assert_eq!(file.models("extended.toml", &[data]).unwrap(), [base]);
     }
 }

@@ -9,15 +9,14 @@ pub const INFO: EffectInfo = EffectInfo {
     id: "supply_misstated",
     title: "Supply is not what the rig file states",
     physics: "A gauge is read to some per cent. Of a supply that is lower than stated, chambers fill more slowly the higher their pressure is; so they do where the supply falls with the flow, or the flow function is another.",
-    equation: "p_s = p_stated + share (p_stated - p_ambient)",
+    equation: "p_s = (1 + share) p_stated",
     source: "gauges of class 4 and worse, EN 837-1",
     question: Question::Foil,
     domain: Domain::Valve,
     reach: Reach::Rig,
-    // A gauge is off by 4 %, and a supply that falls with the flow by some more; a regulator that somebody has turned by yet more.
-    parameters: &[EffectParameter::linear("share", "1", (-0.3, 0.0, 0.3), "error of the stated supply, as a part of its gauge pressure").in_base_to(0.1)],
-    // Beyond what every base model may have.
-    probes: &[&[-0.2], &[0.2]],
+    // A regulator that somebody has turned is off by more than its gauge.
+    parameters: &[EffectParameter::linear("share", "1", (-0.3, 0.0, 0.3), "error of the stated supply, as a part of its absolute pressure")],
+    probes: &[&[-0.1], &[-0.03], &[0.03]],
     rivals: &["supply_sag", "flow_function"],
     separated_by: "a recorded supply pressure; without it, slow fills close to the supply's pressure beside fast ones",
     smallest: 0.002,
@@ -40,7 +39,7 @@ impl<S: Scalar> SupplyMisstated<S> {
 
 impl<S: Scalar> Hook<S> for SupplyMisstated<S> {
     #[inline]
-    fn supply(&mut self, step: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
-        supply + supply.plus(-step.inputs.ambient_pa) * self.share
+    fn supply(&mut self, _: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
+        supply + supply * self.share
     }
 }
