@@ -22,7 +22,7 @@ mod scalar;
 pub use active::Active;
 pub use arithmetic::Arithmetic;
 pub(crate) use array::filled;
-pub use dual::Dual;
+pub use dual::{Dual, Slope};
 pub use float::Float;
 pub use lanes::Lanes;
 pub use scalar::{Mask, Real, Scalar};

@@ -3,13 +3,14 @@
 use super::finite_difference::secants;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::likelihood::hunts;
-use crate::effects::{SENSITIVITIES, Sensitive, Undisturbed};
+use crate::effects::{NARROW, SENSITIVITIES, Simulated, Undisturbed};
 use crate::model::{Parameter, Scale};
-use crate::numeric::Scalar;
+use crate::numeric::{Dual, Scalar, Slope};
 
 impl ChannelData {
     /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
-    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives.
+    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives. Those of a base model, where everything
+    /// begins, are in double precision: along what can hardly be told apart, the last digits of single ones decide where a fit ends.
     #[must_use]
     pub fn sensitivities(&self, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
         if hunts(self, model) {
@@ -18,9 +19,16 @@ impl ChannelData {
         let parameters = model.parameters(&self.plant);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];
-        for (k, part) in free.chunks(SENSITIVITIES).enumerate() {
-            let into = Part { first: k * SENSITIVITIES, of: free.len(), part };
-            self.differentiate(model, &parameters, &into, &mut readings, &mut matrix);
+        let base = model.effects.iter().all(|effect| !model.has(*effect));
+        let width = if base { NARROW } else { SENSITIVITIES };
+        for (k, part) in free.chunks(width).enumerate() {
+            let into = Part { first: k * width, of: free.len(), part };
+            let differentiate = if base {
+                Self::differentiate::<NARROW, f64>
+            } else {
+                Self::differentiate::<SENSITIVITIES, f32>
+            };
+            differentiate(self, model, &parameters, &into, &mut readings, &mut matrix);
         }
         if free.is_empty() {
             readings = self.readings(model);
@@ -28,17 +36,19 @@ impl ChannelData {
         (readings, matrix)
     }
 
-    fn differentiate(
+    fn differentiate<const N: usize, G: Slope<f64> + Into<f64>>(
         &self,
         model: &Extended,
         parameters: &[Parameter],
         into: &Part<'_>,
         readings: &mut Vec<f64>,
         matrix: &mut [f64],
-    ) {
-        let mut values: Vec<Sensitive> = model.values.iter().map(|v| Sensitive::constant(*v)).collect();
+    ) where
+        Dual<f64, N, G>: Simulated<Real = f64>,
+    {
+        let mut values: Vec<Dual<f64, N, G>> = model.values.iter().map(|v| Dual::constant(*v)).collect();
         for (k, &position) in into.part.iter().enumerate() {
-            let variable = Sensitive::variable(model.values[position], k);
+            let variable = Dual::<f64, N, G>::variable(model.values[position], k);
             values[position] = match parameters[position].scale {
                 Scale::Linear => variable,
                 Scale::Logarithmic => variable.chain(variable.value, variable.value),
@@ -50,7 +60,7 @@ impl ChannelData {
             readings.push(reading.value);
             let at = row * into.of + into.first;
             for (to, slope) in matrix[at..at + into.part.len()].iter_mut().zip(reading.gradient) {
-                *to = f64::from(slope);
+                *to = slope.into();
             }
         }
     }
