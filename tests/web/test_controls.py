@@ -311,12 +311,17 @@ def test_the_operator_may_ask_for_the_deadman(start, visit):
     assert not any(re.search("vented", line) for line in run.host.lines)
 
 
-def test_a_page_that_is_loaded_again_is_the_same_operators(start, visit):
-    # A limit that loading it again never takes, however busy the machine.
+def watched_page(start, visit):
+    """A page that has sent a set point and is watched, with a limit that no pause of a busy machine takes."""
     _, page = control_page(start, visit, "--web-deadman", "60")
     page.locator("[data-chamber='0.0'] .number input").fill("80")
     page.locator("[data-chamber='0.0'] .number button").tap()
     expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+    return page
+
+
+def test_a_page_that_is_loaded_again_is_the_same_operators(start, visit):
+    page = watched_page(start, visit)
     page.reload()
     with page.expect_response("**/api/heartbeat") as heartbeat:
         pass
@@ -326,10 +331,7 @@ def test_a_page_that_is_loaded_again_is_the_same_operators(start, visit):
 
 def test_a_heartbeats_answer_that_breaks_off_changes_nothing(start, visit):
     """As on a slow connection, when the time for the answer is over in its middle."""
-    _, page = control_page(start, visit, "--web-deadman", "60")
-    page.locator("[data-chamber='0.0'] .number input").fill("80")
-    page.locator("[data-chamber='0.0'] .number button").tap()
-    expect(page.locator("#deadman-text")).to_contain_text("for 60 s (on)")
+    page = watched_page(start, visit)
     page.route("**/api/heartbeat", lambda route: route.fulfill(content_type="application/json", body='{"arm'))
     for _ in range(3):
         with page.expect_response("**/api/heartbeat"):
