@@ -72,3 +72,24 @@ struct Part<'a> {
     of: usize,
     part: &'a [usize],
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnosis::channel::{ChannelData, Extended};
+    use crate::diagnosis::testing::{channel, with};
+
+    /// Are the slopes by a model's first parameters all numbers of single precision?
+    fn is_single(data: &ChannelData, model: &Extended) -> bool {
+        let (_, slopes) = data.sensitivities(model, &[0, 1, 2]);
+        assert!(slopes.iter().any(|slope| slope.abs() > 0.0), "nothing depends on them");
+        #[allow(clippy::cast_possible_truncation)] // that is the question
+        slopes.iter().all(|&slope| f64::from(slope as f32).to_bits() == slope.to_bits())
+    }
+
+    #[test]
+    fn slopes_of_a_base_model_are_in_double_precision_and_others_in_single() {
+        let (data, base) = channel(false);
+        assert!(!is_single(&data, &base));
+        assert!(is_single(&data, &with(&data, &base, "valve_lag", &[0.02])));
+    }
+}
