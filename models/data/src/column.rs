@@ -142,14 +142,25 @@ fn number(text: &str) -> Option<u8> {
 
 /// For a column that is not of the format but looks as if it was meant to be: the name it may have been meant for.
 pub(crate) fn near_miss(name: &str) -> Option<String> {
-    let folded = name.trim().to_ascii_lowercase();
-    if ColumnKind::parse(&folded).is_some() && folded != name {
-        return Some(folded);
+    let folded = name.trim().to_ascii_lowercase().replace(['-', ' '], "_");
+    for candidate in [folded.clone(), with_digits(&folded)] {
+        if ColumnKind::parse(&candidate).is_some() && candidate != name {
+            return Some(candidate);
+        }
     }
     let stem = folded.trim_end_matches(|c: char| c.is_ascii_alphabetic()).trim_end_matches('_');
     [format!("{stem}_kpa"), format!("{stem}_rad")].into_iter().find(|candidate| {
         *candidate != name && ColumnKind::parse(candidate).is_some() && ColumnKind::parse(name).is_none()
     })
+}
+
+/// With letters that are taken for digits, where a digit may stand, as in `b0_pO_kpa`.
+fn with_digits(name: &str) -> String {
+    let word = |word: &str| match word.find(['o', 'l', 'i']) {
+        Some(at) if at > 0 && word != "kpa" => word.replace('o', "0").replace(['l', 'i'], "1"),
+        _ => word.to_owned(),
+    };
+    name.split('_').map(word).collect::<Vec<_>>().join("_")
 }
 
 #[cfg(test)]
@@ -192,6 +203,9 @@ mod tests {
         assert_eq!(near_miss("b0_p0").as_deref(), Some("b0_p0_kpa"));
         assert_eq!(near_miss("B0_P0_kPa").as_deref(), Some("b0_p0_kpa"));
         assert_eq!(near_miss("b0_qu_deg").as_deref(), Some("b0_qu_rad"));
+        assert_eq!(near_miss("b0_pO_kpa").as_deref(), Some("b0_p0_kpa"), "a letter for a digit");
+        assert_eq!(near_miss("bO_cmdl_kpa").as_deref(), Some("b0_cmd1_kpa"));
+        assert_eq!(near_miss("b0-p0-kpa").as_deref(), Some("b0_p0_kpa"));
         assert_eq!(near_miss("dp_inhale"), None);
         assert_eq!(near_miss("b0_note"), None);
     }

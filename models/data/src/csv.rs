@@ -210,7 +210,7 @@ fn listed(names: &[String]) -> String {
     text
 }
 
-fn delimiter_hint(names: &[String]) -> String {
+pub(super) fn delimiter_hint(names: &[String]) -> String {
     match names {
         [only] if only.contains(';') => {
             "; the columns are separated by semicolons: use `pneudrive-model import --delimiter ';'`"

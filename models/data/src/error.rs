@@ -129,9 +129,7 @@ pub enum DataError {
         fill: String,
     },
     /// A cell that is no number.
-    #[error(
-        "{file}, row {line}, column {column}: expected a number, found \"{text}\"; correct the cell, or leave it empty to have it masked"
-    )]
+    #[error("{file}, row {line}, column {column}: expected a number, found \"{text}\"; {}", advice(text))]
     NotANumber {
         /// The file as given.
         file: String,
@@ -224,4 +222,11 @@ pub enum DataError {
         /// The operating system's word.
         source: io::Error,
     },
+}
+
+fn advice(cell: &str) -> &'static str {
+    match cell.replacen(',', ".", 1).parse::<f64>() {
+        Ok(_) => "decimals have a point: `pneudrive-model import --decimal-comma` reads those with a comma",
+        Err(_) => "correct the cell, or leave it empty to have it masked",
+    }
 }

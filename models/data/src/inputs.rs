@@ -160,7 +160,7 @@ impl<'a> Supply<'a> {
             (None, Some(pressure)) => Ok(Self::Nominal(pressure)),
             (None, None) if needs.pneumatics => Err(RigError::MissingTable {
                 table: "supply",
-                purpose: "a model of the valve (or measure supply_kpa or b{n}_supply_kpa)",
+                purpose: "a model of the valve, unless the recording has a column supply_kpa",
             }
             .into()),
             (None, None) => Ok(Self::Nominal(ambient_pa)),

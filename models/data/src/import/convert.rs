@@ -8,7 +8,7 @@ use csv::{ByteRecord, ReaderBuilder, Trim};
 use super::unit::{Linear, UnitContext};
 use super::{ImportError, Mapping, OutOfRange};
 use crate::column::ColumnKind;
-use crate::csv::parse_number;
+use crate::csv::{delimiter_hint, parse_number};
 use crate::rig::Rig;
 use crate::{DataError, Source, source, write};
 
@@ -187,6 +187,7 @@ impl Reader<'_> {
                     line: 1 + self.first_line,
                     column: mapping.source.clone(),
                     found: names.join(", "),
+                    hint: delimiter_hint(names),
                 }
             })?;
         let kind = ColumnKind::parse(&mapping.target);

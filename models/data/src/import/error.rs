@@ -62,7 +62,7 @@ pub enum ImportError {
     },
     /// A source column that the file does not have.
     #[error(
-        "{file}, row {line}: no column \"{column}\" among: {found}; names are compared exactly, #1 is the first column"
+        "{file}, row {line}: no column \"{column}\" among: {found}; names are compared exactly, #1 is the first column{hint}"
     )]
     NoSuchColumn {
         /// The file as given.
@@ -73,6 +73,8 @@ pub enum ImportError {
         column: String,
         /// The columns that are there.
         found: String,
+        /// What may be wrong.
+        hint: String,
     },
     /// A value that its target cannot have.
     #[error(transparent)]
