@@ -1,7 +1,9 @@
 /* A chamber follows a step of its set point: prints time and pressure as CSV.
  *
- *     cc step.c -I../include -L../../target/release -lpneudrive_capi -o step
- *     LD_LIBRARY_PATH=../../target/release ./step extended.toml b0c0 150 > step.csv
+ *     cc step.c -I. -L. -lpneudrive_capi -Wl,-rpath,'$ORIGIN' -o step
+ *     ./step parameters.toml b0c0 150 > step.csv
+ *
+ * beside what `pneudrive-model export c` writes; in a clone, with -I../include -L../../target/release instead.
  */
 #include <stdio.h>
 #include <stdlib.h>

@@ -228,7 +228,7 @@ impl Summary {
         let seen = format!("{rows} rows, {seconds:.1} s, {channels} channel(s)");
         if self.watching == 0 {
             return format!(
-                "{seen}: what is usual was not learnt yet, which takes {learn_s} s with pressures and drives or commands; --learn takes less"
+                "{seen}: what is usual was not learnt yet, which takes {learn_s} s (--learn, 150 at least) with pressures and drives or commands"
             );
         }
         let found = match changes {

@@ -11,7 +11,9 @@ const EXAMPLE: &str = include_str!("../../../../capi/examples/step.c");
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  \
 pneudrive-model export c --parameters extended.toml --out chamber\n  \
-cd chamber && cc step.c -I. -L. -lpneudrive_capi -Wl,-rpath,'$ORIGIN' -o step && ./step parameters.toml b0c0 150\n\n\
+cd chamber\n  \
+cc step.c -I. -L. -lpneudrive_capi -Wl,-rpath,'$ORIGIN' -o step\n  \
+./step parameters.toml b0c0 150\n\n\
 pneudrive.h documents every function; the library needs nothing but the C library.")]
 pub struct Args {
     #[command(flatten)]
