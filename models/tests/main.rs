@@ -13,5 +13,6 @@ mod manual_command;
 mod outputs;
 mod own_tables;
 mod real_recordings;
+mod several_recordings;
 mod simulate_command;
 mod trends_command;

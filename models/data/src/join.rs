@@ -63,6 +63,25 @@ pub fn each_once(recordings: &[Recording]) -> Result<(), JoinError> {
     Ok(())
 }
 
+/// What is to be said where only some of several recordings have the drive of a channel: joined, they are
+/// [simulated from their commands](Recording::followed_by).
+#[must_use]
+pub fn half_drives(recordings: &[Recording]) -> Option<String> {
+    let (first, others) = recordings.split_first()?;
+    let lacks = |a: &Recording, b: &Recording| {
+        let mut channels = a.channels.iter().zip(&b.channels);
+        channels.any(|(a, b)| a.drive.is_some() && b.drive.is_none())
+    };
+    let found = |other: &Recording| {
+        let pair = if lacks(first, other) { (first, other) } else { (other, first) };
+        lacks(pair.0, pair.1).then(|| (pair.0.source.file.clone(), pair.1.source.file.clone()))
+    };
+    let (with, without) = others.iter().find_map(found)?;
+    Some(format!(
+        "{with} has drives, and {without} has none: together they are simulated from their commands, which tells less than {with} alone."
+    ))
+}
+
 impl Recording {
     /// This recording with another behind it, as a stretch of its own.
     ///
@@ -183,5 +202,30 @@ fn drive_kind(channel: &Channel) -> Option<std::mem::Discriminant<Drive>> {
 fn append(column: &mut Option<Vec<f32>>, more: Option<Vec<f32>>) {
     if let (Some(column), Some(more)) = (column, more) {
         column.extend(more);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LoadOptions, read};
+
+    fn recording(file: &str, drive: bool) -> Recording {
+        let header = if drive { "t_s,b0_cmd0_kpa,b0_p0_kpa,b0_u0" } else { "t_s,b0_cmd0_kpa,b0_p0_kpa" };
+        let row = |k: u32| format!("{:.2},100,{k}{}\n", 0.01 * f64::from(k), if drive { ",0.5" } else { "" });
+        let text = format!("{header}\n{}", (0..50).map(row).collect::<String>());
+        read(file, text.as_bytes(), LoadOptions::default()).expect("a whole recording").recording
+    }
+
+    #[test]
+    fn where_only_some_have_drives_it_is_said_and_none_are_kept() {
+        let (with, without) = (recording("with.csv", true), recording("without.csv", false));
+        let said = "with.csv has drives, and without.csv has none";
+        for pair in [[with.clone(), without.clone()], [without.clone(), with.clone()]] {
+            assert!(half_drives(&pair).is_some_and(|sentence| sentence.starts_with(said)));
+        }
+        assert_eq!(half_drives(&[with.clone(), with.clone()]), None);
+        let joined = with.followed_by(without).expect("both have commands");
+        assert!(joined.channels.iter().all(|channel| channel.drive.is_none()));
     }
 }

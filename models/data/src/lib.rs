@@ -47,7 +47,7 @@ pub use events::{Event, events};
 pub use flags::Flags;
 pub use input_error::InputError;
 pub use inputs::{Needs, series};
-pub use join::{JoinError, each_once};
+pub use join::{JoinError, each_once, half_drives};
 pub use live::{LiveTable, Opening};
 pub use load::{LimitsOf, LoadOptions, Loaded, load, read};
 pub use quality::{Finding, FindingKind, QualityReport, Sampling, SensorLimits, Span};

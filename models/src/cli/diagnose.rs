@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
-use pneudrive_model::data::{ChannelId, Recording, each_once, write};
+use pneudrive_model::data::{ChannelId, Recording, each_once, half_drives, write};
 use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
     Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page,
@@ -32,7 +32,7 @@ pub struct Args {
     /// Recordings of one rig: CSV, plain or compressed with gzip or zstd. Several are diagnosed together
     #[arg(value_name = "DATA", required = true)]
     data: Vec<PathBuf>,
-    /// Rig description (TOML) [default: the copy that the first DATA carries; without either channels are taken for regulators]
+    /// Rig description (TOML) [default: the copy that DATA carries, the same in all; without either channels are taken for regulators]
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Channels to use, as in b0c0,b0c1 [default: all]
@@ -77,8 +77,8 @@ impl Args {
     pub fn run(self) -> Result<(), Failure> {
         self.check_out()?;
         interrupt::end_at_once()?;
-        // The arguments ask for one file at least.
-        let rig = input::rig(self.rig.as_deref(), self.data.first().map_or(Path::new(""), PathBuf::as_path))?;
+        let files: Vec<&Path> = self.data.iter().map(PathBuf::as_path).collect();
+        let rig = input::shared_rig(self.rig.as_deref(), &files)?;
         let reference = self.reference.as_deref().map(input::extended).transpose()?;
         let (recordings, remarks) = self.load(&rig)?;
         let name = self.reference.as_deref().map(|p| p.display().to_string()).unwrap_or_default();
@@ -95,6 +95,7 @@ impl Args {
                 if let Some(bar) = &spinner {
                     bar.finish_and_clear();
                 }
+                tell_left_out(&found.report.notes);
                 found.report.notes.extend(remarks);
                 let sources: Vec<_> = recordings.iter().map(|r| r.source.clone()).collect();
                 return machine::write(&found, &self.out, &sources, self.rig.as_deref());
@@ -107,6 +108,7 @@ impl Args {
         if let Some(bar) = &spinner {
             bar.finish_and_clear();
         }
+        tell_left_out(&diagnosis.report.notes);
         diagnosis.report.notes.extend(remarks);
         diagnosis.extended.provenance = Some(origin::provenance(&recording.source, self.rig.as_deref()));
         output::folder(&self.out)?;
@@ -198,6 +200,10 @@ impl Args {
             recordings.push(loaded.recording);
         }
         each_once(&recordings).map_err(Failure::input)?;
+        let described = (*rig == Rig::default()).then(|| input::NO_RIG.to_owned());
+        let half = half_drives(&recordings);
+        half.iter().for_each(|sentence| errln!("{sentence}"));
+        remarks.extend(described.into_iter().chain(half));
         Ok((recordings, remarks))
     }
 }
@@ -213,6 +219,11 @@ fn joined(recordings: Vec<Recording>) -> Result<Recording, Failure> {
     }
     // The arguments ask for one file at least.
     joined.ok_or_else(|| Failure::input("no recording is given"))
+}
+
+/// A channel that is left out of an answer must not be seen in the report alone.
+fn tell_left_out(notes: &[String]) {
+    notes.iter().filter(|note| note.contains("Left out: ")).for_each(|note| errln!("{note}"));
 }
 
 fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {

@@ -43,14 +43,44 @@ impl DataArgs {
     }
 }
 
+/// What becomes of channels of which nothing is described.
+pub const NO_RIG: &str = "No rig file was given (--rig), and the recording carries no copy of one: channels are taken for pressure regulators.";
+
 /// The rig: that of the file at `path`, else that of which the recording carries a copy, else an empty description.
 pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
+    shared_rig(path, &[recording])
+}
+
+/// The rig of several recordings: that of the file at `path`, else that of which they carry copies, which have to agree, else an empty
+/// description.
+pub fn shared_rig(path: Option<&Path>, recordings: &[&Path]) -> Result<Rig, Failure> {
     if let Some(path) = path {
         return Rig::load(path).map_err(|error| FileKind::Rig.refused(path, error));
     }
-    let Some(text) = rig_copy(recording)? else { return Ok(Rig::default()) };
-    errln!("{}: taken with its copy of the rig file (--rig takes another)", recording.display());
-    Ok(Rig::parse(&format!("{}, its copy of the rig file", recording.display()), &text)?)
+    let mut first: Option<(&Path, Rig)> = None;
+    for &recording in recordings {
+        let Some(text) = rig_copy(recording)? else { continue };
+        let own = Rig::parse(&format!("{}, its copy of the rig file", recording.display()), &text)?;
+        match &first {
+            None => first = Some((recording, own)),
+            Some((from, rig)) => {
+                let differences = rig.differences(&own).join(", ");
+                if !differences.is_empty() {
+                    return Err(Failure::input(format!(
+                        "{} and {} were recorded with rig files that say different things: {differences}; say with --rig what holds for all recordings, or take each alone",
+                        from.display(),
+                        recording.display(),
+                    )));
+                }
+            }
+        }
+    }
+    let Some((from, rig)) = first else {
+        errln!("{NO_RIG}");
+        return Ok(Rig::default());
+    };
+    errln!("{}: taken with its copy of the rig file (--rig takes another)", from.display());
+    Ok(rig)
 }
 
 /// Reads and checks a recording, and says on standard error what was found in it. No `channels` means all.

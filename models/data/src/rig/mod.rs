@@ -9,6 +9,7 @@
 
 mod chamber;
 mod controller;
+mod differences;
 mod environment;
 mod error;
 mod own;
