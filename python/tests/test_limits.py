@@ -177,6 +177,11 @@ def test_a_rig_file_says_port_boards_and_calibration(tmp_path):
             controller.ping_devices()
     with pytest.raises(CommandError, match="no uart_port is given, and none by"):
         PressureController()
+    rig.write_text("[bus]\nboards = 1\n[boards.1.limits]\nmax_kpa = 50\n")
+    with pytest.raises(DataError, match=r"\[boards.1\] has limits, but \[bus\] boards = 1 means board 0 alone"):
+        PressureController("sim", rig=rig)
+    with pytest.warns(UserWarning, match=r"\[boards.1\] has limits, but num_devices = 1 means board 0 alone"):
+        PressureController("sim", 1, rig=rig).close()
     rig.write_text("[sensor]\nbits = 12\nzero_counts = 409.6\nkpa_per_count = 0.21\n")
     with pytest.raises(DataError, match="rig.toml:2: sensor.bits = 12: expected 10"):
         PressureController("sim", 1, rig=rig)

@@ -8,7 +8,7 @@ use clap::parser::ValueSource;
 use clap::{CommandFactory, Parser};
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BaudChoice, ChannelLimit, Limits};
-use pneudrive_host::rig::{self, CalibrationError, Rig, RigError};
+use pneudrive_host::rig::{self, CalibrationError, LeftOut, Rig, RigError};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -66,6 +66,9 @@ pub enum ArgsError {
     /// Its calibration.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    /// Its boards.
+    #[error(transparent)]
+    LeftOut(#[from] LeftOut),
     /// A value.
     #[error("{name} {value}: {advice}")]
     Value {
@@ -128,6 +131,11 @@ impl Settings {
     fn check(mut flags: Flags, names: Names) -> Result<Self, ArgsError> {
         let rig = flags.rig.as_deref().map(Rig::load).transpose()?;
         if let Some(rig) = &rig {
+            let said = flags.devices.iter().max().map(|most| (*most, format!("--devices {most}")));
+            let given = said.as_ref().map(|(most, said)| (*most, said.as_str()));
+            if let Some(left_out) = rig::left_out(rig, given)? {
+                log::warn!("{left_out}");
+            }
             Self::fill(&mut flags, rig);
         }
         if flags.devices.is_empty() {

@@ -2,6 +2,7 @@
 
 use crate::cli::args::{Cli, Command};
 use crate::cli::failure::Failure;
+use crate::cli::output::errln;
 use pneudrive_host::Calibration;
 use pneudrive_host::rig::{self, Rig, Unit};
 
@@ -26,7 +27,15 @@ impl Setup {
         let rig = Rig::load(path).map_err(Failure::input)?;
         let calibration = rig::calibration(&rig).map_err(Failure::input)?;
         let bus = rig.bus();
+        let polls = cli.command.as_ref().is_none_or(Command::polls);
         let args = &mut cli.bus;
+        if polls || (args.devices.is_none() && bus.boards.is_some()) {
+            let said = args.devices.map(|devices| (devices, format!("--devices {devices}")));
+            let given = said.as_ref().map(|(devices, said)| (*devices, said.as_str()));
+            if let Some(left_out) = rig::left_out(&rig, given).map_err(Failure::input)? {
+                errln!("warning: {left_out}");
+            }
+        }
         args.port = args.port.take().or(bus.port.map(Into::into));
         args.baud = args.baud.or(rig::baud(&rig));
         if args.devices.is_none() && bus.boards.is_some() {

@@ -2,6 +2,9 @@
 //!
 //! The file itself is [`pneudrive_rig`]'s.
 
+mod left_out;
+
+pub use left_out::{LeftOut, left_out};
 pub use pneudrive_rig::{Bus, Rig, RigError, Sensor, Unit};
 #[cfg(feature = "cli")]
 pub use pneudrive_rig::{NewRig, with_sensor};

@@ -1,6 +1,6 @@
 //! What is refused before a byte is sent, and with which words.
 
-use crate::command_line::program::{program, refused, rows, until};
+use crate::command_line::program::{program, refused, rows, run, until};
 use crate::support::pty::PtyBoards;
 use std::fs;
 
@@ -113,6 +113,32 @@ fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
     let misspelt = file("misspelt.toml", "[limits]\nmax = 300.0\n");
     with(&["--rig", &misspelt], "misspelt.toml:2: unknown key limits.max; did you mean max_kpa?");
     with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read");
+}
+
+/// Who counts boards from 1 would else poll board 0 without any limit.
+#[test]
+fn limits_of_a_board_that_is_not_polled_are_no_limits_and_not_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = folder.path().join("rig.toml");
+    let file = rig.to_str().unwrap();
+    let limits = "[boards.1.limits]\nmax_kpa = 50.0\n";
+    fs::write(&rig, format!("[bus]\nboards = 1\n{limits}")).unwrap();
+    let contradicts = "rig.toml:3: [boards.1] has limits, but [bus] boards = 1 means board 0 alone";
+    let with = |more: &[&str], message: &str| {
+        refused(&[more, &["--port", "/dev/no-such-port", "--rig", file]].concat(), 2, message);
+    };
+    for command in [&["--command", "300"][..], &["check"], &["calibrate"], &["ping"]] {
+        with(command, contradicts);
+    }
+    with(&["--devices", "2", "--command", "300"], "is above its limit of 50 kPa");
+    fs::write(&rig, limits).unwrap();
+    with(&["--command", "300"], "rig.toml:1: [boards.1] has limits, but no [bus] boards means board 0 alone");
+    with(&["ping"], "no such port");
+    // Narrowed on purpose.
+    let narrowed = ["--devices", "1", "--port", "/dev/no-such-port", "--rig", file];
+    let (_, _, stderr) = run(&narrowed);
+    assert!(stderr.contains("warning: ") && stderr.contains("--devices 1 means board 0 alone"), "{stderr}");
+    assert!(stderr.contains("no such port"), "{stderr}");
 }
 
 #[test]

@@ -125,7 +125,7 @@ impl PressureController {
         timing: &str,
     ) -> PyResult<Self> {
         let given = Given { uart_port, num_devices, baud, timeout, retries, max_kpa, max_rate_kpa_s, rig };
-        let Opening { path, devices, options, rules, retries, line_rate } = given.checked()?;
+        let Opening { path, devices, options, rules, retries, line_rate } = given.checked(py)?;
         let timing = opening::timing(timing)?;
         let sensors = sensors::share(sensors)?;
         let timeout_s = options.answer_allowance_ns as f64 * 1e-9;

@@ -3,11 +3,13 @@
 use super::baud::Baud;
 use super::guard::{self, Rules};
 use super::port::{Timing, bus_options};
-use crate::errors::CommandError;
+use crate::errors::{self, CommandError};
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::poller::LineRatePolicy;
 use pneudrive_host::rig::{self, Rig};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use std::ffi::CString;
 use std::path::PathBuf;
 
 /// The largest number of times that a board is asked again.
@@ -41,7 +43,7 @@ impl Given {
     ///
     /// # Errors
     /// `CommandError` for an argument that makes no sense, `DataError` or `FileError` for a rig file that cannot be used.
-    pub fn checked(self) -> PyResult<Opening> {
+    pub fn checked(self, py: Python<'_>) -> PyResult<Opening> {
         let rig = self.rig.as_deref().map(guard::load).transpose()?;
         let bus = rig.as_ref().map(Rig::bus).unwrap_or_default();
         let missing = |what: &str| {
@@ -51,6 +53,9 @@ impl Given {
         let boards = self.num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
         let baud = self.baud.map(|baud| baud.0).or(rig.as_ref().and_then(rig::baud)).unwrap_or_default();
         let devices = devices(boards)?;
+        if let Some(rig) = &rig {
+            warn_of_left_out(py, rig, self.num_devices.is_some().then_some(devices))?;
+        }
         let retries =
             u32::try_from(self.retries).ok().filter(|retries| *retries <= MOST_RETRIES).ok_or_else(|| {
                 CommandError::new_err(format!("retries is {}; it must be 0 to {MOST_RETRIES}", self.retries))
@@ -60,6 +65,15 @@ impl Given {
             bus_options(&path, baud.first(), self.timeout)?.calibrated(&rules.calibration, &rules.boards);
         Ok(Opening { path, devices, options, rules, retries, line_rate: baud.policy() })
     }
+}
+
+/// A rig file that contradicts itself is refused; who passes fewer boards is told of limits that then hold for nothing.
+fn warn_of_left_out(py: Python<'_>, rig: &Rig, passed: Option<u16>) -> PyResult<()> {
+    let said = passed.map(|devices| (devices, format!("num_devices = {devices}")));
+    let given = said.as_ref().map(|(devices, said)| (*devices, said.as_str()));
+    let Some(left_out) = rig::left_out(rig, given).map_err(errors::unusable)? else { return Ok(()) };
+    let message = CString::new(left_out.to_string())?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)
 }
 
 fn devices(boards: i64) -> PyResult<u16> {

@@ -95,6 +95,20 @@ fn limits_come_from_flags_and_rig_file_and_the_strictest_holds() {
 }
 
 #[test]
+fn limits_of_a_board_that_is_not_polled_are_refused_unless_flags_leave_it_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = folder.path().join("rig.toml");
+    std::fs::write(&rig, "[bus]\nboards = 1\n[boards.1.limits]\nmax_kpa = 50.0\n").unwrap();
+    let settings = |line: &str| settings(&format!("--port a,b --rig {} {line}", rig.display()));
+    let refused = settings("").unwrap_err().to_string();
+    assert!(refused.contains("[boards.1] has limits, but [bus] boards = 1 means board 0 alone"), "{refused}");
+    // Of several buses the longest counts.
+    for line in ["-n 1", "-n 1,2"] {
+        assert!(settings(line).is_ok(), "{line}");
+    }
+}
+
+#[test]
 fn a_rig_file_says_what_the_flags_do_not() {
     let folder = tempfile::tempdir().unwrap();
     let rig = folder.path().join("rig.toml");

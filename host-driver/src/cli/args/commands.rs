@@ -35,6 +35,11 @@ pub enum Command {
 }
 
 impl Command {
+    /// Whether it commands pressures to the boards that are asked for, or to board 0 alone.
+    pub fn polls(&self) -> bool {
+        matches!(self, Self::Calibrate(_) | Self::Check(_))
+    }
+
     pub fn name(&self) -> &'static str {
         match self {
             Self::List(_) => "list",
