@@ -181,10 +181,22 @@ def test_numbers_of_retries_that_cannot_be(retries):
         PressureController("sim", 1, retries=retries)
 
 
-@pytest.mark.parametrize("devices", [0, -1, 256])
-def test_numbers_of_boards_that_cannot_be(devices):
-    with pytest.raises(CommandError, match="it must be 1 to 255"):
+@pytest.mark.parametrize("devices", [0, -1, 5, 256])
+def test_numbers_of_boards_that_cannot_be(devices, tmp_path):
+    with pytest.raises(ValueError, match=f"num_devices is {devices}; it must be 1 to 4") as refused:
         PressureController("sim", devices)
+    assert isinstance(refused.value, CommandError) and ("max_devices=" in str(refused.value)) == (devices > 4)
+    with pytest.raises(CommandError, match="max_devices is 256; it must be 1 to 255"):
+        PressureController("sim", devices, max_devices=256)
+
+
+def test_more_boards_than_switches_tell_apart_have_to_be_asked_for(tmp_path):
+    rig = tmp_path / "rig.toml"
+    rig.write_text('[bus]\nport = "sim"\nboards = 9\n')
+    with pytest.raises(CommandError, match="num_devices is 9; it must be 1 to 4; boards with more"):
+        PressureController(rig=rig)
+    with PressureController(rig=rig, max_devices=9, timing="instant") as controller:
+        assert controller.num_devices == 9
 
 
 def test_a_closed_controller_says_so(controller):

@@ -8,7 +8,7 @@ use clap::parser::ValueSource;
 use clap::{CommandFactory, Parser};
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BaudChoice, ChannelLimit, Limits};
-use pneudrive_host::rig::{self, CalibrationError, LeftOut, Rig, RigError};
+use pneudrive_host::rig::{self, CalibrationError, LeftOut, Rig, RigError, TooMany};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -69,6 +69,9 @@ pub enum ArgsError {
     /// Its boards.
     #[error(transparent)]
     LeftOut(#[from] LeftOut),
+    /// How many those are.
+    #[error(transparent)]
+    TooMany(#[from] TooMany),
     /// A value.
     #[error("{name} {value}: {advice}")]
     Value {
@@ -122,7 +125,7 @@ impl Settings {
             flags.port.extend(bus.port.map(PathBuf::from));
         }
         if flags.devices.is_empty() {
-            flags.devices.extend(bus.boards.filter(|boards| *boards <= 255));
+            flags.devices.extend(bus.boards);
         }
         flags.baud = flags.baud.or(rig::baud(rig));
         flags.rate_hz = flags.rate_hz.or(bus.rate_hz);
@@ -136,6 +139,9 @@ impl Settings {
             if let Some(left_out) = rig::left_out(rig, given)? {
                 log::warn!("{left_out}");
             }
+            if flags.devices.is_empty() {
+                rig::few_enough(rig, flags.max_devices, "--max-devices")?;
+            }
             Self::fill(&mut flags, rig);
         }
         if flags.devices.is_empty() {
@@ -143,6 +149,13 @@ impl Settings {
         }
         let value =
             |name, value: String, advice: &str| Err(ArgsError::Value { name, value, advice: advice.into() });
+        if let Some(devices) = flags.devices.iter().find(|devices| **devices > flags.max_devices) {
+            let advice = format!(
+                "must be 1 to {}; boards with more than a two-way address switch need --max-devices, up to 255",
+                flags.max_devices
+            );
+            return value("--devices", devices.to_string(), &advice);
+        }
         if flags.port.is_empty() {
             return value("--port", String::new(), "give one here, or as port under [bus] of the rig file");
         }

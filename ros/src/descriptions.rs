@@ -7,7 +7,8 @@ use ros2_client::ParameterValue;
 use ros2_client::parameters::raw;
 
 /// What numbers a parameter may have, both ends included.
-const INTEGERS: [(&str, i64, i64); 2] = [("first_joint", 0, 60_000), ("allowance_us", 1, 10_000_000)];
+const INTEGERS: [(&str, i64, i64); 3] =
+    [("max_devices", 1, 255), ("first_joint", 0, 60_000), ("allowance_us", 1, 10_000_000)];
 
 /// As [`INTEGERS`]. Some must be above 0, which a range cannot say.
 const NUMBERS: [(&str, f64, f64); 9] = [

@@ -28,6 +28,9 @@ pub struct Flags {
     /// Boards on each bus, numbered from 0: one number for all buses, or one for each [default: that of the rig file, or 1]
     #[arg(long, short = 'n', value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=255))]
     pub devices: Vec<u16>,
+    /// Most boards accepted on a bus: 4 with the boards' two-way switch, 255 can be polled
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=255))]
+    pub max_devices: u16,
     /// Number of the first board's joint; the boards of the second bus follow those of the first
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=60_000))]
     pub first_joint: u16,

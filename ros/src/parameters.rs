@@ -26,6 +26,7 @@ pub fn initial(settings: &Settings) -> Initial {
                 (0..flags.port.len()).map(|bus| i64::from(settings.devices(bus))).collect(),
             ),
         ),
+        ("max_devices", ParameterValue::Integer(flags.max_devices.into())),
         ("first_joint", ParameterValue::Integer(flags.first_joint.into())),
         ("baud", baud(settings.baud())),
         ("allowance_us", ParameterValue::Integer(flags.allowance_us().try_into().unwrap_or(i64::MAX))),

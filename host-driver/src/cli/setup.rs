@@ -38,10 +38,9 @@ impl Setup {
         }
         args.port = args.port.take().or(bus.port.map(Into::into));
         args.baud = args.baud.or(rig::baud(&rig));
-        if args.devices.is_none() && bus.boards.is_some() {
+        if args.devices.is_none() {
+            rig::few_enough(&rig, args.max_devices, "--max-devices").map_err(Failure::input)?;
             args.devices = bus.boards;
-            // Who writes down how many boards there are need not say that there may be so many.
-            args.max_devices = args.max_devices.max(bus.boards.unwrap_or(0));
         }
         // Only polling has a rate, and its options are refused by the rest.
         match &mut cli.command {

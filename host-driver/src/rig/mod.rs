@@ -3,11 +3,13 @@
 //! The file itself is [`pneudrive_rig`]'s.
 
 mod left_out;
+mod too_many;
 
 pub use left_out::{LeftOut, left_out};
 pub use pneudrive_rig::{Bus, Rig, RigError, Sensor, Unit};
 #[cfg(feature = "cli")]
 pub use pneudrive_rig::{NewRig, with_sensor};
+pub use too_many::{TooMany, few_enough};
 
 use crate::Calibration;
 use crate::poller::{BaudChoice, ChannelLimit, LimitError, Limits};

@@ -117,7 +117,7 @@ fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
 
 /// Who counts boards from 1 would else poll board 0 without any limit.
 #[test]
-fn limits_of_a_board_that_is_not_polled_are_no_limits_and_not_taken() {
+fn a_rig_file_whose_boards_cannot_be_those_of_the_bus_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let rig = folder.path().join("rig.toml");
     let file = rig.to_str().unwrap();
@@ -134,7 +134,16 @@ fn limits_of_a_board_that_is_not_polled_are_no_limits_and_not_taken() {
     fs::write(&rig, limits).unwrap();
     with(&["--command", "300"], "rig.toml:1: [boards.1] has limits, but no [bus] boards means board 0 alone");
     with(&["ping"], "no such port");
+    // More than switches tell apart, in the file as on the command line.
+    fs::write(&rig, "[bus]\nboards = 9\n").unwrap();
+    with(
+        &[],
+        "rig.toml:2: [bus] boards = 9: must be 1 to 4; boards with more than a two-way address switch need --max-devices",
+    );
+    with(&["--max-devices", "9"], "no such port");
+    with(&["--devices", "4"], "no such port");
     // Narrowed on purpose.
+    fs::write(&rig, limits).unwrap();
     let narrowed = ["--devices", "1", "--port", "/dev/no-such-port", "--rig", file];
     let (_, _, stderr) = run(&narrowed);
     assert!(stderr.contains("warning: ") && stderr.contains("--devices 1 means board 0 alone"), "{stderr}");

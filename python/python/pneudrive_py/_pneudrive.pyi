@@ -615,7 +615,9 @@ class PressureController:
     uart_port : str or os.PathLike, optional
         Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
     num_devices : int, optional
-        Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
+        Boards on the bus; their address switches are set to 0, 1, ... 1 to ``max_devices``; as many as ``rig`` says by default.
+    max_devices : int, default 4
+        Most boards that are accepted, 1 to 255: 4 have an address on the boards' two-way switch.
     baud : int or "auto", optional
         Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest that all boards agree to, up to
         3_000_000, and goes back on errors; by hand it is 1_000_000.
@@ -662,7 +664,7 @@ class PressureController:
     """
     def __enter__(self, /) -> PressureController: ...
     def __exit__(self, /, exc_type: Any, _exc_value: Any, _traceback: Any) -> None: ...
-    def __new__(cls, /, uart_port: str | PathLike[str] | None = None, num_devices: SupportsIndex | None = None, *, baud: SupportsIndex | str | None = None, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, sensors: SupportsFloat | SupportsIndex | None = None, timing: str = "wire") -> PressureController: ...
+    def __new__(cls, /, uart_port: str | PathLike[str] | None = None, num_devices: SupportsIndex | None = None, *, max_devices: SupportsIndex = 4, baud: SupportsIndex | str | None = None, timeout: SupportsFloat | SupportsIndex | None = None, retries: SupportsIndex = 3, max_kpa: SupportsFloat | SupportsIndex | None = None, max_rate_kpa_s: SupportsFloat | SupportsIndex | None = None, rig: str | PathLike[str] | None = None, resume: bool = False, sensors: SupportsFloat | SupportsIndex | None = None, timing: str = "wire") -> PressureController: ...
     def __repr__(self, /) -> str: ...
     def close(self, /) -> None:
         """

@@ -26,7 +26,9 @@ use std::sync::Arc;
 /// uart_port : str or os.PathLike, optional
 ///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
 /// num_devices : int, optional
-///     Boards on the bus; their address switches are set to 0, 1, ... 1 to 255; as many as ``rig`` says by default.
+///     Boards on the bus; their address switches are set to 0, 1, ... 1 to ``max_devices``; as many as ``rig`` says by default.
+/// max_devices : int, default 4
+///     Most boards that are accepted, 1 to 255: 4 have an address on the boards' two-way switch.
 /// baud : int or "auto", optional
 ///     Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest that all boards agree to, up to
 ///     3_000_000, and goes back on errors; by hand it is 1_000_000.
@@ -108,12 +110,13 @@ impl Drop for PressureController {
 #[pymethods]
 impl PressureController {
     #[new]
-    #[pyo3(signature = (uart_port=None, num_devices=None, *, baud=None, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, sensors=None, timing="wire"))]
+    #[pyo3(signature = (uart_port=None, num_devices=None, *, max_devices=4, baud=None, timeout=None, retries=3, max_kpa=None, max_rate_kpa_s=None, rig=None, resume=false, sensors=None, timing="wire"))]
     #[allow(clippy::too_many_arguments)] // keywords of the Python class
     fn new(
         py: Python<'_>,
         uart_port: Option<PathBuf>,
         num_devices: Option<i64>,
+        max_devices: i64,
         baud: Option<Baud>,
         timeout: Option<f64>,
         retries: i64,
@@ -124,7 +127,17 @@ impl PressureController {
         sensors: Option<f64>,
         timing: &str,
     ) -> PyResult<Self> {
-        let given = Given { uart_port, num_devices, baud, timeout, retries, max_kpa, max_rate_kpa_s, rig };
+        let given = Given {
+            uart_port,
+            num_devices,
+            max_devices,
+            baud,
+            timeout,
+            retries,
+            max_kpa,
+            max_rate_kpa_s,
+            rig,
+        };
         let Opening { path, devices, options, rules, retries, line_rate } = given.checked(py)?;
         let timing = opening::timing(timing)?;
         let sensors = sensors::share(sensors)?;

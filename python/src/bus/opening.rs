@@ -19,6 +19,7 @@ const MOST_RETRIES: u32 = 100;
 pub struct Given {
     pub uart_port: Option<PathBuf>,
     pub num_devices: Option<i64>,
+    pub max_devices: i64,
     pub baud: Option<Baud>,
     pub timeout: Option<f64>,
     pub retries: i64,
@@ -52,7 +53,7 @@ impl Given {
         let path = self.uart_port.or(bus.port.map(PathBuf::from)).ok_or_else(|| missing("uart_port"))?;
         let boards = self.num_devices.or(bus.boards.map(i64::from)).ok_or_else(|| missing("num_devices"))?;
         let baud = self.baud.map(|baud| baud.0).or(rig.as_ref().and_then(rig::baud)).unwrap_or_default();
-        let devices = devices(boards)?;
+        let devices = devices(boards, self.max_devices)?;
         if let Some(rig) = &rig {
             warn_of_left_out(py, rig, self.num_devices.is_some().then_some(devices))?;
         }
@@ -76,10 +77,23 @@ fn warn_of_left_out(py: Python<'_>, rig: &Rig, passed: Option<u16>) -> PyResult<
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)
 }
 
-fn devices(boards: i64) -> PyResult<u16> {
-    u16::try_from(boards).ok().filter(|devices| (1..=255).contains(devices)).ok_or_else(|| {
+/// The largest number of boards that can be polled: no address is left to find out about echoes with more.
+const MOST_DEVICES: i64 = 255;
+
+fn devices(boards: i64, max_devices: i64) -> PyResult<u16> {
+    if !(1..=MOST_DEVICES).contains(&max_devices) {
+        let message = format!("max_devices is {max_devices}; it must be 1 to {MOST_DEVICES}");
+        return Err(CommandError::new_err(message));
+    }
+    let few_enough = u16::try_from(boards).ok().filter(|_| (1..=max_devices).contains(&boards));
+    few_enough.ok_or_else(|| {
         CommandError::new_err(format!(
-            "num_devices is {boards}; it must be 1 to 255 (4 with the usual address switch)"
+            "num_devices is {boards}; it must be 1 to {max_devices}{}",
+            if boards > max_devices {
+                "; boards with more than a two-way address switch need max_devices=, up to 255"
+            } else {
+                ""
+            }
         ))
     })
 }

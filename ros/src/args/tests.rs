@@ -49,8 +49,8 @@ fn files_of_parameters_come_before_flags() {
     let flags = of(&format!("--port /dev/a -n 1 --ros-args --params-file {file}"));
     assert_eq!((flags.0, flags.1), (ports(&["/dev/a"]), vec![1]));
     let last =
-        of(&format!("--port /dev/a -n 1 --ros-args --params-file {file} -p port:=/dev/p -p devices:=[7]"));
-    assert_eq!((last.0, last.1), (ports(&["/dev/p"]), vec![7]));
+        of(&format!("--port /dev/a -n 1 --ros-args --params-file {file} -p port:=/dev/p -p devices:=[4]"));
+    assert_eq!((last.0, last.1), (ports(&["/dev/p"]), vec![4]));
     let refused = |line: &str| settings(line).unwrap_err().to_string();
     assert!(refused("--port a --ros-args --params-file /nowhere.yaml").contains("/nowhere.yaml"));
     assert!(refused("--port a --overwrite").contains("give --record"));
@@ -105,6 +105,22 @@ fn limits_of_a_board_that_is_not_polled_are_refused_unless_flags_leave_it_out() 
     // Of several buses the longest counts.
     for line in ["-n 1", "-n 1,2"] {
         assert!(settings(line).is_ok(), "{line}");
+    }
+}
+
+#[test]
+fn more_boards_than_a_switch_tells_apart_have_to_be_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let rig = folder.path().join("rig.toml");
+    std::fs::write(&rig, "[bus]\nboards = 9\n").unwrap();
+    let of_file = format!("--port a --rig {}", rig.display());
+    for line in ["--port a -n 9", "--port a,b -n 4,5", &of_file] {
+        let refused = settings(line).unwrap_err().to_string();
+        assert!(
+            refused.contains("must be 1 to 4; boards with more than a two-way address switch need"),
+            "{refused}"
+        );
+        assert!(settings(&format!("{line} --max-devices 9")).is_ok(), "{line}");
     }
 }
 

@@ -39,7 +39,7 @@ pub struct BusArgs {
     /// docs/recordings.md has its schema.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Most boards accepted for --devices: 4 with the boards' two-way switch, 256 addresses exist
+    /// Most boards accepted for --devices, and from the rig file: 4 with the boards' two-way switch, 256 addresses exist
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub max_devices: u16,
     /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and
