@@ -15,7 +15,7 @@ const NORMAL_95: f64 = 1.96;
 pub fn judge(board: u8, measured: Vec<Measured>, before: Option<&BoardReport>) -> BoardReport {
     let ratios: Vec<_> = measured.iter().map(|one| usual(&measured, one)).collect();
     let values = measured.into_iter().zip(ratios).map(|(one, usual)| value(one, usual, before));
-    BoardReport { board, values: values.collect(), aborted: None }
+    BoardReport { board, values: values.collect(), aborted: None, unjudged: false }
 }
 
 /// The median of the same quantity over the board's channels, if at least three have it.

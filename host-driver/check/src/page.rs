@@ -58,7 +58,8 @@ pub fn page(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> Stri
             of_all(board.verdict())
         );
         if let Some(why) = &board.aborted {
-            let _ = writeln!(html, "<p class=\"fail\">Broken off: {}</p>", escaped(why));
+            let _ =
+                writeln!(html, "<p class=\"{}\">Broken off: {}</p>", class(board.verdict()), escaped(why));
         }
         if board.values.is_empty() {
             continue;

@@ -61,18 +61,26 @@ pub struct BoardReport {
     pub values: Vec<Value>,
     /// Why the check was broken off; `None` if it was not.
     pub aborted: Option<String>,
+    /// Whether that says nothing of the board: somebody ended the check, this machine stood still, or another board was the reason.
+    #[serde(default)]
+    pub unjudged: bool,
 }
 
 impl BoardReport {
-    /// A check that could not be done, or not to its end.
+    /// A check that was broken off because of this board.
     pub fn aborted(board: u8, why: impl Into<String>) -> Self {
-        Self { board, values: Vec::new(), aborted: Some(why.into()) }
+        Self { board, values: Vec::new(), aborted: Some(why.into()), unjudged: false }
+    }
+
+    /// A check that was not done, or not to its end, for a reason that is not the board's.
+    pub fn unjudged(board: u8, why: impl Into<String>) -> Self {
+        Self { unjudged: true, ..Self::aborted(board, why) }
     }
 
     /// The worst of all.
     pub fn verdict(&self) -> Verdict {
         let worst = self.values.iter().map(|value| value.verdict).max().unwrap_or(Verdict::NotMeasured);
-        if self.aborted.is_some() { Verdict::Fail } else { worst }
+        if self.aborted.is_some() && !self.unjudged { Verdict::Fail } else { worst }
     }
 
     /// What warns or fails.
@@ -119,6 +127,11 @@ impl Report {
         self.boards.iter().find(|one| one.board == board)
     }
 
+    /// Whether it did not come to its end.
+    pub fn was_broken_off(&self) -> bool {
+        self.boards.iter().any(|board| board.aborted.is_some())
+    }
+
     /// Whether values are missing because rows were late or missing: another check may have them.
     pub fn was_disturbed(&self) -> bool {
         let busy = crate::Missing::Busy.to_string();
@@ -129,5 +142,19 @@ impl Report {
     /// The worst of its boards.
     pub fn worst(boards: &[BoardReport]) -> Verdict {
         boards.iter().map(BoardReport::verdict).max().unwrap_or(Verdict::NotMeasured)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_board_that_is_the_reason_fails_with_a_check_that_is_broken_off() {
+        let (lost, after) =
+            (BoardReport::aborted(0, "does not answer"), BoardReport::unjudged(1, "not done"));
+        assert_eq!((lost.verdict(), after.verdict()), (Verdict::Fail, Verdict::NotMeasured));
+        assert_eq!(Report::worst(&[lost, after.clone()]), Verdict::Fail);
+        assert_eq!(Report::worst(&[after]), Verdict::NotMeasured);
     }
 }

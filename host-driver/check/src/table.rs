@@ -23,7 +23,7 @@ pub fn problems(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> 
     let mut found: Vec<(Verdict, String)> = Vec::new();
     for board in &report.boards {
         if let Some(why) = &board.aborted {
-            found.push((Verdict::Fail, format!("{}: broken off: {why}", name(board.board, None))));
+            found.push((board.verdict(), format!("{}: broken off: {why}", name(board.board, None))));
         }
         for value in board.problems() {
             let place = name(board.board, Some(value.channel));
@@ -134,7 +134,7 @@ mod tests {
 
     /// A check of one value that is compared with the day before, and how its problems and its table read.
     fn told(value: Value) -> (Vec<String>, String) {
-        let board = BoardReport { board: 0, values: vec![value], aborted: None };
+        let board = BoardReport { board: 0, values: vec![value], aborted: None, unjudged: false };
         let report = Report {
             started_utc: "2026-11-23T10:00:00Z".into(),
             port: "sim".into(),

@@ -44,8 +44,18 @@ const MOST_TRIES: usize = 3;
 struct Shared {
     /// What has been begun, one after the other.
     tries: Vec<Try>,
-    /// Why it was broken off, and in which try.
-    aborted: Option<(usize, String)>,
+    /// Why it was broken off.
+    aborted: Option<Aborted>,
+}
+
+/// Why a test was broken off.
+#[derive(Debug, Clone)]
+struct Aborted {
+    /// In which try.
+    number: usize,
+    why: String,
+    /// Whether the board, or the line to it, is the reason.
+    failed: bool,
 }
 
 /// A plan that a board goes through once.
@@ -75,23 +85,24 @@ impl SelfTest {
         self.plans.iter().map(|plan| plan.plan.seconds()).sum()
     }
 
-    /// Breaks it off: 0 kPa is commanded and the poller ends. The first reason counts.
+    /// Breaks it off for a reason that is not the boards': 0 kPa is commanded and the poller ends. The first reason counts.
     pub fn abort(&self, why: impl Into<String>) {
-        let begun = self.locked().tries.iter().rposition(|one| !one.samples.is_empty());
-        self.abort_in(begun.unwrap_or(0), why.into());
+        self.break_off(Aborted { number: self.begun(), why: why.into(), failed: false });
     }
 
     /// What was found, board by board; `earlier` is compared with. A board that was not done says why.
     pub fn reports(&self, earlier: Option<&Report>) -> Vec<BoardReport> {
         let shared = self.locked();
         let report = |(place, BoardPlan { board, plan, .. }): (usize, &BoardPlan)| match &shared.aborted {
-            Some((number, why)) if place == shared.tries[*number].place => {
-                BoardReport::aborted(*board, why.clone())
-            }
+            Some(Aborted { number, why, failed }) if place == shared.tries[*number].place => match failed {
+                true => BoardReport::aborted(*board, why.clone()),
+                false => BoardReport::unjudged(*board, why.clone()),
+            },
             // Each plan's first try has its number.
-            Some((number, _)) if place > *number => {
-                BoardReport::aborted(*board, "not done: an earlier board ended the check")
-            }
+            Some(Aborted { number, failed, .. }) if place > *number => BoardReport::unjudged(
+                *board,
+                if *failed { "not done: an earlier board ended the check" } else { "not done" },
+            ),
             _ => {
                 let before = earlier.and_then(|report| report.board(*board));
                 judge(*board, shared.measured(place, plan), before)
@@ -123,8 +134,18 @@ impl SelfTest {
         &self.plans[self.locked().tries[number].place]
     }
 
-    fn abort_in(&self, number: usize, why: String) {
-        self.locked().aborted.get_or_insert((number, why));
+    /// Breaks it off because of the board of a try, or of the line to it.
+    fn fail(&self, number: usize, why: String) {
+        self.break_off(Aborted { number, why, failed: true });
+    }
+
+    fn break_off(&self, aborted: Aborted) {
+        self.locked().aborted.get_or_insert(aborted);
+    }
+
+    /// The last try that has been begun.
+    fn begun(&self) -> usize {
+        self.locked().tries.iter().rposition(|one| !one.samples.is_empty()).unwrap_or(0)
     }
 
     fn is_aborted(&self) -> bool {

@@ -61,20 +61,22 @@ impl Observer for Watch {
                 self.in_vain += u32::from(board.outcome == Outcome::Lost);
                 let asked = self.in_vain >= Self::ASKED || board.state == BoardState::Missing;
                 if asked && row.since_start_ns.saturating_sub(self.answered_ns) > Self::SILENT_NS {
-                    self.test.abort_in(number, "the board does not answer".to_owned());
+                    self.test.fail(number, "the board does not answer".to_owned());
                 }
             }
         }
         // A chamber may still be under pressure when its plan begins; by then it has had time to vent.
         let seen = t_s > 0.1 * plan.plan.seconds();
         if let Some(why) = Self::wrong(board, plan.plan.levels_kpa()).filter(|_| seen) {
-            self.test.abort_in(number, why);
+            self.test.fail(number, why);
         }
     }
 
     fn event(&mut self, event: &Event<'_>) {
         let why = match event {
-            Event::LineLost { error, .. } => format!("the port failed: {error}"),
+            Event::LineLost { error, .. } => {
+                return self.test.fail(self.test.begun(), format!("the port failed: {error}"));
+            }
             Event::Vented => "somebody vented the boards".to_owned(),
             Event::Stalled { by_ns } => {
                 format!(

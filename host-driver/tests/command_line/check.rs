@@ -1,10 +1,13 @@
 //! The self-test as users run it. What it finds is tested in virtual time (`host-driver/check/tests/virtual_rigs.rs`).
 
-use crate::command_line::program::{refused, run};
+use crate::command_line::program::{program, refused, run, signal};
 use crate::command_line::schema::{CHECK, conforms};
 use crate::support::pty::PtyBoards;
+use rustix::process::Signal;
 use serde_json::Value;
 use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::Child;
 use std::sync::atomic::Ordering;
 
 /// Boards behind this pty answer with whatever they are commanded, at once: no rate and no dead time, and nothing wrong.
@@ -46,6 +49,49 @@ fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() 
     assert_eq!((&hold["verdict"], &hold["before"]), (&"fail".into(), &5.0.into()));
     assert_eq!(value(&second, "hold", 2)["verdict"], "pass");
     assert_eq!(second["baseline_utc"], first["started_utc"]);
+}
+
+/// What is said of a check of so many boards that `end` breaks off once it has begun, on both outputs. It becomes no baseline.
+fn broken_off(count: u8, end: impl FnOnce(&PtyBoards, &Child)) -> (String, String) {
+    let boards = PtyBoards::start(count);
+    let port = boards.path().to_str().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let baseline = folder.path().join("base.json");
+    let args = ["check", "--port", port, "-n", &count.to_string(), "--allowance-us", "50000"];
+    let mut child =
+        program(&[&args[..], &["--baseline", baseline.to_str().unwrap()]].concat()).spawn().unwrap();
+    let mut said = String::new();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    while !said.contains("checking board 0") {
+        assert!(stderr.read_line(&mut said).unwrap() > 0, "{said}");
+    }
+    end(&boards, &child);
+    let output = child.wait_with_output().unwrap();
+    stderr.read_to_string(&mut said).unwrap();
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stdout}{said}");
+    assert!(!baseline.exists() && stdout.contains("is no baseline\n"), "{stdout}");
+    (stdout, said)
+}
+
+/// Nobody has seen whether the boards work.
+#[test]
+fn a_check_that_was_interrupted_says_nothing_of_the_boards() {
+    let (stdout, stderr) = broken_off(2, |_, child| signal(child, Signal::INT));
+    for line in ["board 0: broken off: interrupted\n", "board 1: broken off: not done\n"] {
+        assert!(stdout.contains(&format!("not measured: {line}")), "{stdout}");
+    }
+    assert!(stdout.contains("it says nothing of boards that it had not finished"), "{stdout}");
+    assert!(!stdout.contains("fail") && !stdout.contains("does not work"), "{stdout}");
+    assert!(stderr.contains("error: the check was broken off") && !stderr.contains("failed"), "{stderr}");
+}
+
+#[test]
+fn a_board_that_ends_a_check_fails_it() {
+    let (stdout, stderr) = broken_off(1, |boards, _| boards.last_unplugged.store(true, Ordering::Relaxed));
+    assert!(stdout.contains("fail: board 0: broken off: the board does not answer\n"), "{stdout}");
+    assert!(stdout.contains("it does not work as it should"), "{stdout}");
+    assert!(stderr.contains("the check failed"), "{stderr}");
 }
 
 /// Nobody asked for it, and it was sent 0 kPa alone.

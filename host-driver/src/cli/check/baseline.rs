@@ -57,6 +57,9 @@ pub fn store(place: Option<&Path>, check: &CheckArgs, report: &Report) -> Result
     if place.exists() && !check.new_baseline {
         return Ok(None);
     }
+    if report.was_broken_off() {
+        return Ok(Some(format!("{name}: not written: a check that was broken off is no baseline")));
+    }
     if report.verdict == Verdict::Fail {
         return Ok(Some(format!("{name}: not written: a check that fails is no baseline")));
     }

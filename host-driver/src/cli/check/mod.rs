@@ -42,10 +42,6 @@ pub fn run(args: &BusArgs, check: &CheckArgs, setup: &Setup) -> Result<(), Failu
         boards,
     };
     let name = |board: u8, channel: Option<usize>| name(setup, board, channel);
-    if let Some(file) = &check.page {
-        std::fs::write(file, page(&report, &name))
-            .map_err(|error| Failure::running(format!("{}: {error}", file.display())))?;
-    }
     if args.json {
         print_json(&report)?;
     } else {
@@ -53,19 +49,38 @@ pub fn run(args: &BusArgs, check: &CheckArgs, setup: &Setup) -> Result<(), Failu
         problems(&report, &name).iter().for_each(|problem| outln!("{problem}"));
         outln!("{}", conclusion(&report));
     }
-    let stored = baseline::store(place.as_deref(), check, &report)?;
-    if let Some(text) = stored.filter(|_| !args.json) {
+    // Files come last: nothing that was measured is lost with them.
+    let paged = check.page.as_ref().map_or(Ok(()), |file| {
+        std::fs::write(file, page(&report, &name))
+            .map_err(|error| Failure::running(format!("{}: {error}", file.display())))
+    });
+    let stored = baseline::store(place.as_deref(), check, &report);
+    if let Ok(Some(text)) = &stored
+        && !args.json
+    {
         outln!("{text}");
     }
-    concluded(&finished)?;
+    let outcomes = [concluded(&finished), paged, stored.map(drop), outcome(&report)];
+    let mut failures: Vec<_> = outcomes.into_iter().filter_map(Result::err).collect();
+    let last = failures.pop();
+    failures.iter().for_each(|failure| errln!("error: {failure}"));
+    last.map_or(Ok(()), Err)
+}
+
+fn outcome(report: &Report) -> Result<(), Failure> {
     match report.verdict {
         Verdict::Fail => Err(Failure::running("the check failed; see above")),
+        _ if report.was_broken_off() => Err(Failure::running("the check was broken off; see above")),
         _ => Ok(()),
     }
 }
 
 fn conclusion(report: &Report) -> &'static str {
     match (report.verdict, &report.baseline_utc) {
+        (Verdict::Fail, _) => "it does not work as it should",
+        _ if report.was_broken_off() => {
+            "the check was broken off: it says nothing of boards that it had not finished; check again"
+        }
         (Verdict::Pass, Some(_)) => "all is as it was",
         (Verdict::Pass, None) => "all is as it should be; nothing to compare with yet",
         (Verdict::NotMeasured, _) if report.was_disturbed() => {
@@ -74,7 +89,6 @@ fn conclusion(report: &Report) -> &'static str {
         }
         (Verdict::NotMeasured, _) => "what could be measured is as it should be",
         (Verdict::Warn, _) => "it works, and somebody should look after it",
-        (Verdict::Fail, _) => "it does not work as it should",
     }
 }
 
