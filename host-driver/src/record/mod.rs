@@ -30,6 +30,7 @@ mod recorder;
 mod rows;
 mod sensor_columns;
 mod switch;
+mod writable;
 mod writer;
 
 #[cfg(feature = "trajectory")]
@@ -43,3 +44,4 @@ pub use recorder::RecordedBus;
 pub use recorder::{Recorder, RecordingSummary};
 pub(crate) use rows::{Batch, Formatter};
 pub use switch::{RecordSwitch, SwitchError, SwitchStatus};
+pub use writable::{file_is_writable, folder_is_writable};

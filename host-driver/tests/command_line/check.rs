@@ -41,8 +41,11 @@ fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() 
         }
     }
     fs::write(&baseline, stored.to_string()).unwrap();
+    // A disk that is full at the end takes nothing away from what is shown.
+    let args = args.map(|arg| if arg == page { "/dev/full" } else { arg });
     let (code, stdout, stderr) = run(&args);
     assert_eq!(code, Some(1), "{stdout}{stderr}");
+    assert!(stderr.contains("error: /dev/full: No space left"), "{stderr}");
     assert!(stderr.contains("the check failed"), "{stderr}");
     let second: Value = serde_json::from_str(&stdout).unwrap();
     let hold = value(&second, "hold", 3);
@@ -117,6 +120,15 @@ fn what_cannot_be_checked_is_refused_before_anything_moves() {
     fs::write(path("bad.json"), "{}").unwrap();
     refused(&["check", "--port", "x", "--rig", &path("low.toml")], 2, "channel 3: a check up to 72.0 kPa");
     refused(&["check", "--port", "x", "--baseline", &path("bad.json")], 2, "--new-baseline replaces it");
+    for (option, file) in
+        [("--page", "/proc/check.html"), ("--baseline", "/proc/base.json"), ("--page", "/no/check.html")]
+    {
+        refused(
+            &["check", "--port", "x", option, file],
+            2,
+            &format!("{file}: nothing can be written there: "),
+        );
+    }
     refused(&["check", "--port", "x", "--stretch", "0.1"], 2, "expected 0.5 to 10");
     refused(&["check", "--port", "x", "--board", "2"], 2, "means boards 0 to 0");
     refused(&["check", "--port", "x", "--rate", "50000"], 2, "the wire's limit");

@@ -4,6 +4,7 @@ use crate::cli::args::CheckArgs;
 use crate::cli::failure::Failure;
 use crate::cli::setup::Setup;
 use pneudrive_host::check::{Report, Verdict};
+use pneudrive_host::record::file_is_writable;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -46,6 +47,22 @@ pub fn read(place: Option<&Path>, check: &CheckArgs) -> Result<Option<Report>, F
     Ok(Some(report))
 }
 
+/// Refuses a place that [`store`] could not write to, while no chamber has moved.
+pub fn can_be_stored(place: Option<&Path>, check: &CheckArgs) -> Result<(), Failure> {
+    let Some(place) = place.filter(|place| check.new_baseline || !place.exists()) else { return Ok(()) };
+    file_is_writable(&beside(place)).map_err(|error| {
+        Failure::input(format!(
+            "{}: nothing can be written there: {error}; it is the baseline of later checks: --baseline FILE.json keeps it elsewhere",
+            place.display()
+        ))
+    })
+}
+
+/// Where a baseline is written before it takes its place: it is whole at any time.
+fn beside(place: &Path) -> PathBuf {
+    place.with_extension("json.new")
+}
+
 /// Stores `report` where there is no baseline yet, or a new one is wanted; says so. What fails is nothing to compare with.
 pub fn store(place: Option<&Path>, check: &CheckArgs, report: &Report) -> Result<Option<String>, Failure> {
     let Some(place) = place else {
@@ -65,7 +82,7 @@ pub fn store(place: Option<&Path>, check: &CheckArgs, report: &Report) -> Result
     }
     let stored = Stored { schema: Report::SCHEMA, report: report.clone() };
     let text = serde_json::to_string_pretty(&stored).map_err(Failure::running)?;
-    let beside = place.with_extension("json.new");
+    let beside = beside(place);
     std::fs::write(&beside, text + "\n")
         .and_then(|()| std::fs::rename(&beside, place))
         .map_err(|error| Failure::running(format!("{name}: {error}")))?;

@@ -13,6 +13,7 @@ use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict, page, problems, table};
 use pneudrive_host::poller::{Finished, Limits, MissedTick, Pace, Poller, PollerOptions};
+use pneudrive_host::record::file_is_writable;
 use pneudrive_protocol::{Baud, CHANNELS};
 use std::time::{Duration, SystemTime};
 
@@ -29,6 +30,12 @@ pub fn run(args: &BusArgs, check: &CheckArgs, setup: &Setup) -> Result<(), Failu
     let place = baseline::place(check, setup);
     let earlier = baseline::read(place.as_deref(), check)?;
     let pace = pace(args, check, setup, devices)?;
+    if let Some(file) = &check.page {
+        file_is_writable(file).map_err(|error| {
+            Failure::input(format!("--page {}: nothing can be written there: {error}", file.display()))
+        })?;
+    }
+    baseline::can_be_stored(place.as_deref(), check)?;
     let started_utc = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let (boards, finished) = test(args, (devices, limits, pace), plans, setup, earlier.as_ref())?;
     let port = if is_sim(args) { "sim".into() } else { args.port.clone().unwrap_or_default() };
