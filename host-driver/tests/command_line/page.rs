@@ -23,6 +23,7 @@ fn unusable_web_options_are_refused_before_the_port_is_touched() {
     with(&["--web=0", "--allow-control", "--control-limit", "700"], "at most 689.5 kPa");
     with(&["--web=0", "--allow-control", "--web-deadman", "0.1"], "must be 0.5 to 60 s");
     with(&["--web=0", "--web-deadman", "3"], "--allow-control");
+    with(&["--web=0", "--record-folder", "/proc"], "--record-folder /proc: nothing can be written there: ");
     with(&["--web=0", "--record-folder", "/no/such/folder"], "--record-folder /no/such/folder: No such file");
     let file = token.to_str().unwrap();
     with(&["--web=0", "--allow-control", "--control-token-file", file], "16 to 256 characters");

@@ -31,7 +31,7 @@ pub struct WebArgs {
     #[arg(long, value_name = "SECONDS", requires = "allow_control", hide_short_help = true, value_parser = deadman)]
     pub web_deadman: Option<f64>,
     /// Where the page's recording button puts its files [default: the working folder; none if
-    /// others can reach the page]
+    /// others can reach the page, or nothing can be written there]
     #[arg(long, value_name = "FOLDER", requires = "web", hide_short_help = true)]
     pub record_folder: Option<PathBuf>,
     /// What the page's recording button makes

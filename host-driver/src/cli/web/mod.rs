@@ -11,12 +11,12 @@ use super::setup::Setup;
 use super::view::{Events, Session};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override};
-use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary};
+use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary, folder_is_writable};
 use pneudrive_host::web::{
     BoardLabel, Control, Labels, Listener, Recording, Server, Token, UnitLabel, WebOptions,
 };
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -127,13 +127,16 @@ fn recording(
     let args = &run.web;
     let local = args.web.is_some_and(|address| address.ip().is_loopback());
     let folder = match &args.record_folder {
-        None if !local => return Ok((None, None)),
+        None if !local || folder_is_writable(Path::new(".")).is_err() => return Ok((None, None)),
         None => PathBuf::from("."),
         Some(folder) => folder.clone(),
     };
     let folder = folder
         .canonicalize()
         .map_err(|error| Failure::input(format!("--record-folder {}: {error}", folder.display())))?;
+    folder_is_writable(&folder).map_err(|error| {
+        Failure::input(format!("--record-folder {}: nothing can be written there: {error}", folder.display()))
+    })?;
     let ending = args.record_format.ending().to_owned();
     Recorder::check(&folder.join(format!("run.{ending}")), true)?;
     let (pages, ambient_kpa) = (run.pages(), setup.ambient_kpa());
