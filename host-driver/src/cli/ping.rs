@@ -5,6 +5,7 @@ use crate::cli::find_boards;
 use crate::cli::output::print_json;
 use crate::cli::output::{out, outln};
 use crate::cli::setup::Setup;
+use crate::cli::signals::StopSignal;
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, ExchangeError, Frames};
 use pneudrive_protocol::Echo;
@@ -29,7 +30,7 @@ struct BoardReport {
     error: Option<String>,
 }
 
-/// Asks each board some times and prints how it answered. Fails if any board did not answer at all.
+/// Asks each board some times, until Ctrl-C, and prints how it answered. Fails if any board that was asked did not answer at all.
 pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     args.real_time().check()?;
@@ -37,9 +38,10 @@ pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure
     args.real_time().apply()?;
     let bus = &mut connection.bus;
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
-    find_boards::find(bus, &boards, args.wait, || false)?;
-    let boards: Vec<_> =
-        boards.iter().map(|&board| measure(bus, board, ping.count, &setup.calibration)).collect();
+    let stop = StopSignal::install(false)?;
+    find_boards::find(bus, &boards, args.wait, || stop.came())?;
+    let measure = |&board: &u8| measure(bus, board, ping.count, &setup.calibration, &stop);
+    let boards: Vec<_> = boards.iter().map(measure).filter(|board| board.asked > 0).collect();
     for board in &boards {
         // A line that has failed is in the board's own entry.
         let _ = bus.leave(board.board);
@@ -61,11 +63,19 @@ pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure
     }
 }
 
-fn measure(bus: &mut Bus, board: u8, count: u32, calibration: &Calibration) -> BoardReport {
+fn measure(
+    bus: &mut Bus,
+    board: u8,
+    count: u32,
+    calibration: &Calibration,
+    stop: &StopSignal,
+) -> BoardReport {
+    let mut asked = 0;
     let mut times_us = Vec::new();
     let mut last = None;
     let mut error = None;
-    for _ in 0..count {
+    while asked < count && !stop.came() {
+        asked += 1;
         match bus.ping(board) {
             Ok(answer) => {
                 times_us.push(answer.round_trip_ns() as f64 * 1e-3);
@@ -89,7 +99,7 @@ fn measure(bus: &mut Bus, board: u8, count: u32, calibration: &Calibration) -> B
     let answered = times_us.len() as u32;
     BoardReport {
         board,
-        asked: count,
+        asked,
         answered,
         frames: bus.frames(board),
         round_trip_us,

@@ -1,9 +1,11 @@
 //! Subcommands that measure and list.
 
-use crate::command_line::program::{program, refused, run};
+use crate::command_line::program::{program, refused, run, signal, until};
 use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
+use rustix::process::Signal;
 use std::fs;
+use std::sync::atomic::Ordering;
 
 #[test]
 fn timing_gives_the_originals_figures() {
@@ -30,6 +32,23 @@ fn ping_names_each_board() {
         "{stdout}"
     );
     assert!(stderr.contains("1 of 3 boards did not answer"), "{stderr}");
+}
+
+#[test]
+fn ping_tells_what_it_counted_when_it_is_interrupted() {
+    let boards = PtyBoards::start(2);
+    let port = boards.path().to_str().unwrap();
+    let args = ["ping", "--port", port, "-n", "2", "--count", "1000000", "--allowance-us", "100000"];
+    let child = program(&args).spawn().unwrap();
+    // After the request that finds out about echoes and one to find each board.
+    until("pings", || boards.answered.load(Ordering::Relaxed) > 20);
+    signal(&child, Signal::INT);
+    let output = child.wait_with_output().unwrap();
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stdout}");
+    let counted = stdout.split("board 0: ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    assert!((10..1_000_000).contains(&counted.parse::<u32>().unwrap()), "{stdout}");
+    assert!(stdout.contains("(fastest, median, slowest)") && !stdout.contains("board 1"), "{stdout}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
 /// What a board was commanded.
@@ -18,6 +18,8 @@ pub struct PtyBoards {
     path: PathBuf,
     stop: Arc<AtomicBool>,
     pub last_unplugged: Arc<AtomicBool>,
+    /// Requests that were answered.
+    pub answered: Arc<AtomicUsize>,
     thread: Option<JoinHandle<Vec<Commanded>>>,
     /// Keeps the pty alive between hosts.
     _slave: OwnedFd,
@@ -42,9 +44,11 @@ impl PtyBoards {
         tcsetattr(&slave, OptionalActions::Now, &settings).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let last_unplugged = Arc::new(AtomicBool::new(false));
-        let (stops, unplugs) = (Arc::clone(&stop), Arc::clone(&last_unplugged));
-        let thread = std::thread::spawn(move || serve(&master, boards, &stops, &unplugs));
-        Self { path, stop, last_unplugged, thread: Some(thread), _slave: slave }
+        let answered = Arc::new(AtomicUsize::new(0));
+        let (stops, unplugs, counts) =
+            (Arc::clone(&stop), Arc::clone(&last_unplugged), Arc::clone(&answered));
+        let thread = std::thread::spawn(move || serve(&master, boards, &stops, &unplugs, &counts));
+        Self { path, stop, last_unplugged, answered, thread: Some(thread), _slave: slave }
     }
 
     pub fn path(&self) -> &Path {
@@ -67,7 +71,13 @@ impl Drop for PtyBoards {
     }
 }
 
-fn serve(master: &OwnedFd, boards: u8, stop: &AtomicBool, unplugged: &AtomicBool) -> Vec<Commanded> {
+fn serve(
+    master: &OwnedFd,
+    boards: u8,
+    stop: &AtomicBool,
+    unplugged: &AtomicBool,
+    answered: &AtomicUsize,
+) -> Vec<Commanded> {
     let mut ears: Vec<_> = (0..boards).map(|board| RequestDecoder::new(Address::of_board(board))).collect();
     let mut commands = Vec::new();
     while !stop.load(Ordering::Relaxed) {
@@ -90,6 +100,7 @@ fn serve(master: &OwnedFd, boards: u8, stop: &AtomicBool, unplugged: &AtomicBool
                     commands.push((address.board(), request.commands));
                 }
                 let _ = rustix::io::write(master, &request.answer(address, request.commands));
+                answered.fetch_add(1, Ordering::Relaxed);
             }
         }
     }
