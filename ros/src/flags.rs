@@ -9,7 +9,7 @@ const EXAMPLES: &str = "\
 Examples:
   pneudrive-ros --port sim --devices 3                       three virtual boards
   pneudrive-ros --port /dev/ttyUSB0 --devices 2 --namespace /arm
-  pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4 two buses of four boards: joint_0 to joint_7
+  pneudrive-ros --port /dev/ttyUSB0,/dev/ttyUSB1 --devices 4  two buses: joint_0 to joint_7
   pneudrive-ros --port /dev/ttyUSB0 --ros-args -r __ns:=/arm -p rate_hz:=500.0
   pneudrive-ros --ros-args --params-file arm.yaml            as a launch file starts it
 

@@ -10,6 +10,15 @@ fn the_arguments_are_consistent() {
     Flags::command().debug_assert();
 }
 
+/// Help is 100 wide where it is not read on a terminal, and an example that is broken cannot be copied.
+#[test]
+fn examples_of_the_help_are_whole_lines() {
+    let help = Flags::command().get_after_help().unwrap().to_string();
+    let examples: Vec<_> = help.lines().filter(|line| line.starts_with("  ")).collect();
+    let broken: Vec<_> = examples.iter().filter(|line| line.chars().count() > 100).collect();
+    assert!(examples.len() > 3 && broken.is_empty(), "{broken:#?}");
+}
+
 #[test]
 fn parameters_are_flags() {
     let line = "--ros-args -p port:=['/dev/a','/dev/b'] -p devices:=[4,2] -p rate_hz:=500.0 -r __ns:=/arm";

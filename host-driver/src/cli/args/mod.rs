@@ -29,20 +29,20 @@ Examples:
 /// Below `--help`.
 const LONG: &str = "\
 Examples:
-  pneudrive-host --port sim --devices 3                    three virtual boards, live on the terminal
+  pneudrive-host --port sim --devices 3                    three virtual boards, on the terminal
   pneudrive-host list                                      serial ports and their adapters
   pneudrive-host init --port /dev/ttyUSB0                  asks for boards and writes rig.toml
-  pneudrive-host calibrate --rig rig.toml                  two pressures of each channel, from a gauge
+  pneudrive-host calibrate --rig rig.toml                  two pressures of each channel, by gauge
   pneudrive-host check --rig rig.toml                      self-test, compared with the first one
   pneudrive-host --rig rig.toml --command 100              all chambers at 100 kPa
-  pneudrive-host --port /dev/ttyUSB0 --rate 500 --duration 10 --command 0:50,50,120,120 --record run.csv.zst
+  pneudrive-host --rig rig.toml --duration 10 --command 0:50,50,120,120 --record run.csv.zst
   pneudrive-host --port sim --trajectory steps.csv --interpolate linear --record run.csv --json
   pneudrive-host --rig rig.toml --web                      the same in a browser, with a vent button
   pneudrive-host ping --port /dev/ttyUSB0 --devices 4      which boards answer, and how fast
-  pneudrive-host board status --port /dev/ttyUSB0 --board 2    its state, faults, firmware, and last reset
-  pneudrive-host timing --baud 460800                      wire times and the 555's resistor for a line rate
+  pneudrive-host board status --port /dev/ttyUSB0 --board 2    its state, faults and firmware
+  pneudrive-host timing --baud 460800                      wire times and the 555's resistor
   pneudrive-host bench --port sim --devices 4              the loop rate for 1 to 4 boards
-  pneudrive-host info run.csv.zst                          when, with what and how it was recorded, and what happened
+  pneudrive-host info run.csv.zst                          how it was recorded, and what happened
   pneudrive-host replay run.csv.zst --view                 looks at it as it was, without boards
   pneudrive-host replay run.csv.zst --rig rig.toml         commands it again
   pneudrive-host --port /dev/ttyUSB0 --rate 1000 --realtime --lock-memory --pin-core 3
