@@ -23,6 +23,18 @@ ANYTHING = st.one_of(
 )
 
 
+@pytest.mark.parametrize("function", [pneu.fit, pneu.compare, lambda file: pneu.simulate(file, None)])
+def test_a_files_name_is_no_recording_and_the_answer_says_what_is(function):
+    with pytest.raises(TypeError, match=r'expected a Recording, such as pneudrive_py.load\("run.csv"\), got str'):
+        function("run.csv.zst")
+
+
+def test_a_rate_that_nobody_polls_at_is_answered_with_what_to_do():
+    with PressureController("sim", 1, timing="instant") as controller:
+        with pytest.raises(CommandError, match="at most 100000 Hz; without it boards are polled as fast as the wire"):
+            controller.poll(rate_hz=1e6)
+
+
 @pytest.fixture(scope="module")
 def controller():
     with PressureController("sim", 1, timing="instant", timeout=2.0) as controller:

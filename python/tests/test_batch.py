@@ -107,7 +107,7 @@ def test_the_linear_model_is_a_first_order_lag():
         ({"drive": np.zeros((0, 5))}, "empty"),
         ({"drive": []}, "empty"),
         ({"drive": [np.nan]}, "row 0"),
-        ({"drive": [0.0, 1.5]}, "drive is 1.5 at row 1"),
+        ({"drive": [0.0, 1.5]}, "drive is 1.5 at row 1; it must be -1 to 1$"),
         ({"drive": "full"}, "array of numbers"),
         ({"fill": [1.0]}, "give drive, or both"),
         ({"drive": None, "fill": [1.0]}, "give drive, or both"),

@@ -1,5 +1,7 @@
 """Recordings as tables: mapping protocol, stretches of time, other rates, pandas, xarray."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,14 @@ def test_another_rate_interpolates_pressures_and_holds_commands(whole):
     assert set(fine["b0_cmd0_kpa"]) == {0.0, 50.0}
     with pytest.raises(pneu.DataError, match="0 Hz"):
         whole.resample(0.0)
+
+
+@pytest.mark.parametrize("package, method", [("pandas", "to_dataframe"), ("xarray", "to_xarray"), ("matplotlib", "plot")])
+def test_a_package_that_is_missing_is_named_with_how_to_get_it(whole, monkeypatch, package, method):
+    for name in (package, f"{package}.pyplot"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(ModuleNotFoundError, match=f"^this needs {package}: pip install {package}$"):
+        getattr(whole, method)()
 
 
 def test_pandas(whole):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._needs import needs
 from ._pneudrive import Comparison, Diagnosis, Fit, Recording, Simulation, simulate
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ PAGE_IN = 7.16
 @contextmanager
 def _figure(figure: Figure | None, rows: int, heights: list[float], size: tuple[float, float] | None):
     """A figure with ``rows`` axes under each other, one time axis for all."""
-    import matplotlib.pyplot as plt
+    with needs("matplotlib"):
+        import matplotlib.pyplot as plt
 
     with plt.rc_context(STYLE):
         if figure is None:
@@ -256,7 +258,8 @@ def _machine(diagnosis: Diagnosis, channel: str, figure: Figure | None, size: tu
     names = [record["file"] for record in recordings]
     loads = [record["load"].get(channel, {}) for record in recordings]
     sizes = [name for name in dict.fromkeys(name for load in loads for name in load) if _known(loads, name)]
-    import matplotlib.pyplot as plt
+    with needs("matplotlib"):
+        import matplotlib.pyplot as plt
 
     with plt.rc_context(STYLE):
         if figure is None:

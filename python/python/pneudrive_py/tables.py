@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ._needs import needs
 from ._pneudrive import Fit, Recording, simulate
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def dataframe(recording: Recording) -> pandas.DataFrame:
     pandas.DataFrame
         One column for each of ``recording.columns`` but the time, which is the index ``t_s``, s.
     """
-    import pandas
+    with needs("pandas"):
+        import pandas
 
     columns = dict(recording)
     return pandas.DataFrame(columns, index=pandas.Index(columns.pop("t_s"), name="t_s"))
@@ -51,7 +53,8 @@ def dataset(recording: Recording) -> xarray.Dataset:
         ``channel`` (``"b0c0"``, ...), NaN where a channel has none; ``usable``: bool, which pressures may be used. Angles and supply
         have the dimension ``t_s`` alone. Units are in ``attrs["units"]``.
     """
-    import xarray
+    with needs("xarray"):
+        import xarray
 
     channels = recording.channels
     arrays, others = {}, {}

@@ -32,7 +32,7 @@ impl PollerSettings {
             Some(rate) => {
                 let max = Self::RATE_MAX_HZ;
                 return Err(CommandError::new_err(format!(
-                    "rate_hz is {rate}; it must be above 0 and at most {max}"
+                    "rate_hz is {rate}; it must be above 0 and at most {max} Hz; without it boards are polled as fast as the wire allows"
                 )));
             }
         };

@@ -42,7 +42,7 @@ use std::time::Instant;
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn compare(
     py: Python<'_>,
-    recording: &Recording,
+    recording: Expected<Py<Recording>>,
     rig: Option<Expected<RigArgument>>,
     models: Option<Expected<Names>>,
     fit_seconds: Option<f64>,
@@ -75,7 +75,7 @@ pub fn compare(
         form: arguments::flow(flow)?,
         fit: arguments::fit_options(starts, seed, measured_start, false)?,
     };
-    let loaded = Arc::clone(&recording.loaded);
+    let loaded = Arc::clone(&recording.0.get().loaded);
     let origin = convert::origin(py, "compare")?;
     let work = {
         let loaded = Arc::clone(&loaded);

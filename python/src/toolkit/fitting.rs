@@ -283,7 +283,7 @@ impl Fit {
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn fit(
     py: Python<'_>,
-    recording: &Recording,
+    recording: Expected<Py<Recording>>,
     rig: Option<Expected<RigArgument>>,
     model: &str,
     fit_seconds: Option<f64>,
@@ -308,7 +308,7 @@ pub fn fit(
         form: arguments::flow(flow)?,
         fit: arguments::fit_options(starts, seed, measured_start, profiles)?,
     };
-    let loaded = Arc::clone(&recording.loaded);
+    let loaded = Arc::clone(&recording.0.get().loaded);
     let kept = Arc::clone(&loaded);
     let provenance = convert::provenance(py, "fit", &loaded.recording.source, rig_file)?;
     let work = move |watch: &Watch| {

@@ -1,7 +1,7 @@
 use super::arguments::{self, RigArgument};
 use super::columns;
 use super::convert;
-use super::expected::{Expected, Names};
+use super::expected::{Described, Expected, Names};
 use crate::errors;
 use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
@@ -27,6 +27,10 @@ use std::sync::Arc;
 pub struct Recording {
     pub loaded: Arc<Loaded>,
     pub events: Arc<[Event]>,
+}
+
+impl Described for Py<Recording> {
+    const EXPECTED: &'static str = "a Recording, such as pneudrive_py.load(\"run.csv\")";
 }
 
 impl Recording {

@@ -107,9 +107,10 @@ impl<'py> Field<'py> {
         };
         let Some((at, value)) = found else { return Ok(()) };
         Err(errors::unusable(format!(
-            "{name} is {value} at row {}{}; it must be {low} to {high} {unit}",
+            "{name} is {value} at row {}{}; it must be {low} to {high}{}{unit}",
             at % rows,
             if *chambers > 1 { format!(" of chamber {}", at / rows) } else { String::new() },
+            if unit.is_empty() { "" } else { " " },
         )))
     }
 

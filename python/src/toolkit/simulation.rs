@@ -261,7 +261,7 @@ impl Described for Simulated {
 #[pyo3(signature = (recording, parameters, *, rig=None, controller="auto", start_kpa=0.0, progress=None))]
 pub fn simulate(
     py: Python<'_>,
-    recording: &Recording,
+    recording: Expected<Py<Recording>>,
     parameters: Expected<Simulated>,
     rig: Option<Expected<RigArgument>>,
     controller: &str,
@@ -285,7 +285,7 @@ pub fn simulate(
             CalibratedModel::Extended { name: name.clone(), file: Arc::clone(file) }
         }
     };
-    let loaded = Arc::clone(&recording.loaded);
+    let loaded = Arc::clone(&recording.0.get().loaded);
     let simulation = {
         let loaded = Arc::clone(&loaded);
         work::run(py, progress.as_ref(), move |watch: &Watch| {
