@@ -29,10 +29,12 @@ pub(crate) fn change(quantity: Quantity, value: f64, error: f64, earlier: &Value
         }
         let tolerance = quantity.tolerance().max(SIGNIFICANT * error / before);
         let away = if value > 0.0 { (value / before).ln().abs() } else { f64::INFINITY };
-        (tolerance, away, (before * (-tolerance).exp(), before * tolerance.exp()))
+        (tolerance, away, (Some(before * (-tolerance).exp()), before * tolerance.exp()))
     } else {
         let tolerance = quantity.tolerance().max(SIGNIFICANT * error);
-        (tolerance, (value - before).abs(), (before - tolerance, before + tolerance))
+        // Of what cannot be negative only a lower limit above 0 says something.
+        let from = Some(before - tolerance).filter(|&from| quantity.is_signed() || from > 0.0);
+        (tolerance, (value - before).abs(), (from, before + tolerance))
     };
     let verdict = match away {
         // Written so that NaN fails.
@@ -41,7 +43,7 @@ pub(crate) fn change(quantity: Quantity, value: f64, error: f64, earlier: &Value
         _ => Verdict::Fail,
     };
     let note = if verdict == Verdict::Pass { String::new() } else { words(quantity, value, before) };
-    Some(Change { limits: (Some(limits.0), Some(limits.1)), verdict, note })
+    Some(Change { limits: (limits.0, Some(limits.1)), verdict, note })
 }
 
 /// The change in words, without the channel and the date.

@@ -78,7 +78,7 @@ fn for_itself(quantity: Quantity, value: f64, usual: Option<f64>) -> Judged {
     };
     let (limits, verdict) = match quantity.limits() {
         Limits::Magnitude(warn, fail) => {
-            ((Some(-warn).filter(|_| signed(quantity)), Some(warn)), graded(value.abs(), warn, fail))
+            ((Some(-warn).filter(|_| quantity.is_signed()), Some(warn)), graded(value.abs(), warn, fail))
         }
         Limits::Ratio(warn, fail) => match usual.filter(|&usual| usual > 0.0) {
             None => ((None, None), Verdict::Pass),
@@ -94,14 +94,6 @@ fn for_itself(quantity: Quantity, value: f64, usual: Option<f64>) -> Judged {
         _ => "beyond what a rig should have".to_owned(),
     };
     (limits, verdict, note)
-}
-
-/// Whether both signs occur.
-fn signed(quantity: Quantity) -> bool {
-    matches!(
-        quantity,
-        Quantity::Zero | Quantity::Reached | Quantity::Centre | Quantity::Leak | Quantity::Hold
-    )
 }
 
 #[cfg(test)]
@@ -139,6 +131,19 @@ mod tests {
         // The same change, uncertain by as much as itself.
         assert_eq!(now([705.0, 715.0, 600.0, 705.0], 60.0).verdict(), Verdict::Pass);
         assert_eq!(now([705.0, 715.0, 300.0, 705.0], 2.0).verdict(), Verdict::Fail);
+    }
+
+    /// Noise has no sign: that it is less than before is no news.
+    #[test]
+    fn what_cannot_be_negative_has_no_limit_below_0() {
+        let limits = |quantity, kpa| {
+            let board = judge(0, measured([kpa; 4], quantity, 0.0), None);
+            let again = judge(0, measured([kpa; 4], quantity, 0.0), Some(&board));
+            [board, again].map(|board| board.values[0].limits)
+        };
+        assert_eq!(limits(Quantity::Noise, 0.0), [(None, Some(2.0)), (None, Some(0.8))]);
+        assert_eq!(limits(Quantity::Crosstalk, 1.5)[1], (Some(0.5), Some(2.5)));
+        assert_eq!(limits(Quantity::Hold, 0.25)[1], (Some(-0.25), Some(0.75)));
     }
 
     #[test]

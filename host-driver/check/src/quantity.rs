@@ -124,6 +124,11 @@ impl Quantity {
         }
     }
 
+    /// Whether both signs occur.
+    pub(crate) fn is_signed(self) -> bool {
+        matches!(self, Self::Zero | Self::Reached | Self::Centre | Self::Leak | Self::Hold)
+    }
+
     /// Whether changes are factors.
     pub(crate) fn is_factor(self) -> bool {
         matches!(self, Self::FillRate | Self::VentRate)

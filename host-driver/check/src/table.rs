@@ -89,8 +89,8 @@ pub(crate) fn range(value: &Value) -> String {
     let number = |number| plain(value, Some(number));
     match value.limits {
         (Some(from), Some(to)) => format!("{} to {}", number(from), number(to)),
-        (None, Some(to)) => format!("up to {}", number(to)),
-        (Some(from), None) => format!("from {}", number(from)),
+        (None, Some(to)) => format!("at most {}", number(to)),
+        (Some(from), None) => format!("at least {}", number(from)),
         (None, None) => "no limit".to_owned(),
     }
 }
