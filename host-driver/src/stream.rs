@@ -40,7 +40,13 @@ impl UdpStream {
     /// # Errors
     /// No such address, or no way to it.
     pub fn to(address: &str, calibration: impl Into<Calibration>) -> Result<Self, StreamError> {
-        let refused = |reason| StreamError { address: address.to_owned(), reason };
+        let refused = |reason: io::Error| {
+            let reason = match reason.kind() {
+                io::ErrorKind::InvalidInput => io::Error::other("expected HOST:PORT, such as 127.0.0.1:9870"),
+                _ => reason,
+            };
+            StreamError { address: address.to_owned(), reason }
+        };
         let found: SocketAddr = address
             .to_socket_addrs()
             .and_then(|mut all| all.next().ok_or_else(|| io::Error::other("no such address")))

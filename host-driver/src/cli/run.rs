@@ -74,6 +74,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     if let Some(path) = &run.record {
         Recorder::check(path, run.overwrite)?;
     }
+    let stream = run.udp.as_ref().map(|address| UdpStream::to(address, calibration.clone()));
+    let stream = stream.transpose().map_err(|error| Failure::input(format!("--udp {error}")))?;
     args.real_time().check()?;
     let description = start::description(args, run, devices, setup, &limits);
     let by_key_description = description.clone();
@@ -123,11 +125,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         }
         _ => None,
     };
-    if let Some(address) = &run.udp {
-        let stream = UdpStream::to(address, calibration.clone());
-        let stream = stream.map_err(|error| Failure::input(format!("--udp {error}")))?;
-        observers.push(Box::new(stream));
-    }
+    observers.extend(stream.map(|stream| Box::new(stream) as Box<dyn Observer>));
     let watch = watch::start(run, &options.boards, calibration, &events)?;
     let (watch, tap) = watch.map_or((None, None), |(watch, tap)| (Some(watch), Some(tap)));
     observers.extend(tap);

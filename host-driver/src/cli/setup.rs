@@ -24,7 +24,10 @@ impl Setup {
         let Some(path) = &cli.bus.rig else {
             return Ok(Self { unit: cli.bus.unit.unwrap_or_default(), ..Self::default() });
         };
-        let rig = Rig::load(path).map_err(Failure::input)?;
+        let rig = Rig::load(path).map_err(|error| {
+            let hint = if path.exists() { "" } else { "; `pneudrive-host init` writes one" };
+            Failure::input(format!("{error}{hint}"))
+        })?;
         let calibration = rig::calibration(&rig).map_err(Failure::input)?;
         let bus = rig.bus();
         let polls = cli.command.as_ref().is_none_or(Command::polls);

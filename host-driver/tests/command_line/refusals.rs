@@ -29,6 +29,10 @@ fn unusable_arguments_are_refused_with_advice() {
     refused(&["--port", "x", "--command", "1:5"], 2, "boards 0 to 0");
     refused(&["--port", "x", "--record", "run.txt"], 2, "ends in .csv, .csv.gz, .csv.zst or .mcap");
     refused(&["--port", "x", "--record", "/no/such/folder/run.csv"], 2, "no such folder");
+    for address in ["nohost", "nohost:", "nohost:90000"] {
+        let message = format!("--udp {address}: expected HOST:PORT, such as 127.0.0.1:9870");
+        refused(&["--port", "x", "--udp", address], 2, &message);
+    }
     refused(&["--port", "x", "--record", "run.csv", "ping"], 2, "not to `ping`");
     refused(&["timing", "--capacitor-nf", "0"], 2, "capacitance");
     refused(&["timing", "--baud", "1"], 2, "1 baud");
@@ -112,7 +116,8 @@ fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
     with(&["--max-rate-kpa-s", "0"], "expected a number above 0");
     let misspelt = file("misspelt.toml", "[limits]\nmax = 300.0\n");
     with(&["--rig", &misspelt], "misspelt.toml:2: unknown key limits.max; did you mean max_kpa?");
-    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read");
+    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read: ");
+    with(&["--rig", "/no/such.toml"], "; `pneudrive-host init` writes one");
 }
 
 /// Who counts boards from 1 would else poll board 0 without any limit.
