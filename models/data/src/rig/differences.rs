@@ -1,8 +1,8 @@
 //! Where two descriptions of a machine disagree.
 
 use super::Rig;
+use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
-use toml::Value;
 
 impl Rig {
     /// Every key in which two descriptions differ, with what each says: `supply.pressure_kpa (550.0, 300.0)`.
@@ -22,7 +22,7 @@ impl Rig {
 fn values(rig: &Rig) -> BTreeMap<String, Value> {
     fn collect(path: &str, value: Value, into: &mut BTreeMap<String, Value>) {
         match value {
-            Value::Table(table) => {
+            Value::Object(table) => {
                 let below =
                     |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
                 table.into_iter().for_each(|(name, value)| collect(&below(&name), value, into));
@@ -33,10 +33,8 @@ fn values(rig: &Rig) -> BTreeMap<String, Value> {
         }
     }
     let mut found = BTreeMap::new();
-    // What was read from such a table can be written as one.
-    if let Ok(value) = Value::try_from(rig) {
-        collect("", value, &mut found);
-    }
+    // Numbers, words and tables of them: what was read can be written.
+    collect("", serde_json::to_value(rig).unwrap_or_default(), &mut found);
     found
 }
 
