@@ -118,3 +118,29 @@ impl Manual {
         }
     }
 }
+
+/// Lines of examples in the help of a command and its subcommands that are broken where help is 100 wide, as it is where it is not read on
+/// a terminal: who copies them gets half a command. For programs' tests.
+#[must_use]
+pub fn broken_examples(command: &Command) -> Vec<String> {
+    let helps = [command.get_after_help(), command.get_after_long_help()].into_iter().flatten();
+    let text = helps.map(ToString::to_string).collect::<Vec<_>>().join("\n");
+    let long = text.lines().filter(|line| line.starts_with("  ") && line.chars().count() > HELP_WIDTH);
+    long.map(str::to_owned).chain(command.get_subcommands().flat_map(broken_examples)).collect()
+}
+
+/// Width of help that is not read on a terminal.
+const HELP_WIDTH: usize = 100;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn examples_are_looked_at_in_subcommands_and_text_is_not() {
+        let long =
+            format!("Examples:\n  example {}\n  example short\n{}", "x".repeat(91), "text ".repeat(30));
+        let command = Command::new("example").subcommand(Command::new("one").after_help(long));
+        assert_eq!(broken_examples(&command), [format!("  example {}", "x".repeat(91))]);
+    }
+}

@@ -20,7 +20,7 @@ use super::{Failure, interrupt, origin, output, target};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
 pneudrive-model fit run.csv --rig rig.toml --out nonlinear.toml\n  \
-pneudrive-model fit run.csv.gz --rig rig.toml --model parametric --fit-seconds 200 --channels b0c0,b0c1 --out p.toml\n  \
+pneudrive-model fit run.csv.gz --rig rig.toml --model parametric --channels b0c0,b0c1 --out p.toml\n  \
 pneudrive-model fit regulator.csv --model linear --out linear.toml\n\n\
 Writes the parameters with provenance and covariance as TOML, and the whole result as JSON beside it.")]
 pub struct Args {

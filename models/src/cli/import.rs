@@ -12,9 +12,12 @@ use super::{Failure, target};
 /// Convert a foreign CSV file to the measured-data format
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
-pneudrive-model import log.csv --time 'time [ms]:ms' --map 'b0_p0_kpa=Pressure (psi):psi' --map 'b0_cmd0_kpa=Set:psi' --out run.csv\n  \
-pneudrive-model import log.csv --rate 100 --map 'b0_p0_kpa=P1:mbar-abs' --map 'b0_u0=PWM:255:0' --out run.csv.gz\n  \
-pneudrive-model import adc.csv --time '#1:us' --map 'b0_p0_kpa=#2:counts' --rig rig.toml --out run.csv\n\n\
+pneudrive-model import log.csv --time 'time [ms]:ms' --map 'b0_p0_kpa=Pressure (psi):psi' \\\n      \
+--map 'b0_cmd0_kpa=Set:psi' --out run.csv\n  \
+pneudrive-model import log.csv --rate 100 --map 'b0_p0_kpa=P1:mbar-abs' \\\n      \
+--map 'b0_u0=PWM:255:0' --out run.csv.gz\n  \
+pneudrive-model import adc.csv --time '#1:us' --map 'b0_p0_kpa=#2:counts' \\\n      \
+--rig rig.toml --out run.csv\n\n\
 A mapping is TARGET=SOURCE:UNIT or TARGET=SOURCE:UNIT:OFFSET; OFFSET is taken off in the source's unit.\n\
 Pressures: kPa, Pa, hPa, MPa, bar, mbar, psi, cmH2O, mmHg, any of them with -abs for absolute pressure, counts.\n\
 Drives: 1, percent, counts. Angles: rad, deg. Times: s, ms, us, ns, min.\n\

@@ -106,3 +106,13 @@ impl Cli {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn examples_of_the_help_are_whole_lines() {
+        assert_eq!(pneudrive_manual::broken_examples(&Cli::command()), Vec::<String>::new());
+    }
+}

@@ -18,7 +18,7 @@ use super::{Failure, output, target};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
 pneudrive-model simulate commands.csv --parameters nonlinear.toml --out predicted.csv\n  \
-pneudrive-model simulate run.csv --parameters nonlinear.toml --controller on --out predicted.csv.gz\n  \
+pneudrive-model simulate run.csv --parameters fitted.toml --controller on --out predicted.csv\n  \
 pneudrive-model simulate commands.csv --parameters diagnosis/extended.toml --out predicted.csv\n\n\
 DATA needs commands (linear model, or the board's loop simulated) or drives; measured pressures are not used, except for \
 the first of each stretch to start from, and to judge the simulation by. The output has the format of a recording, with \

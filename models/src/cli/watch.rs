@@ -24,7 +24,8 @@ const CHANGED: u8 = 3;
 #[command(after_help = "Examples:\n  \
 pneudrive-model watch run.csv.zst --follow --parameters rig.fit.toml\n  \
 pneudrive-model watch run.csv.zst --parameters diagnosis/extended.toml --json\n  \
-pneudrive-host --rig rig.toml --record run.csv.zst & sleep 2; pneudrive-model watch run.csv.zst --follow --parameters p.toml\n\n\
+pneudrive-host --rig rig.toml --record run.csv.zst &\n  \
+sleep 2; pneudrive-model watch run.csv.zst --follow --parameters p.toml\n\n\
 The first stretch (--learn) says what is usual; a change after it is said with what it may be, and is then usual in turn.\n\
 With --json an object a line: kind is begin, learnt, changed or end. docs/watch.md says what is found, and how fast.\n\
 Exit status: 0 nothing changed, 3 something changed, 1 failed while running, 2 unusable arguments or input.")]

@@ -19,7 +19,8 @@ use super::{Failure, input, target};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
 pneudrive-model export fmu --parameters extended.toml --out chambers.fmu\n  \
-pneudrive-model export fmu --parameters extended.toml --out chambers.fmu --also target/aarch64-unknown-linux-gnu/release/libpneudrive_capi.so\n\n\
+pneudrive-model export fmu --parameters extended.toml --out chambers.fmu \\\n      \
+--also target/aarch64-unknown-linux-gnu/release/libpneudrive_capi.so\n\n\
 Each channel of the file has the inputs set_point (or fill and vent, with --drive), supply, volume and volume_rate, and the outputs \
 pressure, port, reading, temperature, spool and rate, as in b0c0.pressure. The unit needs nothing on the importer's machine but a \
 platform that a library was given for.")]
