@@ -37,7 +37,7 @@ fn without_a_rig_file_it_is_said_what_channels_are_taken_for() {
     folder.write("lag.csv", lag().as_bytes());
     let done = run(folder.root(), &["diagnose", "lag.csv", "--out", "alone"]);
     assert_eq!(done.status, 0, "{}", done.stderr);
-    let said = "No rig file was given (--rig), and the recording carries no copy of one: channels are taken for pressure regulators.";
+    let said = "No drive is recorded and the rig file (--rig) has no [controller], or there is none: channels are taken for pressure regulators.";
     assert!(done.stderr.contains(said), "{}", done.stderr);
     let notes = json(&folder.path("alone/report.json"))["notes"].to_string();
     assert!(notes.contains(said), "{notes}");

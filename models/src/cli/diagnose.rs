@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, each_once, half_drives, write};
 use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
-    Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page,
+    AS_REGULATORS, Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page,
 };
 use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
@@ -20,7 +20,7 @@ use super::{Failure, input, interrupt, machine, origin, output, target};
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:\n  \
 pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/\n  \
-pneudrive-model diagnose run.csv --rig rig.toml --out diagnosis/ --reference calibrated/extended.toml\n  \
+pneudrive-model diagnose run.csv --rig rig.toml --out now/ --reference before/extended.toml\n  \
 pneudrive-model diagnose run.csv next.csv --rig rig.toml --out both/\n  \
 pneudrive-model diagnose arm1.csv arm2.csv arm3.csv --rig rig.toml --loads differ --out machine/\n  \
 pneudrive-model diagnose arm4.csv --rig rig.toml --machine machine/extended-arm1.toml --out arm4/\n  \
@@ -95,7 +95,7 @@ impl Args {
                 if let Some(bar) = &spinner {
                     bar.finish_and_clear();
                 }
-                tell_left_out(&found.report.notes);
+                tell_taken(&found.report.notes);
                 found.report.notes.extend(remarks);
                 let sources: Vec<_> = recordings.iter().map(|r| r.source.clone()).collect();
                 return machine::write(&found, &self.out, &sources, self.rig.as_deref());
@@ -108,7 +108,7 @@ impl Args {
         if let Some(bar) = &spinner {
             bar.finish_and_clear();
         }
-        tell_left_out(&diagnosis.report.notes);
+        tell_taken(&diagnosis.report.notes);
         diagnosis.report.notes.extend(remarks);
         diagnosis.extended.provenance = Some(origin::provenance(&recording.source, self.rig.as_deref()));
         output::folder(&self.out)?;
@@ -200,10 +200,9 @@ impl Args {
             recordings.push(loaded.recording);
         }
         each_once(&recordings).map_err(Failure::input)?;
-        let described = (*rig == Rig::default()).then(|| input::NO_RIG.to_owned());
         let half = half_drives(&recordings);
         half.iter().for_each(|sentence| errln!("{sentence}"));
-        remarks.extend(described.into_iter().chain(half));
+        remarks.extend(half);
         Ok((recordings, remarks))
     }
 }
@@ -221,9 +220,10 @@ fn joined(recordings: Vec<Recording>) -> Result<Recording, Failure> {
     joined.ok_or_else(|| Failure::input("no recording is given"))
 }
 
-/// A channel that is left out of an answer must not be seen in the report alone.
-fn tell_left_out(notes: &[String]) {
-    notes.iter().filter(|note| note.contains("Left out: ")).for_each(|note| errln!("{note}"));
+/// What an answer does not hold for, or takes for granted, must not be seen in the report alone.
+fn tell_taken(notes: &[String]) {
+    let told = |note: &&String| ["Left out: ", AS_REGULATORS].iter().any(|part| note.contains(part));
+    notes.iter().filter(told).for_each(|note| errln!("{note}"));
 }
 
 fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {

@@ -43,9 +43,6 @@ impl DataArgs {
     }
 }
 
-/// What becomes of channels of which nothing is described.
-pub const NO_RIG: &str = "No rig file was given (--rig), and the recording carries no copy of one: channels are taken for pressure regulators.";
-
 /// The rig: that of the file at `path`, else that of which the recording carries a copy, else an empty description.
 pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
     shared_rig(path, &[recording])
@@ -75,10 +72,7 @@ pub fn shared_rig(path: Option<&Path>, recordings: &[&Path]) -> Result<Rig, Fail
             }
         }
     }
-    let Some((from, rig)) = first else {
-        errln!("{NO_RIG}");
-        return Ok(Rig::default());
-    };
+    let Some((from, rig)) = first else { return Ok(Rig::default()) };
     errln!("{}: taken with its copy of the rig file (--rig takes another)", from.display());
     Ok(rig)
 }

@@ -49,7 +49,7 @@ pub use discrepancy::Dependence;
 pub use error::DiagnosisError;
 pub use estimation::ChannelStage;
 pub use inference::band::{Band, rates_kpa_s};
-pub use preconditions::{Purpose, prepare, prepare_for};
+pub use preconditions::{AS_REGULATORS, Purpose, prepare, prepare_for};
 pub use report::{EXTENDED_SCHEMA, ExtendedChannel, ExtendedFile};
 pub use rollouts::ExtendedRollouts;
 pub use run::{Diagnosis, EXTENDED_FILE, Request, diagnose};

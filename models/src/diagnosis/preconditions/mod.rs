@@ -5,5 +5,5 @@ mod noise;
 mod prepare;
 mod shared_inputs;
 
-pub use check::{check, much_missing};
+pub use check::{AS_REGULATORS, check, much_missing};
 pub use prepare::{Purpose, prepare, prepare_for};

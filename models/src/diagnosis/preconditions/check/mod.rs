@@ -21,6 +21,9 @@ use units::units;
 /// Rows to compare without which a block is empty.
 const LEAST_ROWS: usize = 5;
 
+/// What is taken for granted where neither recording nor rig file says how the pressure is made.
+pub const AS_REGULATORS: &str = "No drive is recorded and the rig file (--rig) has no [controller], or there is none: channels are taken for pressure regulators.";
+
 /// Refuses what cannot be diagnosed; returns remarks on what can.
 ///
 /// # Errors
@@ -37,6 +40,9 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
         }
     }
     let mut notes = Vec::new();
+    if channels.iter().any(|data| matches!(data.inputs.drive, DriveInput::Command)) {
+        notes.push(AS_REGULATORS.to_owned());
+    }
     for data in channels {
         notes.extend(unusable(file, data)?);
         notes.extend(restless(data));
