@@ -1,7 +1,8 @@
 //! Puts the memory map where the linker finds it, and passes the linker scripts.
 //!
-//! Here and not in `.cargo/config.toml`, because a RUSTFLAGS in the environment replaces the flags given there; and
-//! without `link-rp.x` the RP2040's boot block ends up at the wrong address without a word.
+//! Here and not in `.cargo/config.toml`, because a RUSTFLAGS in the environment replaces the flags
+//! given there; and without `link-rp.x` the RP2040's boot block ends up at the wrong address
+//! without a word.
 
 use std::{env, error::Error, fs, path::PathBuf};
 
@@ -13,9 +14,10 @@ const RP2350_SECTIONS: &str = "rp2350.x";
 fn main() -> Result<(), Box<dyn Error>> {
     let rp2040 = env::var_os("CARGO_FEATURE_RP2040").is_some();
     let rp2350 = env::var_os("CARGO_FEATURE_RP2350").is_some();
-    // `--nmagic`: do not align sections to pages, flash has none. `link-rp.x` comes from embassy-rp and puts the boot
-    // loader into a region that `link.x` has named; `program.x` and `ram.x` take the code before `link.x` puts it into flash; `rp2350.x` sets where
-    // the program starts before `link.x` provides that. `src/chip/rp2040/start.rs` says why `__pre_init` is wrapped.
+    // `--nmagic`: do not align sections to pages, flash has none. `link-rp.x` comes from embassy-rp
+    // and puts the boot loader into a region that `link.x` has named; `program.x` and `ram.x` take
+    // the code before `link.x` puts it into flash; `rp2350.x` sets where the program starts before
+    // `link.x` provides that. `src/chip/rp2040/start.rs` says why `__pre_init` is wrapped.
     let arguments: &[&str] = match (rp2040, rp2350) {
         (true, false) => {
             &["--nmagic", "--wrap=__pre_init", "-Tprogram.x", "-Tlink.x", "-Tdefmt.x", "-Tlink-rp.x"]

@@ -3,7 +3,8 @@
  *     cc step.c -I. -L. -lpneudrive_capi -Wl,-rpath,'$ORIGIN' -o step
  *     ./step parameters.toml b0c0 150 > step.csv
  *
- * beside what `pneudrive-model export c` writes; in a clone, with -I../include -L../../target/release instead.
+ * beside what `pneudrive-model export c` writes; in a clone, with -I../include
+ * -L../../target/release instead.
  */
 #include <stdio.h>
 #include <stdlib.h>

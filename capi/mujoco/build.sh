@@ -1,8 +1,9 @@
 #!/bin/sh
 # Builds the actuator plugin against the headers and the library of a Python's mujoco package:
 #     sh build.sh PYTHON [FOLDER]
-# FOLDER has pneudrive.h and libpneudrive_capi.so; it is this one unless it is given. For another machine, CC is its compiler and MUJOCO the
-# folder of its mujoco package, as `pip download --platform` and unzip leave it: PYTHON is not asked then.
+# FOLDER has pneudrive.h and libpneudrive_capi.so; it is this one unless it is given. For another
+# machine, CC is its compiler and MUJOCO the folder of its mujoco package, as
+# `pip download --platform` and unzip leave it: PYTHON is not asked then.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 folder=${2:-$here}

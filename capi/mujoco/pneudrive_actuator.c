@@ -1,10 +1,12 @@
 /* MuJoCo actuator plugin: a calibrated chamber in the place of the built-in first-order cylinder.
  *
- * Its activation is the pressure in the chamber (kPa gauge); everything else that the chamber remembers is plugin state,
- * so that mj_getState, mj_copyData and rollouts hold it all. Length and velocity of the actuator give the chamber's
- * volume and its rate, area and pressure the force: a positive force lengthens the actuator.
+ * Its activation is the pressure in the chamber (kPa gauge); everything else that the chamber
+ * remembers is plugin state, so that mj_getState, mj_copyData and rollouts hold it all. Length and
+ * velocity of the actuator give the chamber's volume and its rate, area and pressure the force: a
+ * positive force lengthens the actuator.
  *
- * Build (build.sh beside this file): against the headers of the MuJoCo that loads it. docs/export.md has the attributes.
+ * Build (build.sh beside this file): against the headers of the MuJoCo that loads it.
+ * docs/export.md has the attributes.
  */
 #include <math.h>
 #include <stdint.h>
@@ -15,7 +17,7 @@
 
 #include "pneudrive.h"
 
-/* A pressure that differs by more than this from the one that the last step left was set by the user, kPa. */
+/* A pressure that differs by more than this from what the last step left was set by the user, kPa. */
 #define SET_BY_USER_KPA 1e-6
 /* A chamber keeps this share of its volume when its actuator is pressed to nothing. */
 #define LEAST_VOLUME 0.05
@@ -184,7 +186,7 @@ static PneudriveInputs inputs_of(const Chamber *chamber, const mjModel *m, const
     return inputs;
 }
 
-/* Steps from the state in `d` with this pressure in the chamber. Returns the pressure at the end of the step, kPa. */
+/* Steps from the state in `d` with this pressure in the chamber. Returns that at the end, kPa. */
 static double step(Chamber *chamber, const mjModel *m, mjData *d, int instance, double kpa) {
     PneudriveInputs inputs = inputs_of(chamber, m, d);
     PneudriveOutputs outputs;
@@ -222,7 +224,8 @@ static void compute(const mjModel *m, mjData *d, int instance, int capability) {
 
 static void advance(const mjModel *m, mjData *d, int instance) {
     Chamber *chamber = (Chamber *)d->plugin_data[instance];
-    /* The rate of the step that ends now was the last to be asked for. Where actuation is disabled it was not: the chamber stands still. */
+    /* The rate of the step that ends now was the last to be asked for. Where actuation is disabled
+     * it was not: the chamber stands still. */
     if (chamber->stepped) {
         pneudrive_save(chamber->channel, d->plugin_state + m->plugin_stateadr[instance], (size_t)chamber->size);
         chamber->stepped = 0;

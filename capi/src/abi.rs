@@ -1,7 +1,7 @@
 //! The functions for C. `include/pneudrive.h` is made from them.
 //!
-//! Pointers that a function needs may not be null: it then answers `PNEUDRIVE_STATUS_ARGUMENT`. A panic inside, which would be a
-//! defect, becomes `PNEUDRIVE_STATUS_DEFECT`.
+//! Pointers that a function needs may not be null: it then answers `PNEUDRIVE_STATUS_ARGUMENT`. A
+//! panic inside, which would be a defect, becomes `PNEUDRIVE_STATUS_DEFECT`.
 
 // What a caller passes across the border cannot be checked by the compiler.
 #![allow(unsafe_code)]
@@ -55,18 +55,22 @@ fn answer<T>(result: Result<T, StepError>) -> Status {
     result.map_or_else(Status::from, |_| Status::Ok)
 }
 
-/// Version of this interface: the first number of a change that old callers do not survive is the thousands.
+/// Version of this interface: the first number of a change that old callers do not survive is the
+/// thousands.
 #[unsafe(no_mangle)]
 pub extern "C" fn pneudrive_abi_version() -> u32 {
     1000
 }
 
-/// Sets up a channel, as in "b0c2", of a parameter file that `pneudrive-model fit` or `diagnose` wrote, for steps of `step_s` seconds,
-/// and puts a pointer to it into `channel`; `control` is a `PneudriveControl`. Where that is not possible, `channel` becomes null and `message` (if not null) gets a
-/// sentence that says why, cut off at `message_size` bytes including its final zero. The texts are UTF-8.
+/// Sets up a channel, as in "b0c2", of a parameter file that `pneudrive-model fit` or `diagnose`
+/// wrote, for steps of `step_s` seconds, and puts a pointer to it into `channel`; `control` is a
+/// `PneudriveControl`. Where that is not possible, `channel` becomes null and `message` (if not
+/// null) gets a sentence that says why, cut off at `message_size` bytes including its final zero.
+/// The texts are UTF-8.
 ///
 /// # Safety
-/// `file` and `name` are texts that end with a zero; `channel` points to a pointer, `message` to `message_size` bytes.
+/// `file` and `name` are texts that end with a zero; `channel` points to a pointer, `message` to
+/// `message_size` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn pneudrive_create(
     file: *const c_char,
@@ -141,14 +145,15 @@ macro_rules! with {
             if $channel.is_null() || $other.is_null() {
                 return Status::Argument;
             }
-            // SAFETY: the caller promises a channel from `pneudrive_create` that no other thread uses now.
+            // SAFETY: the caller promises a channel from `pneudrive_create` that no other thread
+            // uses now.
             $act(unsafe { &mut *$channel })
         })
     };
 }
 
-/// Fills in the inputs of a channel at rest: no drive, a set point of 0 kPa, the rig's supply pressure and the volume of the straight
-/// joint, no neighbours.
+/// Fills in the inputs of a channel at rest: no drive, a set point of 0 kPa, the rig's supply
+/// pressure and the volume of the straight joint, no neighbours.
 ///
 /// # Safety
 /// Pointers from `pneudrive_create` and to inputs.
@@ -241,8 +246,8 @@ pub unsafe extern "C" fn pneudrive_state_size(channel: *const Channel) -> usize 
     unsafe { &*channel }.state_size()
 }
 
-/// Writes the whole state into `size` numbers, `pneudrive_state_size` of them. A channel of the same file, name, step and control that
-/// takes it goes on with the same numbers.
+/// Writes the whole state into `size` numbers, `pneudrive_state_size` of them. A channel of the
+/// same file, name, step and control that takes it goes on with the same numbers.
 ///
 /// # Safety
 /// A pointer from `pneudrive_create`, and room for `size` numbers.
@@ -252,7 +257,8 @@ pub unsafe extern "C" fn pneudrive_save(channel: *mut Channel, state: *mut f64, 
         if channel.is_null() || state.is_null() {
             return Status::Argument;
         }
-        // SAFETY: the caller promises a channel that no other thread uses now, and room for so many numbers.
+        // SAFETY: the caller promises a channel that no other thread uses now, and room for so many
+        // numbers.
         let (channel, state) = unsafe { (&mut *channel, std::slice::from_raw_parts_mut(state, size)) };
         answer(channel.save(state))
     })
@@ -274,7 +280,8 @@ pub unsafe extern "C" fn pneudrive_restore(channel: *mut Channel, state: *const 
     })
 }
 
-/// Gives the derivatives of the pressure at the end of a step from here. The channel stays where it is. It takes 14 steps' time.
+/// Gives the derivatives of the pressure at the end of a step from here. The channel stays where it
+/// is. It takes 14 steps' time.
 ///
 /// # Safety
 /// Pointers from `pneudrive_create`, to inputs, and to partials.

@@ -12,7 +12,8 @@ use crate::outputs::Outputs;
 use crate::partials::Partials;
 use crate::prepare::{Prepared, prepare};
 
-/// A calibrated channel that is simulated step by step. Nothing but [`create`](Channel::create) and [`of`](Channel::of) allocates.
+/// A calibrated channel that is simulated step by step. Nothing but [`create`](Channel::create) and
+/// [`of`](Channel::of) allocates.
 pub struct Channel {
     engine: Box<dyn Engine>,
     nominal: Inputs,
@@ -26,8 +27,9 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Reads a parameter file (of a fit, or `extended.toml` of a diagnosis) and sets up one of its channels, as in `b0c2`, for steps of
-    /// `step_s`. Where a set point drives it, a step is a whole number of the board's loops.
+    /// Reads a parameter file (of a fit, or `extended.toml` of a diagnosis) and sets up one of its
+    /// channels, as in `b0c2`, for steps of `step_s`. Where a set point drives it, a step is a
+    /// whole number of the board's loops.
     ///
     /// # Errors
     /// [`CreateError`] that names the file, the channel or the key.
@@ -54,7 +56,8 @@ impl Channel {
         Ok(Self { engine, nominal, step_s, started: false, steps: 0, outputs, state_size: size, kept })
     }
 
-    /// Inputs of a channel at rest: no drive, a set point of 0 kPa, the rig's supply and the volume of the straight joint, no neighbours.
+    /// Inputs of a channel at rest: no drive, a set point of 0 kPa, the rig's supply and the volume
+    /// of the straight joint, no neighbours.
     #[must_use]
     pub fn nominal(&self) -> &Inputs {
         &self.nominal
@@ -106,7 +109,8 @@ impl Channel {
         if self.started { Ok(&self.outputs) } else { Err(StepError::RunsAway) }
     }
 
-    /// Moves the pressure in the chamber to this, kPa gauge; what the sensor delivers moves with it.
+    /// Moves the pressure in the chamber to this, kPa gauge; what the sensor delivers moves with
+    /// it.
     ///
     /// # Errors
     /// [`StepError::Input`], [`StepError::NotStarted`].
@@ -129,10 +133,12 @@ impl Channel {
         self.state_size
     }
 
-    /// Writes the whole state: a channel of the same file, name, step and control that takes it goes on with the same numbers.
+    /// Writes the whole state: a channel of the same file, name, step and control that takes it
+    /// goes on with the same numbers.
     ///
     /// # Errors
-    /// [`StepError::State`] when there is not room for exactly [`state_size`](Self::state_size) numbers.
+    /// [`StepError::State`] when there is not room for exactly [`state_size`](Self::state_size)
+    /// numbers.
     pub fn save(&mut self, state: &mut [f64]) -> Result<(), StepError> {
         self.check_size(state)?;
         self.write(state);
@@ -153,7 +159,8 @@ impl Channel {
         self.engine.save(&mut put);
     }
 
-    /// Takes a state back. One that was saved before the start makes a channel that must be started; so does one of zeros.
+    /// Takes a state back. One that was saved before the start makes a channel that must be
+    /// started; so does one of zeros.
     ///
     /// # Errors
     /// [`StepError::State`].
@@ -178,7 +185,8 @@ impl Channel {
         self.engine.restore(&mut take);
     }
 
-    /// How the pressure at the end of a step from here would follow what it begins with. The channel stays where it is.
+    /// How the pressure at the end of a step from here would follow what it begins with. The
+    /// channel stays where it is.
     ///
     /// # Errors
     /// As of [`step`](Self::step).

@@ -18,7 +18,8 @@ pub trait Engine: Send {
     /// How many numbers [`save`](Engine::save) shows.
     fn size(&self) -> usize;
 
-    /// Shows every number that is remembered from step to step, in an order that stays; `NaN` for what has not begun.
+    /// Shows every number that is remembered from step to step, in an order that stays; `NaN` for
+    /// what has not begun.
     fn save(&mut self, into: &mut dyn FnMut(f64));
 
     /// Takes them back, in the same order.

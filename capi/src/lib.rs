@@ -1,4 +1,5 @@
-//! A calibrated chamber, step by step, from C: what a robot's simulator puts in the place of a first-order actuator.
+//! A calibrated chamber, step by step, from C: what a robot's simulator puts in the place of a
+//! first-order actuator.
 //!
 //! ```text
 //! parameter file (fit's, or extended.toml of a diagnosis)
@@ -9,8 +10,9 @@
 //!  joint volume, supply)
 //! ```
 //!
-//! A step is what `pneudrive-model simulate` does between two rows of a recording, with the same numbers. Functions for C are in
-//! [`abi`]; `include/pneudrive.h` declares them, and `examples/step.c` uses them.
+//! A step is what `pneudrive-model simulate` does between two rows of a recording, with the same
+//! numbers. Functions for C are in [`abi`]; `include/pneudrive.h` declares them, and
+//! `examples/step.c` uses them.
 //!
 //! ```no_run
 //! use pneudrive_capi::{Channel, Control};

@@ -1,7 +1,8 @@
 //! How the end of a step follows its beginning.
 
-/// Derivatives of the pressure at the end of a step: what a controller or a planner linearises with. Central differences of two steps
-/// each, over 0.1 kPa, 0.001 of full drive, 0.1 % of volume and, for the set point, which a board takes in whole counts, 4 kPa.
+/// Derivatives of the pressure at the end of a step: what a controller or a planner linearises
+/// with. Central differences of two steps each, over 0.1 kPa, 0.001 of full drive, 0.1 % of volume
+/// and, for the set point, which a board takes in whole counts, 4 kPa.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Partials {

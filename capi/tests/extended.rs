@@ -1,4 +1,5 @@
-//! An extended model stepped row by row gives the numbers of `pneudrive-model simulate`: every effect of the catalogue, random rigs.
+//! An extended model stepped row by row gives the numbers of `pneudrive-model simulate`: every
+//! effect of the catalogue, random rigs.
 
 use crate::support::{Driven, Neighbours, channel, extended, generator, recording, stepped};
 use pneudrive_model::data::{ChannelId, Recording};
@@ -10,8 +11,8 @@ const ROWS: usize = 250;
 /// kPa.
 const MOST: f64 = 0.005;
 
-/// What the neighbours of a channel do, as a simulation of all of them sees it: opposite pressures over five rows, the reading of the
-/// channel before, the flows of the others.
+/// What the neighbours of a channel do, as a simulation of all of them sees it: opposite pressures
+/// over five rows, the reading of the channel before, the flows of the others.
 fn neighbours(of: ChannelId, readings: &[Vec<f64>], draws: &[Vec<f64>], jointed: bool) -> Neighbours {
     let (own, count) = (usize::from(of.channel), readings.len());
     let opposite = readings.get(own ^ 1).filter(|_| !jointed);
@@ -91,7 +92,8 @@ fn every_effect_steps_as_it_is_simulated() {
     assert!(tried > 250, "{tried} of them");
 }
 
-/// Some of a board's loops end in the middle between two rows, and times are rounded otherwise in a recording than from step to step.
+/// Some of a board's loops end in the middle between two rows, and times are rounded otherwise in a
+/// recording than from step to step.
 #[test]
 fn a_boards_loop_holds_an_old_sample_as_long_as_it_is_simulated_to() {
     for seed in 0..30 {

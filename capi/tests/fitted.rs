@@ -1,4 +1,5 @@
-//! The parameters of a fit stepped row by row give the numbers of `pneudrive-model simulate`: every model, random rigs.
+//! The parameters of a fit stepped row by row give the numbers of `pneudrive-model simulate`: every
+//! model, random rigs.
 
 use std::collections::BTreeMap;
 

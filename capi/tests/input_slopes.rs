@@ -1,5 +1,5 @@
-//! Derivatives of rollouts of extended models by their inputs: those of central differences, for every effect
-//! and everything that drives a channel.
+//! Derivatives of rollouts of extended models by their inputs: those of central differences, for
+//! every effect and everything that drives a channel.
 
 use crate::support::{Driven, STEP_S, extended, generator};
 use pneudrive_model::diagnosis::{ExtendedFile, ExtendedRollouts};
@@ -90,7 +90,8 @@ impl Tried {
         outputs.iter().zip(&self.weights).map(|(pressure, weight)| pressure * weight).sum()
     }
 
-    /// The derivatives that differ from differences to either side, of those by some rows of these columns, and how many were compared.
+    /// The derivatives that differ from differences to either side, of those by some rows of these
+    /// columns, and how many were compared.
     fn apart(&self, followed: &[usize], seed: u64) -> (Vec<String>, usize) {
         let found = self.rollouts.gradient(&self.jobs(), &inputs(&self.columns), &self.weights).unwrap();
         let mut rng = generator(seed);
@@ -115,7 +116,8 @@ impl Tried {
                     self.sum(&columns)
                 };
                 let [before, here, behind] = [-1.0, 0.0, 1.0].map(moved);
-                // On a kink, and friction stands on one wherever a drive is held, the slope to either side is right.
+                // On a kink, and friction stands on one wherever a drive is held, the slope to
+                // either side is right.
                 let sides = [(here - before) / step, (behind - here) / step];
                 let (low, high) = (sides[0].min(sides[1]), sides[0].max(sides[1]));
                 compared += 1;
@@ -128,7 +130,8 @@ impl Tried {
     }
 }
 
-/// Effects with memories of several kinds, in their largest probe: every derivative is that of differences.
+/// Effects with memories of several kinds, in their largest probe: every derivative is that of
+/// differences.
 #[test]
 fn smooth_models_are_differentiated_exactly() {
     let effects = ["valve_lag", "vent_restriction", "wall_creep", "line_restriction", "sensor_lag"];
@@ -144,7 +147,8 @@ fn smooth_models_are_differentiated_exactly() {
     }
 }
 
-/// Ports that close, flows that choke and friction have kinks; elsewhere the derivatives are those of differences.
+/// Ports that close, flows that choke and friction have kinks; elsewhere the derivatives are those
+/// of differences.
 #[test]
 fn every_effect_is_differentiated_by_its_inputs() {
     let (mut all, mut total) = (Vec::new(), 0);

@@ -1,4 +1,5 @@
-//! A saved state holds everything; nothing allocates after creation; derivatives are those of the next step.
+//! A saved state holds everything; nothing allocates after creation; derivatives are those of the
+//! next step.
 
 #![allow(unsafe_code)]
 
@@ -93,7 +94,8 @@ fn a_restored_channel_goes_on_with_the_same_numbers() {
     });
 }
 
-/// A dead time spans many steps: what is on its way is part of the state, also before all of it has begun.
+/// A dead time spans many steps: what is on its way is part of the state, also before all of it has
+/// begun.
 #[test]
 fn what_is_on_its_way_comes_back() {
     for driven in [Driven::Spool, Driven::Separate, Driven::Board] {

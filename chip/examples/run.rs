@@ -1,4 +1,5 @@
-//! Runs a program for the RP2040 and says what it did: `cargo run --release -p pneudrive-chip --example run -- PROGRAM.elf [MILLISECONDS]`.
+//! Runs a program for the RP2040 and says what it did: `cargo run --release -p pneudrive-chip
+//! --example run -- PROGRAM.elf [MILLISECONDS]`.
 //!
 //! Bytes that it sends through UART0 go to standard output, everything else to standard error.
 

@@ -37,8 +37,9 @@ pub struct Chip {
 impl Chip {
     /// Loads the segments of an ELF file by physical address and powers the chip.
     ///
-    /// The boot ROM does not run: the core starts where it would hand over, in the second-stage boot loader (the first 256 bytes of
-    /// flash), or, if these are blank, from the vector table at 0x1000_0100. The clocks are as the reset leaves them.
+    /// The boot ROM does not run: the core starts where it would hand over, in the second-stage
+    /// boot loader (the first 256 bytes of flash), or, if these are blank, from the vector table at
+    /// 0x1000_0100. The clocks are as the reset leaves them.
     ///
     /// # Errors
     ///
@@ -99,8 +100,9 @@ impl Chip {
         self.bus.now
     }
 
-    /// Runs until [`Chip::now`] is at least `until`. An instruction is never cut: `now` may be later by the cycles of
-    /// one instruction, exception entry or read from flash. Whatever the peripherals do at or before `until` has been done.
+    /// Runs until [`Chip::now`] is at least `until`. An instruction is never cut: `now` may be
+    /// later by the cycles of one instruction, exception entry or read from flash. Whatever the
+    /// peripherals do at or before `until` has been done.
     pub fn run_until(&mut self, until: Ticks) {
         loop {
             if self.bus.take_core_pause() {
@@ -151,9 +153,9 @@ impl Chip {
         self.core_event = self.core.next_event();
     }
 
-    /// When the chip can next do something by itself: now while the core executes, else the time of the next
-    /// peripheral event, or [`Ticks::NEVER`]. Until then [`Chip::run_until`] costs next to nothing and nothing
-    /// observable changes, unless a pin or a wire does.
+    /// When the chip can next do something by itself: now while the core executes, else the time of
+    /// the next peripheral event, or [`Ticks::NEVER`]. Until then [`Chip::run_until`] costs next to
+    /// nothing and nothing observable changes, unless a pin or a wire does.
     pub fn next_event(&self) -> Ticks {
         let peripherals = self.bus.next_event().min(self.core_event);
         match self.core.activity() {
@@ -164,8 +166,9 @@ impl Chip {
         }
     }
 
-    /// Switches the power off and on again: registers and RAM are lost, the program starts from its reset vector. Time
-    /// goes on; flash, levels on the pins and logs stay. An erase or a program that is going on ends half done.
+    /// Switches the power off and on again: registers and RAM are lost, the program starts from its
+    /// reset vector. Time goes on; flash, levels on the pins and logs stay. An erase or a program
+    /// that is going on ends half done.
     pub fn power_cycle(&mut self) {
         self.drain_log();
         self.bus.power_cycle();
@@ -208,14 +211,15 @@ impl Chip {
         self.bus.cycles()
     }
 
-    /// How often an interrupt handler has been entered, by interrupt number 0 to 31 (datasheet 2.3.2).
+    /// How often an interrupt handler has been entered, by interrupt number 0 to 31 (datasheet
+    /// 2.3.2).
     pub fn interrupts_taken(&self, irq: usize) -> u64 {
         self.core.counters().exceptions[16 + irq]
     }
 
     /// The lowest value the stack pointer has had since creation or the last
-    /// [`Chip::clear_lowest_stack_pointer`]: with the initial one, which is the first word of the vector table, the
-    /// deepest the stack has been.
+    /// [`Chip::clear_lowest_stack_pointer`]: with the initial one, which is the first word of the
+    /// vector table, the deepest the stack has been.
     pub fn lowest_stack_pointer(&self) -> u32 {
         self.core.counters().lowest_sp
     }
@@ -231,20 +235,22 @@ impl Chip {
         self.core.pc()
     }
 
-    /// Words that processor and DMA have read from flash, and of these the ones that the XIP cache had: CTR_ACC and CTR_HIT (datasheet
-    /// 2.6.3), which the program can clear.
+    /// Words that processor and DMA have read from flash, and of these the ones that the XIP cache
+    /// had: CTR_ACC and CTR_HIT (datasheet 2.6.3), which the program can clear.
     pub fn flash_accesses(&self) -> FlashAccesses {
         let (total, hits) = self.bus.flash_accesses();
         FlashAccesses { total, hits }
     }
 
-    /// When the flash chip has done, or will have done, what the program last told it to (a sector erase or page programs, through the boot
-    /// ROM); zero if nothing since power-on. [`Chip::power_cycle`] before that leaves the change half done.
+    /// When the flash chip has done, or will have done, what the program last told it to (a sector
+    /// erase or page programs, through the boot ROM); zero if nothing since power-on.
+    /// [`Chip::power_cycle`] before that leaves the change half done.
     pub fn flash_busy_until(&self) -> Ticks {
         self.bus.flash_busy_until()
     }
 
-    /// Empties the XIP cache, as other code does that has run meanwhile. What is in flash is slow again the first time.
+    /// Empties the XIP cache, as other code does that has run meanwhile. What is in flash is slow
+    /// again the first time.
     pub fn flush_xip_cache(&mut self) {
         self.bus.flush_cache();
     }
@@ -259,11 +265,11 @@ impl Chip {
         self.bus.peek(address)
     }
 
-    /// The bytes logged through RTT since the last call: the raw stream, for `defmt-print` if the program logs with
-    /// defmt. Empty if the program has no RTT control block.
+    /// The bytes logged through RTT since the last call: the raw stream, for `defmt-print` if the
+    /// program logs with defmt. Empty if the program has no RTT control block.
     ///
-    /// The buffer on the chip is as small as the program made it (1 KiB with defmt-rtt), and a program whose buffer is
-    /// full drops what it logs. Call this at least as often as it fills.
+    /// The buffer on the chip is as small as the program made it (1 KiB with defmt-rtt), and a
+    /// program whose buffer is full drops what it logs. Call this at least as often as it fills.
     pub fn take_rtt(&mut self) -> Vec<u8> {
         self.drain_log();
         std::mem::take(&mut self.log)
@@ -271,7 +277,8 @@ impl Chip {
 
     fn drain_log(&mut self) {
         if let Some(control_block) = self.image.rtt {
-            // A control block the program has damaged points anywhere: then there is nothing more to read.
+            // A control block the program has damaged points anywhere: then there is nothing more
+            // to read.
             let _: Result<(), _> = rtt::drain(&mut self.bus, control_block, &mut self.log);
         }
     }

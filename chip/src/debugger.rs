@@ -2,12 +2,13 @@
 
 use crate::chip::Chip;
 
-/// Number of the breakpoint with which a program asks its debugger for something (ARM IHI 0105, semihosting): operation in R0, its
-/// argument in R1, result expected in R0.
+/// Number of the breakpoint with which a program asks its debugger for something (ARM IHI 0105,
+/// semihosting): operation in R0, its argument in R1, result expected in R0.
 pub const SEMIHOSTING: u8 = 0xab;
 
 impl Chip {
-    /// From now on `BKPT` halts the processor instead of faulting. Time and peripherals go on meanwhile, the watchdog too.
+    /// From now on `BKPT` halts the processor instead of faulting. Time and peripherals go on
+    /// meanwhile, the watchdog too.
     pub fn attach_debugger(&mut self) {
         self.core.attach_debugger();
     }

@@ -13,9 +13,11 @@ const SRAM_START: u32 = 0x2000_0000;
 const SRAM_END: u32 = SRAM_START + 264 * 1024;
 /// The vector table after the boot loader, where boot2 jumps to.
 pub(crate) const VECTOR_TABLE: u32 = 0x1000_0100;
-/// Where the boot ROM copies the boot loader and starts it, with the stack below: the end of the last SRAM bank (2.8.1.3.1).
+/// Where the boot ROM copies the boot loader and starts it, with the stack below: the end of the
+/// last SRAM bank (2.8.1.3.1).
 pub(crate) const BOOT_LOADER: u32 = 0x2004_1f00;
-/// The boot ROM reads that many bytes from the start of flash; the last four are a checksum of the others.
+/// The boot ROM reads that many bytes from the start of flash; the last four are a checksum of the
+/// others.
 const BOOT_BLOCK: usize = 256;
 const BOOT_CODE: usize = BOOT_BLOCK - 4;
 /// RTT's control block, by the name every implementation gives it.
@@ -76,7 +78,8 @@ pub enum ElfError {
 pub(crate) struct Image {
     /// From [`FLASH_START`].
     pub flash: Arc<[u8]>,
-    /// Segments loaded straight into SRAM, which a debugger can do and a boot cannot: programs for tests.
+    /// Segments loaded straight into SRAM, which a debugger can do and a boot cannot: programs for
+    /// tests.
     pub sram: Vec<(u32, Vec<u8>)>,
     /// The second-stage boot loader; none if its block is blank.
     pub boot_loader: Option<[u8; BOOT_CODE]>,
@@ -133,7 +136,8 @@ impl Image {
     }
 }
 
-/// The code of the boot block, which the boot ROM copies to SRAM and runs there if its checksum is right (2.8.1.3.1).
+/// The code of the boot block, which the boot ROM copies to SRAM and runs there if its checksum is
+/// right (2.8.1.3.1).
 fn find_boot_loader(flash: &[u8]) -> Result<Option<[u8; BOOT_CODE]>, ElfError> {
     let Some(block) = flash.first_chunk::<BOOT_BLOCK>() else { return Ok(None) };
     let blank = [[0x00; BOOT_BLOCK], [0xff; BOOT_BLOCK]];
@@ -150,7 +154,8 @@ fn find_boot_loader(flash: &[u8]) -> Result<Option<[u8; BOOT_CODE]>, ElfError> {
     if found == expected { Ok(Some(*code)) } else { Err(ElfError::BadBootBlock { found, expected }) }
 }
 
-/// CRC-32 with polynomial 0x04c1_1db7 from all ones, most significant bit first, nothing inverted at the end.
+/// CRC-32 with polynomial 0x04c1_1db7 from all ones, most significant bit first, nothing inverted
+/// at the end.
 fn boot_checksum(code: &[u8]) -> u32 {
     code.iter().fold(u32::MAX, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte) << 24, |crc, _| {

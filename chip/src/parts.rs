@@ -14,11 +14,13 @@ use crate::ticks::Ticks;
 pub use ads1115::Ads1115;
 pub use bmi323::Bmi323;
 
-/// A part (a "target") on an I2C bus, byte by byte. [`Chip::attach_i2c`](crate::Chip::attach_i2c) gives it its address.
+/// A part (a "target") on an I2C bus, byte by byte. [`Chip::attach_i2c`](crate::Chip::attach_i2c)
+/// gives it its address.
 ///
 /// Times are those at which the byte ends on the bus. A part never sees a byte that is not for it.
 pub trait I2cPart: Any + fmt::Debug + Send + Sync + CloneI2cPart {
-    /// A START or repeated START with this part's address, for reading or for writing. Gives whether it acknowledges.
+    /// A START or repeated START with this part's address, for reading or for writing. Gives
+    /// whether it acknowledges.
     fn start(&mut self, now: Ticks, read: bool) -> bool;
 
     /// A byte is written to it. Gives whether it acknowledges.

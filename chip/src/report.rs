@@ -36,7 +36,8 @@ pub enum Fault {
     Breakpoint,
     /// `SVC` where the priority forbids it.
     SupervisorCall,
-    /// A branch or exception return to an address without the Thumb bit, or a malformed exception return value.
+    /// A branch or exception return to an address without the Thumb bit, or a malformed exception
+    /// return value.
     InvalidState,
     /// An address that is not a multiple of the access size.
     Unaligned(u32),
@@ -82,7 +83,8 @@ pub enum Access {
 /// Why an access to a register is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Concern {
-    /// The register (or the whole peripheral) is not modelled: reads gave zero, writes went nowhere.
+    /// The register (or the whole peripheral) is not modelled: reads gave zero, writes went
+    /// nowhere.
     NotModelled,
     /// The register is modelled but the value written asks for something that is not.
     ValueNotModelled,

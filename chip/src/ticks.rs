@@ -3,8 +3,8 @@
 use std::fmt;
 use std::ops::{Add, AddAssign, Mul, Sub};
 
-/// A point in virtual time since power-on of the simulation, or a duration. One tick is 1/125 us (8 ns): one
-/// processor cycle at the RP2040's usual 125 MHz, 125 ticks a bit at 1 Mbaud.
+/// A point in virtual time since power-on of the simulation, or a duration. One tick is 1/125 us (8
+/// ns): one processor cycle at the RP2040's usual 125 MHz, 125 ticks a bit at 1 Mbaud.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticks(u64);
 
@@ -83,10 +83,12 @@ impl fmt::Display for Ticks {
     }
 }
 
-/// How fast a counter counts, as an exact fraction in lowest terms: `counts` counts in `ticks` ticks.
+/// How fast a counter counts, as an exact fraction in lowest terms: `counts` counts in `ticks`
+/// ticks.
 ///
-/// Counters are never advanced step by step: their value is computed from the time since they started, so rates that
-/// are no whole number of ticks (12 MHz, 48 MHz, fractional dividers) do not drift.
+/// Counters are never advanced step by step: their value is computed from the time since they
+/// started, so rates that are no whole number of ticks (12 MHz, 48 MHz, fractional dividers) do not
+/// drift.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rate {
     counts: u64,
@@ -119,7 +121,8 @@ impl Rate {
         to_u64(u128::from(duration.0) * u128::from(self.counts) / u128::from(self.ticks))
     }
 
-    /// The first tick at which `counts` counts are complete; [`Ticks::NEVER`] if the counter is stopped.
+    /// The first tick at which `counts` counts are complete; [`Ticks::NEVER`] if the counter is
+    /// stopped.
     pub fn ticks_for(self, counts: u64) -> Ticks {
         match self.counts {
             0 => Ticks::NEVER,

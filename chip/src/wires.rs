@@ -13,9 +13,9 @@ use crate::ticks::Ticks;
 pub const PINS: usize = 30;
 
 impl Chip {
-    /// Puts a character on the line into UART `uart` (0 or 1). The UART has it from `stop_bit_at` on, the tick at which
-    /// it samples the stop bit; a time already past means as soon as the chip runs on. The UART ignores it if it is
-    /// off or no pin is switched to its RX.
+    /// Puts a character on the line into UART `uart` (0 or 1). The UART has it from `stop_bit_at`
+    /// on, the tick at which it samples the stop bit; a time already past means as soon as the chip
+    /// runs on. The UART ignores it if it is off or no pin is switched to its RX.
     ///
     /// The character is taken as received: whether the sender's baud rate fits is not looked at.
     ///
@@ -27,9 +27,9 @@ impl Chip {
         self.bus.outside_changed();
     }
 
-    /// The characters UART `uart` has begun to send since the last call, in order; the last one may not have ended. The
-    /// times follow from UARTIBRD, UARTFBRD and clk_peri, without accumulated rounding. Only what left through a
-    /// pin is there.
+    /// The characters UART `uart` has begun to send since the last call, in order; the last one may
+    /// not have ended. The times follow from UARTIBRD, UARTFBRD and clk_peri, without accumulated
+    /// rounding. Only what left through a pin is there.
     ///
     /// # Panics
     ///
@@ -84,8 +84,9 @@ impl Chip {
         self.bus.pin_output(pin, self.bus.now)
     }
 
-    /// Chooses the pins, bit n for pin n, whose level changes are logged from now on. A watched PWM pin costs an event
-    /// an edge. The levels within a character on a UART pin are not logged: see [`Chip::take_transmitted`].
+    /// Chooses the pins, bit n for pin n, whose level changes are logged from now on. A watched PWM
+    /// pin costs an event an edge. The levels within a character on a UART pin are not logged: see
+    /// [`Chip::take_transmitted`].
     pub fn watch_pins(&mut self, pins: u32) {
         self.bus.watch_pins(pins);
     }
@@ -95,8 +96,8 @@ impl Chip {
         self.bus.take_edges()
     }
 
-    /// The part of its period a PWM pin is high, 0 to 1, by the values in effect now. None if the pin is not switched
-    /// to PWM.
+    /// The part of its period a PWM pin is high, 0 to 1, by the values in effect now. None if the
+    /// pin is not switched to PWM.
     ///
     /// # Panics
     ///
@@ -106,7 +107,8 @@ impl Chip {
         self.bus.is_pwm_pin(pin).then(|| slice.duty(channel_b, self.bus.now))
     }
 
-    /// The period of a PWM pin; [`Ticks::NEVER`] while its slice stands still, none if it is not switched to PWM.
+    /// The period of a PWM pin; [`Ticks::NEVER`] while its slice stands still, none if it is not
+    /// switched to PWM.
     ///
     /// # Panics
     ///
@@ -116,8 +118,9 @@ impl Chip {
         self.bus.is_pwm_pin(pin).then(|| slice.period_ticks())
     }
 
-    /// Wires SDA and SCL of an I2C bus, with pull-ups, to two pins. It belongs to the I2C block that these pins can be switched to:
-    /// block 0 on GPIO 0 and 1, 4 and 5, .., block 1 on 2 and 3, 6 and 7, ... Parts come with [`Chip::attach_i2c`].
+    /// Wires SDA and SCL of an I2C bus, with pull-ups, to two pins. It belongs to the I2C block
+    /// that these pins can be switched to: block 0 on GPIO 0 and 1, 4 and 5, .., block 1 on 2 and
+    /// 3, 6 and 7, ... Parts come with [`Chip::attach_i2c`].
     ///
     /// # Panics
     ///
@@ -126,7 +129,8 @@ impl Chip {
         self.bus.wire_i2c(sda, scl);
     }
 
-    /// Puts a part on the bus of I2C block `block` (0 or 1), as it is after power-on. Gives the one that had the address.
+    /// Puts a part on the bus of I2C block `block` (0 or 1), as it is after power-on. Gives the one
+    /// that had the address.
     ///
     /// # Panics
     ///
@@ -137,7 +141,8 @@ impl Chip {
         self.bus.i2c[block].wires.attach(address, Box::new(part))
     }
 
-    /// Takes a part off. In the middle of a transfer it does not acknowledge any more, and sends ones.
+    /// Takes a part off. In the middle of a transfer it does not acknowledge any more, and sends
+    /// ones.
     ///
     /// # Panics
     ///
@@ -146,7 +151,8 @@ impl Chip {
         self.bus.i2c[block].wires.detach(address)
     }
 
-    /// The part with this address, to be told what it measures; none if there is none, or one of another type.
+    /// The part with this address, to be told what it measures; none if there is none, or one of
+    /// another type.
     ///
     /// # Panics
     ///
@@ -156,10 +162,12 @@ impl Chip {
         part.downcast_mut()
     }
 
-    /// A part on the bus pulls SDA low until SCL has gone high `clocks` times: what one does that was left in the middle of a byte. 0 makes
-    /// it let go. For a line that is low for ever there is [`Chip::set_pin_input`].
+    /// A part on the bus pulls SDA low until SCL has gone high `clocks` times: what one does that
+    /// was left in the middle of a byte. 0 makes it let go. For a line that is low for ever there
+    /// is [`Chip::set_pin_input`].
     ///
-    /// A transfer that is going on loses arbitration at the end of its byte; the next one waits until the line is free.
+    /// A transfer that is going on loses arbitration at the end of its byte; the next one waits
+    /// until the line is free.
     ///
     /// # Panics
     ///
@@ -168,9 +176,9 @@ impl Chip {
         self.bus.hold_sda(block, clocks);
     }
 
-    /// The voltage at an ADC input from now on, in counts: 0 to 4095 for 0 to ADC_AVDD, more is cut off as by the
-    /// converter. Channels 0 to 3 are GPIO26 to 29, 4 is the temperature sensor (876 at power-on, 27 degrees
-    /// Celsius).
+    /// The voltage at an ADC input from now on, in counts: 0 to 4095 for 0 to ADC_AVDD, more is cut
+    /// off as by the converter. Channels 0 to 3 are GPIO26 to 29, 4 is the temperature sensor (876
+    /// at power-on, 27 degrees Celsius).
     ///
     /// # Panics
     ///

@@ -20,7 +20,8 @@ fn segments_are_loaded_by_physical_address_and_the_program_starts_from_its_vecto
     assert_eq!(chip.resets().len(), 1);
     assert_eq!((chip.resets()[0].at, chip.resets()[0].reason), (Ticks::ZERO, ResetReason::PowerOn));
     chip.run_until(Ticks::from_micros(10));
-    // Stack pointer, vector and first instruction come from flash, 50 cycles of 6.5 MHz each, and nothing is cut.
+    // Stack pointer, vector and first instruction come from flash, 50 cycles of 6.5 MHz each, and
+    // nothing is cut.
     assert!(chip.now() >= Ticks::from_micros(10) && chip.now() < Ticks::from_micros(10 + 3 * 8));
     assert_eq!(chip.hard_faults(), 0);
 }

@@ -27,10 +27,12 @@ fn output(program: Program, pin: u32) -> Program {
     program.store(IO_BANK0 + 8 * pin + 4, 5).store(OE_SET, 1 << pin)
 }
 
-/// Reads of registers that have nothing to do with time (a UART's flags) and of those that have (an alarm) take the same time.
+/// Reads of registers that have nothing to do with time (a UART's flags) and of those that have (an
+/// alarm) take the same time.
 #[test]
 fn a_loop_toggles_a_pin_every_few_cycles_exactly() {
-    // loop: STR r1, [r0]; B loop: one cycle at the IO port and two for the branch; four more for LDR r2, [r3, #0x18].
+    // loop: STR r1, [r0]; B loop: one cycle at the IO port and two for the branch; four more for
+    // LDR r2, [r3, #0x18].
     for (read, each) in [(None, 3), (Some(UART0), 7), (Some(TIMER), 7)] {
         let program = output(released(), 25).load(0, OUT_XOR).load(1, 1 << 25).load(3, read.unwrap_or(0));
         let program = program.op(0x6001);
@@ -141,8 +143,9 @@ fn a_received_byte_is_echoed_by_an_interrupt() {
         assert_eq!((sent.len(), sent[0].byte), (1, 0x5a));
         (((sent[0].start - stop_bit).get() * 12).div_ceil(125), sent[0].end - sent[0].start)
     };
-    // clk_sys is clk_ref, now the crystal: entry 15, the address 7, LDR 4; then comes the store. At first the vector and the
-    // handler's first ten instructions come from flash, 50 cycles for each of six words.
+    // clk_sys is clk_ref, now the crystal: entry 15, the address 7, LDR 4; then comes the store. At
+    // first the vector and the handler's first ten instructions come from flash, 50 cycles for each
+    // of six words.
     let (cold, _) = echo(Ticks::from_millis(2));
     assert!((26 + 300..=28 + 300).contains(&cold), "{cold} cycles");
     let (warm, duration) = echo(Ticks::from_millis(4));
@@ -288,7 +291,8 @@ fn the_stack_figure_is_the_deepest_since_it_was_cleared() {
     assert_eq!(chip.lowest_stack_pointer(), STACK - 4);
 }
 
-/// Edges of a pin that a loop toggles stop and go on; a sleeping core wakes late, the alarm itself is on time.
+/// Edges of a pin that a loop toggles stop and go on; a sleeping core wakes late, the alarm itself
+/// is on time.
 #[test]
 fn a_stalled_processor_does_nothing_and_peripherals_go_on() {
     let program = output(released(), 25).load(0, OUT_XOR).load(1, 1 << 25);
@@ -313,7 +317,8 @@ fn a_stalled_processor_does_nothing_and_peripherals_go_on() {
     assert_eq!(sleeping.interrupts_taken(0), before + 1);
 }
 
-/// The processor runs until something is due, however far that is: where the caller stops it, nothing changes.
+/// The processor runs until something is due, however far that is: where the caller stops it,
+/// nothing changes.
 #[test]
 fn how_far_it_runs_at_a_time_changes_nothing() {
     let (mut at_once, mut in_steps) = (alarm_program(), alarm_program());

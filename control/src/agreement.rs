@@ -1,7 +1,7 @@
 use pneudrive_protocol::{CHANNELS, Counts};
 
-/// "Two agreeing requests before pressure may rise": a set point falls at once, and rises as far as this request and the one
-/// before it both want.
+/// "Two agreeing requests before pressure may rise": a set point falls at once, and rises as far as
+/// this request and the one before it both want.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Agreement {
     required: bool,

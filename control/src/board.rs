@@ -22,27 +22,30 @@ impl Board {
         Ok(Self { port: BusPort::new(&config, address)?, control: ControlLoop::new(&config)? })
     }
 
-    /// The two halves, for firmware that serves the bus from an interrupt. What [`control_step`](Self::control_step)
-    /// does in one go is then: [`BusPort::orders`], [`ControlLoop::step`], [`BusPort::report`].
+    /// The two halves, for firmware that serves the bus from an interrupt. What
+    /// [`control_step`](Self::control_step) does in one go is then: [`BusPort::orders`],
+    /// [`ControlLoop::step`], [`BusPort::report`].
     pub fn split(self) -> (BusPort, ControlLoop) {
         (self.port, self.control)
     }
 
     /// A byte was heard on the bus; its stop bit ended at `now`.
     ///
-    /// If it completes a request to this board, the commands are taken over and the answer is returned, with the
-    /// pressures of the last control step. The answer's first start bit must follow after
-    /// [`answer_delay`](BoardConfig::answer_delay) and within 20 us of `now`, and its bytes must follow each other without
-    /// a pause. Bytes that come while the answer is on the wire are the board's own echo and are ignored.
+    /// If it completes a request to this board, the commands are taken over and the answer is
+    /// returned, with the pressures of the last control step. The answer's first start bit must
+    /// follow after [`answer_delay`](BoardConfig::answer_delay) and within 20 us of `now`, and its
+    /// bytes must follow each other without a pause. Bytes that come while the answer is on the
+    /// wire are the board's own echo and are ignored.
     ///
-    /// A silence of [`IDLE_GAP_CHARACTERS`](pneudrive_protocol::IDLE_GAP_CHARACTERS) is found from the times of the bytes
-    /// to half a character. A caller that does not know them so well passes the time at which it looked, and calls
-    /// [`line_idle`](Self::line_idle).
+    /// A silence of [`IDLE_GAP_CHARACTERS`](pneudrive_protocol::IDLE_GAP_CHARACTERS) is found from
+    /// the times of the bytes to half a character. A caller that does not know them so well passes
+    /// the time at which it looked, and calls [`line_idle`](Self::line_idle).
     pub fn receive_byte(&mut self, now: Micros, byte: u8) -> Option<Answer> {
         self.port.receive_byte(now, byte)
     }
 
-    /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the frame is lost.
+    /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the
+    /// frame is lost.
     pub fn line_error(&mut self, now: Micros) {
         self.port.line_error(now);
     }
@@ -52,8 +55,8 @@ impl Board {
         self.port.line_idle();
     }
 
-    /// One control step, to be called every loop period with what the four sensor inputs read; gives the drives of the
-    /// four valves until the next step.
+    /// One control step, to be called every loop period with what the four sensor inputs read;
+    /// gives the drives of the four valves until the next step.
     pub fn control_step(&mut self, now: Micros, samples: [AdcSample; CHANNELS]) -> [ValveDrive; CHANNELS] {
         let step = self.control.step(now, samples, self.port.orders());
         self.port.report(step.report);

@@ -2,8 +2,9 @@ use pneudrive_protocol::pages::Temperature;
 
 /// The mean of the chip's own temperature sensor, from 12-bit codes of its ADC.
 ///
-/// Both chips have the same sensor: 0.706 V at 27 degrees Celsius, 1.721 mV less for each degree more (RP2040 datasheet 4.9.5,
-/// RP2350 datasheet 12.4.6), measured against 3.3 V. Sensors differ, and 1 % of the 3.3 V is 4 degrees.
+/// Both chips have the same sensor: 0.706 V at 27 degrees Celsius, 1.721 mV less for each degree
+/// more (RP2040 datasheet 4.9.5, RP2350 datasheet 12.4.6), measured against 3.3 V. Sensors differ,
+/// and 1 % of the 3.3 V is 4 degrees.
 ///
 /// ```
 /// use pneudrive_control::ChipThermometer;
@@ -40,7 +41,8 @@ impl ChipThermometer {
     }
 }
 
-/// Steps are 5 (27 + 50 + (0.706 - sum 3.3 / 65,536) / 0.001721), a sum being that of 16 codes; here times 2^17.
+/// Steps are 5 (27 + 50 + (0.706 - sum 3.3 / 65,536) / 0.001721), a sum being that of 16 codes;
+/// here times 2^17.
 const fn temperature(sum: u16) -> Temperature {
     const SHIFT: u32 = 17;
     const AT_ZERO: i32 = 319_308_833;
@@ -54,7 +56,8 @@ const fn temperature(sum: u16) -> Temperature {
 mod tests {
     use super::*;
 
-    /// To half a step, 0.1 degrees, and what the whole-numbered factor has too much: 0.05 steps at the largest sum.
+    /// To half a step, 0.1 degrees, and what the whole-numbered factor has too much: 0.05 steps at
+    /// the largest sum.
     #[test]
     fn the_datasheets_line_holds_over_the_whole_range() {
         for sum in 0..=16 * ChipThermometer::CODE_MAX {

@@ -9,57 +9,65 @@ use thiserror::Error;
 /// [`Board::new`](crate::Board::new) checks the limits given here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BoardConfig {
-    /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it. Default 1 Mbaud.
+    /// Line rate of the bus; idle gaps and the length of the board's own answer follow from it.
+    /// Default 1 Mbaud.
     pub baud: Baud,
 
     /// Fastest line rate that a host may ask for: what the board's transceiver and driver enable
     /// can do. Default 3 Mbaud. It speaks at [`baud`](Self::baud) until a host asks.
     pub max_baud: LineRate,
 
-    /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0 to 20. Default 14.
+    /// Time from the last stop bit of a request to the answer's start bit, at the least, us: 0
+    /// to 20. Default 14.
     ///
-    /// A host whose line driver is enabled by the boards' 555 circuit holds the line for up to 113.6 us from its first
-    /// start bit ([`pulse`](pneudrive_protocol::pulse), with both parts at their limits), which is 13.6 us after its
-    /// last stop bit: an answer that begins earlier meets two drivers on one line. The answer must have begun after 20 us.
+    /// A host whose line driver is enabled by the boards' 555 circuit holds the line for up to
+    /// 113.6 us from its first start bit ([`pulse`](pneudrive_protocol::pulse), with both parts at
+    /// their limits), which is 13.6 us after its last stop bit: an answer that begins earlier meets
+    /// two drivers on one line. The answer must have begun after 20 us.
     pub answer_delay: Micros,
 
-    /// Whether the board's receiver may hear the board's own answer, which has the form of a request to it. Default true:
-    /// what is heard while the answer is on the wire is ignored, and a host cannot speak then. False where that
-    /// cannot be and requests may follow at once: a simulated wire that takes no time.
+    /// Whether the board's receiver may hear the board's own answer, which has the form of a
+    /// request to it. Default true: what is heard while the answer is on the wire is ignored, and a
+    /// host cannot speak then. False where that cannot be and requests may follow at once: a
+    /// simulated wire that takes no time.
     pub hears_itself: bool,
 
-    /// Time between two control steps, us: 100 to 10,000. Default 1000, the original's loop of about 1 kHz.
+    /// Time between two control steps, us: 100 to 10,000. Default 1000, the original's loop of
+    /// about 1 kHz.
     ///
     /// `kd` and `filter_previous` count in steps. To keep the closed loop as it is at another
     /// period, multiply `kd` by (old period / new period) and raise `filter_previous` / 256 to the
     /// power of (new period / old period): [`at_twice_the_rate`](Self::at_twice_the_rate) does.
     pub loop_period: Micros,
 
-    /// Proportional gain, drive counts per count of error: 1 to 1000. Default 10: full drive at 40 counts (34 kPa).
+    /// Proportional gain, drive counts per count of error: 1 to 1000. Default 10: full drive at 40
+    /// counts (34 kPa).
     pub kp: u16,
 
-    /// Damping, drive counts per count that the filtered pressure rose in one step: 0 to 1000. Default 20.
+    /// Damping, drive counts per count that the filtered pressure rose in one step: 0 to 1000.
+    /// Default 20.
     pub kd: u16,
 
     /// Largest drive, drive counts: 1 to 400. Default 400, all that the driver gives.
     pub saturation: u16,
 
-    /// Weight of the previous output in the pressure's low-pass, 1/256: 0 (no filter) to 255. Default 210, a time
-    /// constant of 5 steps.
+    /// Weight of the previous output in the pressure's low-pass, 1/256: 0 (no filter) to 255.
+    /// Default 210, a time constant of 5 steps.
     pub filter_previous: u8,
 
     /// Set point of all channels until the first request. Default 102 counts, atmosphere.
     pub initial_command: Counts,
 
-    /// How long all channels vent from the first control step on, whatever is commanded: at most 60 s. Default 2 s, as
-    /// the original: whatever pressure the last run left behind is gone.
+    /// How long all channels vent from the first control step on, whatever is commanded: at most 60
+    /// s. Default 2 s, as the original: whatever pressure the last run left behind is gone.
     pub power_up_vent: Micros,
 
-    /// Silence (no valid request to this board) after which it holds: 10 ms to 10 s. Default 500 ms: hundreds of cycles of
-    /// a polling host, and no longer than a chamber can be left alone.
+    /// Silence (no valid request to this board) after which it holds: 10 ms to 10 s. Default 500
+    /// ms: hundreds of cycles of a polling host, and no longer than a chamber can be left alone.
     pub command_timeout: Micros,
 
-    /// How long it then holds its set points before it vents: at most 60 s. Default 2 s, for a host that comes back.
+    /// How long it then holds its set points before it vents: at most 60 s. Default 2 s, for a host
+    /// that comes back.
     pub hold_time: Micros,
 
     /// Reading at the sensor's lowest output, counts. Default 102, which is 0.5 V of 5 V.
@@ -68,33 +76,37 @@ pub struct BoardConfig {
     /// Reading at the sensor's highest output, counts. Default 922, which is 4.5 V of 5 V.
     pub sensor_max: Counts,
 
-    /// How far outside these a sample may lie before it counts as a fault, counts. Default 51 (0.25 V): a sensor at
-    /// atmosphere reads 102 counts give or take its offset, while a broken wire or a short circuit reads 0 or 1023.
+    /// How far outside these a sample may lie before it counts as a fault, counts. Default 51 (0.25
+    /// V): a sensor at atmosphere reads 102 counts give or take its offset, while a broken wire or
+    /// a short circuit reads 0 or 1023.
     ///
-    /// `sensor_min` - margin must be at least 1 and `sensor_max` + margin at most 1022, because 0 and 1023 say "fault" in
-    /// an answer.
+    /// `sensor_min` - margin must be at least 1 and `sensor_max` + margin at most 1022, because 0
+    /// and 1023 say "fault" in an answer.
     pub sensor_margin: u16,
 
-    /// Samples in a row outside the limits that make a fault: 1 to 1000. Default 10 (10 ms). Until then the channel
-    /// ignores them and goes on with its last good pressure.
+    /// Samples in a row outside the limits that make a fault: 1 to 1000. Default 10 (10 ms). Until
+    /// then the channel ignores them and goes on with its last good pressure.
     pub fault_after_steps: u16,
 
-    /// Samples in a row inside the limits that end a fault: 1 to 60,000. Default 1000 (1 s), so that a loose contact
-    /// does not switch its chamber at every touch.
+    /// Samples in a row inside the limits that end a fault: 1 to 60,000. Default 1000 (1 s), so
+    /// that a loose contact does not switch its chamber at every touch.
     pub recover_after_steps: u16,
 
-    /// So many damaged requests in a [`damage_window`](Self::damage_window) make the board vent until its host leaves or its supply is
-    /// switched off ([`BoardState::DamageVent`](crate::BoardState::DamageVent)): 1 to 10,000. Default 50: at 1 kHz one in twenty.
+    /// So many damaged requests in a [`damage_window`](Self::damage_window) make the board vent
+    /// until its host leaves or its supply is switched off
+    /// ([`BoardState::DamageVent`](crate::BoardState::DamageVent)): 1 to 10,000. Default 50: at 1
+    /// kHz one in twenty.
     pub damage_limit: u16,
 
     /// The window, us: 1 ms to 60 s. Default 1 s.
     pub damage_window: Micros,
 
-    /// Whether a set point rises only as far as two requests in a row want; it falls at once. Default false.
+    /// Whether a set point rises only as far as two requests in a row want; it falls at once.
+    /// Default false.
     pub rise_needs_two: bool,
 
-    /// Channels in use. Default all. A channel that is not in use vents, its sensor is not judged, and the answer
-    /// carries whatever its input reads.
+    /// Channels in use. Default all. A channel that is not in use vents, its sensor is not judged,
+    /// and the answer carries whatever its input reads.
     pub enabled: [bool; CHANNELS],
 }
 

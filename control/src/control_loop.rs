@@ -6,8 +6,8 @@ use crate::{
 };
 use pneudrive_protocol::CHANNELS;
 
-/// A board's control side: four channels and the supervisor over them. The other half of a [`Board`](crate::Board) is
-/// the [`BusPort`](crate::BusPort).
+/// A board's control side: four channels and the supervisor over them. The other half of a
+/// [`Board`](crate::Board) is the [`BusPort`](crate::BusPort).
 #[derive(Debug, Clone)]
 pub struct ControlLoop {
     supervisor: Supervisor,

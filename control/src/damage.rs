@@ -2,8 +2,9 @@ use crate::{BoardConfig, Micros};
 
 /// Counts damaged requests; too many in a window latch.
 ///
-/// A window begins with the first damaged request after the window before it. What comes damaged says nothing of what
-/// goes through unnoticed, but bounds it: of 65,536 requests that random damage hits, one at the most is obeyed.
+/// A window begins with the first damaged request after the window before it. What comes damaged
+/// says nothing of what goes through unnoticed, but bounds it: of 65,536 requests that random
+/// damage hits, one at the most is obeyed.
 #[derive(Debug, Clone)]
 pub(crate) struct DamageMonitor {
     limit: u16,

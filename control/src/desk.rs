@@ -5,7 +5,8 @@ use pneudrive_protocol::pages::{
     Change, ChangeAnswer, CommitOutcome, Entry, Parameter, ParameterSource, StoreState, number_entry,
 };
 
-/// What of a board's parameters its pages say and change. Answers must leave within 20 us, so nothing is checked here that takes long.
+/// What of a board's parameters its pages say and change. Answers must leave within 20 us, so
+/// nothing is checked here that takes long.
 #[derive(Debug, Clone)]
 pub(crate) struct ParameterDesk {
     compiled: ParameterSet,
@@ -95,7 +96,8 @@ impl ParameterDesk {
         self.outcome == CommitOutcome::Pending && self.collected.is_some()
     }
 
-    /// What is to be kept, once after a commit. Without vented chambers, or where nothing changes, the commit ends here.
+    /// What is to be kept, once after a commit. Without vented chambers, or where nothing changes,
+    /// the commit ends here.
     pub(crate) fn take_commit(&mut self, vented: bool) -> Option<ParameterSet> {
         let collected = self.collected.take()?;
         let mut set = if collected.from_compiled { self.compiled } else { self.in_effect };

@@ -47,9 +47,9 @@ pub enum Direction {
 
 /// The levels of one valve's two driver pins, as the original drives its A4990.
 ///
-/// The driver puts (not DIR) - PWM across the valve's coil. So the PWM pin is inverted while filling: its duty falls
-/// from 255 to 0 as the drive rises. **Both pins low means full fill**; a board needs a pull-up on DIR at least, so that
-/// a chip in reset does not fill its chambers.
+/// The driver puts (not DIR) - PWM across the valve's coil. So the PWM pin is inverted while
+/// filling: its duty falls from 255 to 0 as the drive rises. **Both pins low means full fill**; a
+/// board needs a pull-up on DIR at least, so that a chip in reset does not fill its chambers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct DirPwm {
     /// Level of the DIR pin.
@@ -69,9 +69,11 @@ impl DirPwm {
         matches!(self.direction, Direction::Vent)
     }
 
-    /// Compare value of a timer that counts from 0 to `top` and holds the pin high while the count is below it.
+    /// Compare value of a timer that counts from 0 to `top` and holds the pin high while the count
+    /// is below it.
     ///
-    /// `top` is at most 65534, so that `top` + 1 (always high) fits; with 65535 a duty of 255 has one low tick.
+    /// `top` is at most 65534, so that `top` + 1 (always high) fits; with 65535 a duty of 255 has
+    /// one low tick.
     pub const fn compare(self, top: u16) -> u16 {
         const MAX: u32 = DirPwm::DUTY_MAX as u32;
         let period = top as u32 + 1;
@@ -79,7 +81,8 @@ impl DirPwm {
         if compare > u16::MAX as u32 { u16::MAX } else { compare as u16 }
     }
 
-    /// Mean voltage across the valve's coil in 1/255 of the supply: 255 fills fully, -255 vents fully.
+    /// Mean voltage across the valve's coil in 1/255 of the supply: 255 fills fully, -255 vents
+    /// fully.
     pub const fn coil(self) -> i16 {
         match self.direction {
             Direction::Fill => (Self::DUTY_MAX - self.duty) as i16,

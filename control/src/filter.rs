@@ -2,8 +2,9 @@ use crate::sample::FineCounts;
 
 /// First-order low-pass: new = (previous weight * old + (256 - previous weight) * sample) / 256.
 ///
-/// It differs from the original's in two ways. It keeps the remainder of the division, so it settles on exactly its
-/// input and not up to 5 counts below; and it starts at its first sample, not at 0.
+/// It differs from the original's in two ways. It keeps the remainder of the division, so it
+/// settles on exactly its input and not up to 5 counts below; and it starts at its first sample,
+/// not at 0.
 #[derive(Debug, Clone)]
 pub(crate) struct LowPass {
     /// Weight of a new sample in 1/256.
@@ -24,7 +25,8 @@ impl LowPass {
     pub(crate) fn step(&mut self, sample: FineCounts) -> FineCounts {
         let accumulator = match self.accumulator {
             None => sample.raw() << Self::WEIGHT_BITS,
-            // Stands still only where the output equals the sample: whatever else, the weight is at least 1.
+            // Stands still only where the output equals the sample: whatever else, the weight is at
+            // least 1.
             Some(old) => old + self.sample_weight * (sample.raw() - (old >> Self::WEIGHT_BITS)),
         };
         self.accumulator = Some(accumulator);
@@ -64,7 +66,8 @@ mod tests {
         assert_eq!(output, fine(500));
     }
 
-    /// Every step between two whole counts (in steps of 11 on one side to keep the test short), both ways.
+    /// Every step between two whole counts (in steps of 11 on one side to keep the test short),
+    /// both ways.
     #[test]
     fn settles_exactly_after_every_step() {
         for from in (0..=1023).step_by(11) {

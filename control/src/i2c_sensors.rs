@@ -1,4 +1,5 @@
-//! The latest readings of the sensors on the I2C connector, and of the board's electronics, for those who ask for them.
+//! The latest readings of the sensors on the I2C connector, and of the board's electronics, for
+//! those who ask for them.
 
 use crate::Micros;
 use pneudrive_protocol::pages::{
@@ -8,8 +9,9 @@ use pneudrive_protocol::pages::{
 
 /// The latest readings of a board's I2C sensors and when they were made.
 ///
-/// Whoever reads the sensors tells it what was found, lost and read; pages say it. Nothing waits, and nothing of it
-/// goes into the control loop. A reading older than [`STALE_AFTER`](Self::STALE_AFTER) is said to be stale.
+/// Whoever reads the sensors tells it what was found, lost and read; pages say it. Nothing waits,
+/// and nothing of it goes into the control loop. A reading older than
+/// [`STALE_AFTER`](Self::STALE_AFTER) is said to be stale.
 ///
 /// ```
 /// use pneudrive_control::{I2cSensors, Micros};
@@ -52,7 +54,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// From x, y and z of the [`Acceleration`] in steps of 0.01 m/s^2 and of the [`AngularRate`] in steps of 1/400 rad/s.
+    /// From x, y and z of the [`Acceleration`] in steps of 0.01 m/s^2 and of the [`AngularRate`] in
+    /// steps of 1/400 rad/s.
     pub fn new(acceleration: [i16; 3], rate: [i16; 3]) -> Self {
         let entries = |live| {
             [
@@ -138,7 +141,8 @@ impl I2cSensors {
         self.supply_found(SensorPart::None);
     }
 
-    /// The supply pressure was measured at `now`: `None` if the signal is none that its transducer gives.
+    /// The supply pressure was measured at `now`: `None` if the signal is none that its transducer
+    /// gives.
     pub fn supply_read(&mut self, now: Micros, pressure: Option<GaugePressure>) {
         self.supply.read(now);
         self.out_of_range = pressure.is_none();
@@ -226,7 +230,8 @@ impl I2cSensors {
         }
     }
 
-    /// What the board knows of its electronics at `now`. A voltage is as old as the supply pressure.
+    /// What the board knows of its electronics at `now`. A voltage is as old as the supply
+    /// pressure.
     pub fn electronics(&self, now: Micros) -> Electronics {
         let is_live = self.supply.state(now) == SensorState::Live;
         Electronics { chip_temperature: self.chip, rail_voltage: self.rail.filter(|_| is_live) }

@@ -9,7 +9,8 @@ pub struct Identity {
     pub about: About,
     /// Resets by the watchdog since power-on.
     pub watchdog_resets: u32,
-    /// What the numbers of its sessions are made from beside its clock: other than in the run before, so that they do not come again.
+    /// What the numbers of its sessions are made from beside its clock: other than in the run
+    /// before, so that they do not come again.
     pub session_seed: u32,
     /// The words of the run before this one, all 0 if nothing is known of it.
     pub post_mortem: [u32; PostMortem::WORDS],

@@ -1,8 +1,8 @@
 use crate::{BoardState, BoardStatus, ChannelStatus, Micros};
 
 impl BoardStatus {
-    /// Whether the status LED is lit at `now`: on while all is well, a slow blink (1 Hz) while the board vents or holds for
-    /// want of a host, a fast blink (5 Hz) while a sensor is faulty.
+    /// Whether the status LED is lit at `now`: on while all is well, a slow blink (1 Hz) while the
+    /// board vents or holds for want of a host, a fast blink (5 Hz) while a sensor is faulty.
     pub fn led_is_on(&self, now: Micros) -> bool {
         const SLOW_HALF_PERIOD_US: u64 = 500_000;
         const FAST_HALF_PERIOD_US: u64 = 100_000;

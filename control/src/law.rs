@@ -50,7 +50,8 @@ mod tests {
 
     #[test]
     fn the_originals_numbers() {
-        // (command, pressure, previous) -> 10 (command - pressure) - 20 (pressure - previous), +-400
+        // (command, pressure, previous) -> 10 (command - pressure) - 20 (pressure - previous),
+        // +-400
         let table = [
             ((500, 500, 500), 0),
             ((540, 500, 500), 400),

@@ -1,15 +1,17 @@
 //! A PneuDrive board's behaviour without its hardware.
 //!
-//! Time, bytes and ADC readings are arguments; answers and valve drives are results. The same code runs on the chip
-//! (`firmware/`), in the emulated chip, and as a native board on the simulated bus, and whoever runs it makes the same
-//! calls:
+//! Time, bytes and ADC readings are arguments; answers and valve drives are results. The same code
+//! runs on the chip (`firmware/`), in the emulated chip, and as a native board on the simulated
+//! bus, and whoever runs it makes the same calls:
 //!
 //! ```text
-//!  every byte on the bus   -> Board::receive_byte(now, byte) -> ten bytes to send back to back, or nothing
+//!  every byte on the bus   -> Board::receive_byte(now, byte) -> ten bytes to send back to back,
+//!                                                               or nothing
 //!  damaged byte            -> Board::line_error(now)
 //!  silence (unless bytes
 //!  are stamped exactly)    -> Board::line_idle(now)
-//!  every loop period       -> Board::control_step(now, four samples) -> four valve drives -> DirPwm -> pins
+//!  every loop period       -> Board::control_step(now, four samples) -> four valve drives
+//!                                                                    -> DirPwm -> pins
 //! ```
 //!
 //! ```
@@ -32,14 +34,16 @@
 //! # Ok::<(), pneudrive_control::ConfigError>(())
 //! ```
 //!
-//! What of its configuration a host can change, and how flash keeps it, is in [`BoardStart`] and [`store`].
+//! What of its configuration a host can change, and how flash keeps it, is in [`BoardStart`] and
+//! [`store`].
 //!
-//! Inside, a board is two halves, which firmware runs at two priorities: the [`BusPort`] and the [`ControlLoop`]. The
-//! loop has the supervisor ([`BoardState`]) and per channel the sensor monitor ([`SensorFault`]), the low-pass, the
-//! control law and the valve drive ([`ValveDrive`], [`DirPwm`]): one file each.
+//! Inside, a board is two halves, which firmware runs at two priorities: the [`BusPort`] and the
+//! [`ControlLoop`]. The loop has the supervisor ([`BoardState`]) and per channel the sensor monitor
+//! ([`SensorFault`]), the low-pass, the control law and the valve drive ([`ValveDrive`],
+//! [`DirPwm`]): one file each.
 //!
-//! All arithmetic is on integers; pressures carry [`FRACTION_BITS`] bits behind the binary point. There is no `unsafe`,
-//! no allocation and no panic path that bytes, samples or times could reach.
+//! All arithmetic is on integers; pressures carry [`FRACTION_BITS`] bits behind the binary point.
+//! There is no `unsafe`, no allocation and no panic path that bytes, samples or times could reach.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,7 @@
 /// Whether everything that has to run does: what the watchdog hangs on.
 ///
-/// Each part reports in as it works; [`take`](Self::take) gives the reports since it was last called, and the watchdog is fed only
-/// if [`all`](Self::all) parts are among them.
+/// Each part reports in as it works; [`take`](Self::take) gives the reports since it was last
+/// called, and the watchdog is fed only if [`all`](Self::all) parts are among them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Liveness {
     control: bool,

@@ -4,7 +4,8 @@ use pneudrive_protocol::pages::{
 };
 
 impl BusPort {
-    /// The words of an entry at `now`; `None` before the first control step. What changes something is obeyed in a session.
+    /// The words of an entry at `now`; `None` before the first control step. What changes something
+    /// is obeyed in a session.
     pub(crate) fn entry(&mut self, entry: PageEntry, now: Micros, in_session: bool) -> Option<Entry> {
         // Not copied: a board has 20 us for its answer.
         let control = self.control.as_ref()?;

@@ -1,4 +1,5 @@
-//! The parameters that a host can change, between [`BoardConfig`] and the numbers that go over the bus and into flash.
+//! The parameters that a host can change, between [`BoardConfig`] and the numbers that go over the
+//! bus and into flash.
 
 use crate::{BoardConfig, Micros};
 use pneudrive_protocol::pages::{LineRate, Parameter};
@@ -9,8 +10,8 @@ use pneudrive_protocol::{Address, CHANNELS, Counts};
 pub struct ParameterSet([u32; Parameter::COUNT]);
 
 impl ParameterSet {
-    /// The values of a configuration, with the address left to the board's switch. Times are whole milliseconds, rounded down, where
-    /// the parameter's unit is that.
+    /// The values of a configuration, with the address left to the board's switch. Times are whole
+    /// milliseconds, rounded down, where the parameter's unit is that.
     pub fn of(config: &BoardConfig) -> Self {
         let mut set = Self([0; Parameter::COUNT]);
         for parameter in Parameter::ALL {
@@ -31,7 +32,8 @@ impl ParameterSet {
         }
     }
 
-    /// The configuration with these values, and the rest as in `compiled`: by the same rules as a compiled one.
+    /// The configuration with these values, and the rest as in `compiled`: by the same rules as a
+    /// compiled one.
     ///
     /// # Errors
     /// A parameter that is outside its range, or that does not go together with others.

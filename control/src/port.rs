@@ -21,14 +21,15 @@ pub type Answer = [u8; PACKET_LEN];
 
 /// A board's bus side: takes bytes, gives answers, and keeps what the control loop is to do.
 ///
-/// One half of a [`Board`](crate::Board); the other is the [`ControlLoop`](crate::ControlLoop). They are apart so that
-/// an interrupt can serve the bus while a control step is being computed: [`orders`](Self::orders) and
-/// [`report`](Self::report) are all that the two exchange.
+/// One half of a [`Board`](crate::Board); the other is the [`ControlLoop`](crate::ControlLoop).
+/// They are apart so that an interrupt can serve the bus while a control step is being computed:
+/// [`orders`](Self::orders) and [`report`](Self::report) are all that the two exchange.
 #[derive(Debug, Clone)]
 pub struct BusPort {
     responder: Responder,
     orders: Orders,
-    /// What the last control step did. `None` before the first: a board does not report what it has not measured.
+    /// What the last control step did. `None` before the first: a board does not report what it has
+    /// not measured.
     pub(crate) control: Option<ControlStatus>,
     identity: Identity,
     longest_loop: Micros,
@@ -139,10 +140,11 @@ impl BusPort {
         Some(request.answer(words).encode())
     }
 
-    /// Gives a session to the host that asks with this number of its own, unless the board is in one.
+    /// Gives a session to the host that asks with this number of its own, unless the board is in
+    /// one.
     ///
-    /// The session's number is a hash of the seed, of the sessions so far and of when it was asked for: nothing that was sent in an
-    /// earlier session, or before a reset, fits it.
+    /// The session's number is a hash of the seed, of the sessions so far and of when it was asked
+    /// for: nothing that was sent in an earlier session, or before a reset, fits it.
     pub(crate) fn offer_session(&mut self, now: Micros, host: u8) -> SessionOffer {
         let words = [self.identity.session_seed, self.sessions, now.get() as u32, host.into()];
         let number = words.into_iter().fold(0, |hash: u32, word| {
@@ -153,7 +155,8 @@ impl BusPort {
         if self.responder.offer_session(number) { SessionOffer::Number(number) } else { SessionOffer::Busy }
     }
 
-    /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the frame is lost.
+    /// The receiver flagged a byte as damaged (framing, parity, break) or lost one (overrun): the
+    /// frame is lost.
     pub fn line_error(&mut self, now: Micros) {
         self.responder.error(now);
         self.line_rate.damaged(now);
@@ -236,7 +239,8 @@ impl BusPort {
         self.page_requests
     }
 
-    /// What its pages say of it from now on. Until then it is a [native](ChipKind::Native) board after power-on.
+    /// What its pages say of it from now on. Until then it is a [native](ChipKind::Native) board
+    /// after power-on.
     pub fn identify(&mut self, identity: Identity) {
         self.identity = identity;
     }
@@ -245,16 +249,19 @@ impl BusPort {
         &self.identity
     }
 
-    /// What its pages say of its parameters from now on: the values that it was compiled with, those in effect, and the record that they
-    /// come from. Until then there is none, and both are those of its configuration.
+    /// What its pages say of its parameters from now on: the values that it was compiled with,
+    /// those in effect, and the record that they come from. Until then there is none, and both are
+    /// those of its configuration.
     pub fn install_parameters(&mut self, compiled: ParameterSet, in_effect: ParameterSet, stored: &Stored) {
         self.desk.install(compiled, in_effect, stored);
     }
 
-    /// The values that a host wants from now on, once after it has committed them. Whoever runs the board checks them
-    /// ([`ParameterSet::apply_to`]), keeps them ([`Stored::save`]) and restarts it, or says why not ([`end_commit`](Self::end_commit)).
+    /// The values that a host wants from now on, once after it has committed them. Whoever runs the
+    /// board checks them ([`ParameterSet::apply_to`]), keeps them ([`Stored::save`]) and restarts
+    /// it, or says why not ([`end_commit`](Self::end_commit)).
     ///
-    /// A commit ends here, with nothing to be kept, if it changes nothing or the board [is not vented](Self::is_vented).
+    /// A commit ends here, with nothing to be kept, if it changes nothing or the board [is not
+    /// vented](Self::is_vented).
     pub fn take_commit(&mut self) -> Option<ParameterSet> {
         // All interrupts wait while a board looks, many times a second.
         if !self.desk.is_committed() {
@@ -273,9 +280,10 @@ impl BusPort {
         &mut self.desk
     }
 
-    /// Whether a restart, which vents, changes nothing for the robot: every set point is at most 0 kPa, and every chamber whose sensor is
-    /// believed has at most 20 counts (17 kPa) more, as much as a sensor's offset may be. A channel with a sensor fault, or that is not
-    /// in use, vents already.
+    /// Whether a restart, which vents, changes nothing for the robot: every set point is at most 0
+    /// kPa, and every chamber whose sensor is believed has at most 20 counts (17 kPa) more, as much
+    /// as a sensor's offset may be. A channel with a sensor fault, or that is not in use, vents
+    /// already.
     pub fn is_vented(&self) -> bool {
         let Some(control) = self.control else { return false };
         let at_rest = Counts::ATMOSPHERE.get() + VENTED_MARGIN;

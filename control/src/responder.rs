@@ -1,7 +1,8 @@
 use crate::{BoardConfig, Micros};
 use pneudrive_protocol::{Address, Asked, Baud, FrameStatistics, RequestDecoder};
 
-/// Listens to the bus: finds the requests to this board, notices gaps, and does not listen to itself.
+/// Listens to the bus: finds the requests to this board, notices gaps, and does not listen to
+/// itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Responder {
     decoder: RequestDecoder,
@@ -66,9 +67,9 @@ impl Responder {
         self.decoder.push(byte)
     }
 
-    /// An answer leaves the board, and until it has gone all that can be heard is its own echo (which looks like a
-    /// request to this board). The next request's first byte ends a whole character later; half of it is allowed for
-    /// an answer that begins late.
+    /// An answer leaves the board, and until it has gone all that can be heard is its own echo
+    /// (which looks like a request to this board). The next request's first byte ends a whole
+    /// character later; half of it is allowed for an answer that begins late.
     ///
     /// Above 1 Mbaud a late answer's echo ends when the next request can have begun, so that
     /// whoever sends it tells [its end](Self::answer_sent).

@@ -1,10 +1,11 @@
 use core::num::NonZeroU16;
 use pneudrive_protocol::{CHANNELS, Counts};
 
-/// Bits behind the binary point of a pressure inside the board: 1/256 count, or 3 Pa with the original's sensor.
+/// Bits behind the binary point of a pressure inside the board: 1/256 count, or 3 Pa with the
+/// original's sensor.
 ///
-/// Sixteen averaged 12-bit readings resolve 1/64 count; the two bits beyond that keep the averaging exact for counts
-/// of readings that are no power of two.
+/// Sixteen averaged 12-bit readings resolve 1/64 count; the two bits beyond that keep the averaging
+/// exact for counts of readings that are no power of two.
 pub const FRACTION_BITS: u32 = 8;
 
 /// A pressure in counts of the bus with [`FRACTION_BITS`] fraction bits, 0 to 1023.75.
@@ -24,8 +25,9 @@ impl FineCounts {
         self.0
     }
 
-    /// The nearest count, of two equally near ones the even one: a fourth of all 12-bit codes lie half-way, and rounding them up would
-    /// report an eighth of a count (0.1 kPa) too much in the mean. Above 1023.5, which only the ADC's last two codes are, it is 1023.
+    /// The nearest count, of two equally near ones the even one: a fourth of all 12-bit codes lie
+    /// half-way, and rounding them up would report an eighth of a count (0.1 kPa) too much in the
+    /// mean. Above 1023.5, which only the ADC's last two codes are, it is 1023.
     pub(crate) fn rounded(self) -> Counts {
         const HALF: i32 = 1 << (FRACTION_BITS - 1);
         let odd = self.0 >> FRACTION_BITS & 1;
@@ -34,10 +36,11 @@ impl FineCounts {
     }
 }
 
-/// What one channel's ADC input read in one loop period: the average of one or more 12-bit readings, in counts of the
-/// bus.
+/// What one channel's ADC input read in one loop period: the average of one or more 12-bit
+/// readings, in counts of the bus.
 ///
-/// Four 12-bit codes are one count. The average is rounded to 1/256 count, not cut off to whole counts.
+/// Four 12-bit codes are one count. The average is rounded to 1/256 count, not cut off to whole
+/// counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AdcSample(FineCounts);
 
@@ -56,8 +59,8 @@ impl AdcSample {
 
     /// From the sum of `readings` 12-bit readings.
     ///
-    /// Returns `None` if there are more than [`READINGS_MAX`](Self::READINGS_MAX) readings, or if the sum is more than
-    /// so many 12-bit readings can add up to.
+    /// Returns `None` if there are more than [`READINGS_MAX`](Self::READINGS_MAX) readings, or if
+    /// the sum is more than so many 12-bit readings can add up to.
     pub const fn from_sum(sum: u32, readings: NonZeroU16) -> Option<Self> {
         let largest = Self::READING_MAX as u32 * readings.get() as u32;
         if readings.get() > Self::READINGS_MAX || sum > largest {

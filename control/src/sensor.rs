@@ -15,8 +15,9 @@ pub enum SensorFault {
 impl SensorFault {
     /// What an answer carries in place of the channel's pressure: 0 or 1023 counts.
     ///
-    /// The format has no room for a flag; but no healthy channel reports these two values, because they lie outside the
-    /// limits that a pressure must be within to be believed. Hosts that know nothing of this see an impossible pressure.
+    /// The format has no room for a flag; but no healthy channel reports these two values, because
+    /// they lie outside the limits that a pressure must be within to be believed. Hosts that know
+    /// nothing of this see an impossible pressure.
     pub const fn reported(self) -> Counts {
         match self {
             Self::BelowRange => Counts::MIN,

@@ -16,8 +16,9 @@ pub struct BoardStart {
 }
 
 impl BoardStart {
-    /// With what `flash` keeps, for a board whose switch stands at `switch`. Values that do not go together with those of this firmware are
-    /// left alone, all of them: then it starts as compiled.
+    /// With what `flash` keeps, for a board whose switch stands at `switch`. Values that do not go
+    /// together with those of this firmware are left alone, all of them: then it starts as
+    /// compiled.
     pub fn load(flash: &impl Flash, compiled: BoardConfig, switch: Address) -> Self {
         let stored = Stored::load(flash);
         let as_compiled = ParameterSet::of(&compiled);

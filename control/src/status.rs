@@ -9,7 +9,8 @@ pub enum ChannelStatus {
     Regulating,
     /// The valve vents because the whole board does ([`BoardState`]).
     Venting,
-    /// The valve vents because the sensor cannot be believed; the answer carries [`SensorFault::reported`].
+    /// The valve vents because the sensor cannot be believed; the answer carries
+    /// [`SensorFault::reported`].
     SensorFault(SensorFault),
     /// The channel is not in use; its valve vents.
     Disabled,
@@ -26,7 +27,8 @@ pub struct Counters {
     pub page_requests: u32,
     /// Bytes the receiver flagged as damaged.
     pub line_errors: u32,
-    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another host.
+    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another
+    /// host.
     pub damaged_requests: u32,
     /// Packets on the bus (anybody's), and bytes that belonged to none.
     pub frames: FrameStatistics,

@@ -1,16 +1,19 @@
-//! How parameters are kept in flash: two slots, one record in each, so that a power cut leaves the old or the new.
+//! How parameters are kept in flash: two slots, one record in each, so that a power cut leaves the
+//! old or the new.
 //!
 //! A record is one page of flash:
 //!
 //! ```text
-//!  word    0        1        2 .. 33                          34 .. 62     63
-//!          format   number   value of parameter 0, 1 ..       ones         CRC-32 of the words before
+//!  word    0        1        2 .. 33                       34 .. 62   63
+//!          format   number   value of parameter 0, 1 ..    ones       CRC-32 of the words before
 //!                            all ones: as compiled
 //! ```
 //!
-//! The record with the highest number whose CRC fits counts. A new one goes into the other slot: that is erased, then programmed, then
-//! read back. Until its last word is there the new record's CRC does not fit, and the old record is not touched. The CRC finds every
-//! error of up to three bits in a record (its Hamming distance at 2,016 bits is 4) and all but one in 2^32 of any others.
+//! The record with the highest number whose CRC fits counts. A new one goes into the other slot:
+//! that is erased, then programmed, then read back. Until its last word is there the new record's
+//! CRC does not fit, and the old record is not touched. The CRC finds every error of up to three
+//! bits in a record (its Hamming distance at 2,016 bits is 4) and all but one in 2^32 of any
+//! others.
 
 use crate::ParameterSet;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
@@ -66,7 +69,8 @@ pub trait Flash {
 /// A board's parameters as they are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stored {
-    /// The values that differ from the compiled ones; the others are as compiled, also by another firmware.
+    /// The values that differ from the compiled ones; the others are as compiled, also by another
+    /// firmware.
     changed: [Option<u32>; Parameter::COUNT],
     /// Number of the record, 0 if there is none.
     number: u32,
@@ -107,7 +111,8 @@ impl Stored {
         set
     }
 
-    /// Keeps `set` from now on, as far as it differs from `compiled`. Nothing is written if that is what is kept already.
+    /// Keeps `set` from now on, as far as it differs from `compiled`. Nothing is written if that is
+    /// what is kept already.
     ///
     /// # Errors
     /// The flash failed, or what it holds is not what was written. What was kept before still is.

@@ -7,7 +7,8 @@ use crate::{BoardConfig, Micros};
 ///                                   ^                           |                   |
 ///                                   +------ a valid request ----+-------------------+
 ///
-///  Running, Hold or Vent --too many damaged requests--> DamageVent --the host leaves--> Running, Hold or Vent
+///  Running, Hold or Vent --too many damaged requests--> DamageVent
+///  DamageVent --the host leaves--> Running, Hold or Vent
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -20,7 +21,8 @@ pub enum BoardState {
     Hold,
     /// The host has been silent for too long; all channels vent.
     Vent,
-    /// Too many requests came damaged; all channels vent until the host leaves, or until power-up. Requests are answered.
+    /// Too many requests came damaged; all channels vent until the host leaves, or until power-up.
+    /// Requests are answered.
     DamageVent,
 }
 
@@ -47,7 +49,8 @@ impl Supervisor {
         }
     }
 
-    /// The state for the control step at `now`, given the time of the last valid request and whether too many were damaged.
+    /// The state for the control step at `now`, given the time of the last valid request and
+    /// whether too many were damaged.
     pub(crate) fn step(
         &mut self,
         now: Micros,

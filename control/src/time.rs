@@ -1,4 +1,5 @@
-/// A time on the board's clock, in microseconds since power-up, or the distance between two such times.
+/// A time on the board's clock, in microseconds since power-up, or the distance between two such
+/// times.
 ///
 /// The caller's clock must not run backwards. If it does, the distance to a later time counts as 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -35,8 +36,9 @@ impl Micros {
 
     /// The time whose low 32 bits are `stamp` and which is nearest to `self`.
     ///
-    /// For hardware that stamps bytes with the low word of the clock: right as long as the stamp is read within
-    /// 35 minutes. A stamp may be a little ahead, where the clock was read before the stamp was made.
+    /// For hardware that stamps bytes with the low word of the clock: right as long as the stamp is
+    /// read within 35 minutes. A stamp may be a little ahead, where the clock was read before the
+    /// stamp was made.
     pub const fn of_stamp(self, stamp: u32) -> Self {
         let ahead = stamp.wrapping_sub(self.0 as u32).cast_signed();
         Self(self.0.saturating_add_signed(ahead as i64))

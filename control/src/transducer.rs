@@ -2,7 +2,8 @@
 
 use pneudrive_protocol::pages::{Acceleration, AngularRate, GaugePressure};
 
-/// A pressure transducer whose output is 10 % of its supply at 0 and 90 % at full scale, above the atmosphere.
+/// A pressure transducer whose output is 10 % of its supply at 0 and 90 % at full scale, above the
+/// atmosphere.
 ///
 /// ```
 /// use pneudrive_control::Transducer;
@@ -22,8 +23,9 @@ impl Transducer {
     /// Least and largest supply of a 5 V transducer that is connected, uV.
     pub const SUPPLY_UV: core::ops::RangeInclusive<i32> = 4_000_000..=5_600_000;
 
-    /// From its output and its supply, uV. `None` where one of them says that something is not connected: a supply outside
-    /// [`SUPPLY_UV`](Self::SUPPLY_UV), an output below 5 % or above 95 % of it.
+    /// From its output and its supply, uV. `None` where one of them says that something is not
+    /// connected: a supply outside [`SUPPLY_UV`](Self::SUPPLY_UV), an output below 5 % or above 95
+    /// % of it.
     pub fn pressure(self, output_uv: i32, supply_uv: i32) -> Option<GaugePressure> {
         let percents = |percents: i32| supply_uv / 100 * percents;
         if !Self::SUPPLY_UV.contains(&supply_uv) || !(percents(5)..=percents(95)).contains(&output_uv) {

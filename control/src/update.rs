@@ -1,7 +1,8 @@
 //! A new program as it comes over the bus, until the board's runner takes it.
 //!
-//! The program itself the runner keeps: it takes each piece right after the byte that completed the request
-//! ([`BusPort::take_piece`](crate::BusPort::take_piece)). What is here counts pieces and says what may happen when.
+//! The program itself the runner keeps: it takes each piece right after the byte that completed the
+//! request ([`BusPort::take_piece`](crate::BusPort::take_piece)). What is here counts pieces and
+//! says what may happen when.
 
 pub mod choice;
 
@@ -103,7 +104,8 @@ impl UpdateDesk {
         }
     }
 
-    /// Obeys what came in a session, or not. Apart from the other entries, which would be slower for it.
+    /// Obeys what came in a session, or not. Apart from the other entries, which would be slower
+    /// for it.
     #[inline(never)]
     pub(crate) fn update(&mut self, update: Update, in_session: bool) -> UpdateAnswer {
         let reply = self.obey(update, in_session);

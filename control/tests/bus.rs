@@ -135,8 +135,9 @@ fn the_gap_follows_the_baud_rate() {
     assert_eq!(answers_with_a_pause(261), 0);
 }
 
-/// A board answers in the format it was asked in, with the request's number; once its host is known to check, an unchecked
-/// request is ignored, until the host has been silent for the command timeout.
+/// A board answers in the format it was asked in, with the request's number; once its host is known
+/// to check, an unchecked request is ignored, until the host has been silent for the command
+/// timeout.
 #[test]
 fn a_host_that_checks_is_answered_in_kind() {
     let mut bench = Bench::running();

@@ -1,4 +1,5 @@
-//! The state machines of docs/reliability.md: every edge that is drawn there is taken, and no other.
+//! The state machines of docs/reliability.md: every edge that is drawn there is taken, and no
+//! other.
 
 use crate::common::{Bench, counts, packet};
 use pneudrive_control::{AdcSample, BoardConfig, BoardState, ChannelStatus, Micros, SensorFault};
@@ -190,7 +191,8 @@ fn a_host_that_checks_is_believed_alone_until_it_has_fallen_silent() {
     assert!(bench.request([102; 4]).is_some(), "the silence is over the timeout: another host may speak");
 }
 
-/// Control steps that stay away so long that the board finds itself in `Vent` without having been in `Running`.
+/// Control steps that stay away so long that the board finds itself in `Vent` without having been
+/// in `Running`.
 #[test]
 fn a_late_step_that_skips_states_forgets_the_host_all_the_same() {
     let checked = CheckedPacket { packet: packet(0, [300; 4]), sequence: Sequence::new(3) };

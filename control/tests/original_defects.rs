@@ -1,11 +1,12 @@
-//! What the original's board gets wrong, and this one does not. Each test names what was seen there.
+//! What the original's board gets wrong, and this one does not. Each test names what was seen
+//! there.
 
 use crate::common::{Bench, counts, packet};
 use pneudrive_control::{AdcSample, BoardConfig, BoardState};
 use pneudrive_protocol::Packet;
 
-/// There: a data word ending in 0xFF before another board's address was taken for address 0xFFFF, so board 0 answered
-/// and moved to what was meant for others (511 is 0x01FF).
+/// There: a data word ending in 0xFF before another board's address was taken for address 0xFFFF,
+/// so board 0 answered and moved to what was meant for others (511 is 0x01FF).
 #[test]
 fn a_set_point_of_511_for_another_board_is_not_an_address() {
     let mut bench = Bench::running();
@@ -68,8 +69,9 @@ fn the_pressure_reported_is_the_pressure_there_is() {
     }
 }
 
-/// There: a command above 1023 made the board drop all four channels while it answered as if nothing were wrong. Here the
-/// request is no request: no answer, so the host sees a loss, and the set points stay.
+/// There: a command above 1023 made the board drop all four channels while it answered as if
+/// nothing were wrong. Here the request is no request: no answer, so the host sees a loss, and the
+/// set points stay.
 #[test]
 fn a_request_with_an_impossible_value_is_not_answered_and_changes_nothing() {
     let mut bench = Bench::running();
@@ -95,7 +97,8 @@ fn the_first_answer_carries_the_whole_pressure() {
     assert_eq!(bench.request([102; 4]), Some([511; 4]));
 }
 
-/// There: values were kept from the last time. Here no pressure is reported before one was measured.
+/// There: values were kept from the last time. Here no pressure is reported before one was
+/// measured.
 #[test]
 fn before_the_first_control_step_there_is_no_answer_but_the_commands_are_kept() {
     let mut bench = Bench::new(BoardConfig::default(), 0);

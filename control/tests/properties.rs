@@ -40,8 +40,8 @@ fn any_distance() -> impl Strategy<Value = u64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// Nothing panics (overflow checks are on), every answer has the board's own address and form, every drive is in
-    /// range, and only the ten last bytes of a request to it make it answer.
+    /// Nothing panics (overflow checks are on), every answer has the board's own address and form,
+    /// every drive is in range, and only the ten last bytes of a request to it make it answer.
     #[test]
     fn whatever_comes_a_board_answers_only_requests_to_it(
         events in vec((any_event(), any_distance()), 0..60),
@@ -92,8 +92,8 @@ proptest! {
         }
     }
 
-    /// After any noise, a request that follows an idle gap is answered (unless it speaks into the answer to a request that
-    /// the noise contained).
+    /// After any noise, a request that follows an idle gap is answered (unless it speaks into the
+    /// answer to a request that the noise contained).
     #[test]
     fn a_request_after_a_gap_is_always_answered(
         noise in vec(any::<u8>(), 0..40),

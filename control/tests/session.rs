@@ -117,7 +117,8 @@ fn too_many_damaged_requests_vent_until_the_host_leaves() {
     assert_eq!(bench.step(), [400; 4]);
 }
 
-/// The command timeout is kept while the board is vented for damage: its host is forgotten all the same.
+/// The command timeout is kept while the board is vented for damage: its host is forgotten all the
+/// same.
 #[test]
 fn a_host_that_falls_silent_is_forgotten_by_a_board_vented_for_damage() {
     let mut bench = Bench::new(BoardConfig { damage_limit: 1, ..BoardConfig::default() }, 0);

@@ -1,7 +1,8 @@
 //! The RS-485 bus: every byte heard goes to the board, and its answers go out.
 //!
-//! Reception is done by two chained DMA channels ([`receiver`]); their interrupt hands the bytes to the board with the
-//! times at which they came. An answer waits for its time on an alarm ([`transmitter`]).
+//! Reception is done by two chained DMA channels ([`receiver`]); their interrupt hands the bytes to
+//! the board with the times at which they came. An answer waits for its time on an alarm
+//! ([`transmitter`]).
 
 mod receiver;
 mod transmitter;
@@ -148,10 +149,10 @@ fn within(masked: &CriticalSection, action: impl FnOnce(&mut Bus)) {
     }
 }
 
-/// For the two handlers here, which need not mask anything: they run at the highest priority, on the one core that is
-/// used.
+/// For the two handlers here, which need not mask anything: they run at the highest priority, on
+/// the one core that is used.
 fn alone() -> CriticalSection {
-    // SAFETY: called in those two handlers only. Nothing interrupts them, and they cannot have interrupted anybody who
-    // uses what is shared, since all interrupts are masked meanwhile.
+    // SAFETY: called in those two handlers only. Nothing interrupts them, and they cannot have
+    // interrupted anybody who uses what is shared, since all interrupts are masked meanwhile.
     unsafe { CriticalSection::new() }
 }

@@ -34,7 +34,8 @@ pub async fn run(
             shared.liveness.control_ran();
         });
         bus::look_after_line_rate();
-        // After the valves, while the converter has nothing else to do: the step that needs it is a period away.
+        // After the valves, while the converter has nothing else to do: the step that needs it is a
+        // period away.
         if step.report.status.steps.is_multiple_of(config::TEMPERATURE_EVERY_STEPS)
             && let Ok(code) = sensors.chip_temperature()
             && let Some(temperature) = thermometer.reading(code)

@@ -1,11 +1,12 @@
 //! The sensors on the I2C connector: found, read, lost and found again, at the lowest priority.
 //!
-//! Every 10 ms the IMU is read and every 20 ms the supply pressure; what is not there is looked for once a second. Whatever happens
-//! here, the bus and the control loop run above it and do not wait: what was read goes to the board's bus side
-//! ([`I2cSensors`](pneudrive_control::I2cSensors)), whose pages say how old it is.
+//! Every 10 ms the IMU is read and every 20 ms the supply pressure; what is not there is looked for
+//! once a second. Whatever happens here, the bus and the control loop run above it and do not wait:
+//! what was read goes to the board's bus side ([`I2cSensors`](pneudrive_control::I2cSensors)),
+//! whose pages say how old it is.
 //!
-//! A transfer that takes too long, or that something on the bus disturbs, ends the use of the I2C block. Then SCL is clocked by hand until
-//! whoever holds SDA lets go, and everything starts again.
+//! A transfer that takes too long, or that something on the bus disturbs, ends the use of the I2C
+//! block. Then SCL is clocked by hand until whoever holds SDA lets go, and everything starts again.
 
 mod imu;
 mod lines;

@@ -1,6 +1,7 @@
 //! A PneuDrive board: Embassy on the RP2040 (or RP2350).
 //!
-//! All behaviour is in `pneudrive-control`. What is here moves bytes, samples and duties, at these priorities:
+//! All behaviour is in `pneudrive-control`. What is here moves bytes, samples and duties, at these
+//! priorities:
 //!
 //! | priority | what | when |
 //! | --- | --- | --- |
@@ -11,14 +12,15 @@
 //! | thread | [`supervision`]: watchdog, LED, log | every 10 ms |
 //! | thread | [`i2c`]: the sensors on the I2C connector | every 10 ms |
 //!
-//! All code runs from RAM (`program.x`, `ram.x`) but what starts it and what first handles a HardFault, so that no cache
-//! decides how long something takes. Nothing makes the bus wait for more than about a microsecond:
-//! critical sections leave its interrupts alone ([`masking`]), and what it shares with the control
-//! loop is little ([`shared`]). What the two chips do not have in common is in [`chip`].
-//! `docs/firmware.md` has the pin map, the wiring, and what was measured.
+//! All code runs from RAM (`program.x`, `ram.x`) but what starts it and what first handles a
+//! HardFault, so that no cache decides how long something takes. Nothing makes the bus wait for
+//! more than about a microsecond: critical sections leave its interrupts alone ([`masking`]), and
+//! what it shares with the control loop is little ([`shared`]). What the two chips do not have in
+//! common is in [`chip`]. `docs/firmware.md` has the pin map, the wiring, and what was measured.
 //!
-//! A library, so that tests on the chip (`tests/on_target.rs`) can call its parts. The program itself
-//! (`main.rs`) adds what there can be one of: `main`, the panic handler and that of the HardFault.
+//! A library, so that tests on the chip (`tests/on_target.rs`) can call its parts. The program
+//! itself (`main.rs`) adds what there can be one of: `main`, the panic handler and that of the
+//! HardFault.
 #![no_std]
 
 pub mod bus;

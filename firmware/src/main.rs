@@ -17,7 +17,8 @@ async fn main(spawner: Spawner) {
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();
     safe_state::enter();
-    // Where, but not what: formatting the message would cost more memory than the rest of the firmware.
+    // Where, but not what: formatting the message would cost more memory than the rest of the
+    // firmware.
     let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
     safe_state::stop(StopCause::panic(file, line))
 }

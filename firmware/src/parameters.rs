@@ -1,6 +1,7 @@
 //! The board's parameters in flash: the last two sectors of 2 MiB, which `memory.x` leaves free.
 //!
-//! What is kept there, and why a power cut leaves the old or the new, is in `pneudrive_control::store`.
+//! What is kept there, and why a power cut leaves the old or the new, is in
+//! `pneudrive_control::store`.
 
 use crate::{config, safe_state, shared};
 use embassy_rp::Peri;
@@ -16,12 +17,14 @@ const FLASH_SIZE: usize = 2 * 1024 * 1024;
 const FIRST_SLOT: usize = FLASH_SIZE - 2 * SLOT;
 const _: () = assert!(SLOT == ERASE_SIZE && RECORD == flash::PAGE_SIZE);
 
-/// Longer than flash takes at worst: 400 ms for a sector, 3 ms for a page (W25Q16JV datasheet, 9.6).
+/// Longer than flash takes at worst: 400 ms for a sector, 3 ms for a page (W25Q16JV datasheet,
+/// 9.6).
 const WRITE_TIMEOUT: Duration = Duration::from_secs(2);
 /// The answer that a commit was taken is on the wire for 0.12 ms.
 const ANSWER_TIME: Duration = Duration::from_millis(1);
 
-/// The two sectors. The flash is read at start-up and written right before a restart, because everything else runs from RAM.
+/// The two sectors. The flash is read at start-up and written right before a restart, because
+/// everything else runs from RAM.
 pub struct ParameterFlash(flash::Flash<'static, FLASH, Blocking, FLASH_SIZE>);
 
 impl ParameterFlash {
@@ -38,8 +41,8 @@ impl ParameterFlash {
 impl Flash for ParameterFlash {
     fn read(&self, slot: Slot) -> [u8; RECORD] {
         let start = flash::FLASH_BASE.cast::<u8>().wrapping_add(Self::offset(slot) as usize);
-        // SAFETY: the chip's flash is mapped there, and nobody but `self`, which is borrowed, writes to this part of it. Volatile,
-        // because a write changes what a read before has seen.
+        // SAFETY: the chip's flash is mapped there, and nobody but `self`, which is borrowed,
+        // writes to this part of it. Volatile, because a write changes what a read before has seen.
         core::array::from_fn(|n| unsafe { start.add(n).read_volatile() })
     }
 
@@ -84,8 +87,9 @@ impl Parameters {
         }
     }
 
-    /// Nothing else runs meanwhile, the valve pins are at vent, and a flash that hangs ends by the watchdog. What the host cannot
-    /// be told before the restart (that flash failed) it sees after it: the number of the record is the old one.
+    /// Nothing else runs meanwhile, the valve pins are at vent, and a flash that hangs ends by the
+    /// watchdog. What the host cannot be told before the restart (that flash failed) it sees after
+    /// it: the number of the record is the old one.
     fn keep_and_restart(&mut self, set: &ParameterSet, watchdog: &mut Watchdog) -> ! {
         cortex_m::interrupt::disable();
         safe_state::enter();

@@ -1,4 +1,5 @@
-//! The pin map: which pin does what, in one place. `docs/firmware.md` has the same table with the wiring.
+//! The pin map: which pin does what, in one place. `docs/firmware.md` has the same table with the
+//! wiring.
 //!
 //! | GPIO | role | while nothing drives it |
 //! | --- | --- | --- |

@@ -1,4 +1,5 @@
-//! What is known of the run before: kept in RAM that start-up does not touch, logged after the reset, and read by hosts as a page.
+//! What is known of the run before: kept in RAM that start-up does not touch, logged after the
+//! reset, and read by hosts as a page.
 
 use crate::shared;
 use core::mem::MaybeUninit;
@@ -8,7 +9,8 @@ use pneudrive_protocol::pages::{PostMortem, StopCause};
 
 type Words = [AtomicU32; PostMortem::WORDS];
 
-/// Survives a reset, and holds anything after power-on. Its name is public so that the compiler leaves it in one piece and its section.
+/// Survives a reset, and holds anything after power-on. Its name is public so that the compiler
+/// leaves it in one piece and its section.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.post_mortem")]
 static KEPT_POST_MORTEM: MaybeUninit<Words> = MaybeUninit::uninit();
@@ -22,13 +24,15 @@ pub fn keep(cause: StopCause) {
     write(kept(), PostMortem { cause, at_us: shared::now().get() }.to_words());
 }
 
-/// Resets by the watchdog since power-on, and the same inverted: memory after power-on holds anything else.
+/// Resets by the watchdog since power-on, and the same inverted: memory after power-on holds
+/// anything else.
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".uninit.watchdog_resets")]
 static WATCHDOG_RESETS: MaybeUninit<[AtomicU32; 2]> = MaybeUninit::uninit();
 
-/// Logs what was kept before this reset, if the watchdog was not fed, and forgets it; counts the reset. Once a run. A reset that the board has
-/// asked for, to start with other parameters, is none of these.
+/// Logs what was kept before this reset, if the watchdog was not fed, and forgets it; counts the
+/// reset. Once a run. A reset that the board has asked for, to start with other parameters, is none
+/// of these.
 pub fn report(reason: Option<ResetReason>) {
     let words = core::array::from_fn(|n| kept()[n].load(Ordering::Relaxed));
     write(kept(), [0; PostMortem::WORDS]);

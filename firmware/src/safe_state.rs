@@ -5,10 +5,11 @@ use crate::{chip, post_mortem};
 use embassy_rp::pac;
 use pneudrive_protocol::pages::StopCause;
 
-/// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a panic.
+/// Drives all valve pins high, whatever they did before. Registers only: it works at boot and in a
+/// panic.
 ///
-/// On the RP2350 it stays in flash beside the HardFault handler, where a stray write cannot change it. On the RP2040 the boot
-/// stage's handler vents from there first.
+/// On the RP2350 it stays in flash beside the HardFault handler, where a stray write cannot change
+/// it. On the RP2040 the boot stage's handler vents from there first.
 #[inline(never)]
 #[unsafe(link_section = ".HardFault.safe_state")]
 pub fn enter() {
@@ -19,7 +20,8 @@ pub fn enter() {
     }
 }
 
-/// Vents, remembers why, and waits for the watchdog to reset the chip. The log says it after the reset ([`post_mortem`]).
+/// Vents, remembers why, and waits for the watchdog to reset the chip. The log says it after the
+/// reset ([`post_mortem`]).
 pub fn stop(cause: StopCause) -> ! {
     cortex_m::interrupt::disable();
     enter();

@@ -23,8 +23,9 @@ pub fn start_watchdog(watchdog: Peri<'static, WATCHDOG>) -> Watchdog {
     watchdog
 }
 
-/// Feeds the watchdog if control loop and bus responder have both run since the last check; restarts with other parameters when a host has
-/// committed them, and with another program when one has brought it.
+/// Feeds the watchdog if control loop and bus responder have both run since the last check;
+/// restarts with other parameters when a host has committed them, and with another program when one
+/// has brought it.
 #[embassy_executor::task]
 pub async fn run(
     mut watchdog: Watchdog,

@@ -34,7 +34,8 @@ impl Valve {
         Self { dir, pwm, pwm_config }
     }
 
-    /// Sets both pins. The PWM takes its new duty at its next wrap, at most 32 us after DIR has changed.
+    /// Sets both pins. The PWM takes its new duty at its next wrap, at most 32 us after DIR has
+    /// changed.
     pub fn apply(&mut self, levels: DirPwm) {
         self.pwm_config.compare_a = levels.compare(TOP);
         self.pwm.set_config(&self.pwm_config);

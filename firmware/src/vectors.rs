@@ -1,4 +1,5 @@
-//! The vector table in RAM: an interrupt whose vector had to come from flash would begin 0.4 us late.
+//! The vector table in RAM: an interrupt whose vector had to come from flash would begin 0.4 us
+//! late.
 
 use crate::chip;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -22,7 +23,8 @@ pub unsafe fn move_to_ram() {
     let scb = unsafe { &*SCB::PTR };
     let in_flash = scb.vtor.read() as *const u32;
     for (number, vector) in TABLE.0.iter().enumerate() {
-        // SAFETY: the table in flash has as many entries, behind them is code that may be read, too.
+        // SAFETY: the table in flash has as many entries, behind them is code that may be read,
+        // too.
         vector.store(unsafe { in_flash.add(number).read() }, Ordering::Relaxed);
     }
     cortex_m::asm::dsb();

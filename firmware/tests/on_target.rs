@@ -6,8 +6,8 @@
 //! $ cargo fw-test
 //! ```
 //!
-//! `system-tests` runs the same bodies on the emulated chip (`tests/tests/firmware/on_target.rs`). Required hardware: a board,
-//! or a bare RP2040 module; nothing need be connected.
+//! `system-tests` runs the same bodies on the emulated chip (`tests/tests/firmware/on_target.rs`).
+//! Required hardware: a board, or a bare RP2040 module; nothing need be connected.
 #![no_std]
 #![no_main]
 
@@ -74,8 +74,8 @@ mod tests {
         assert_eq!(read, 0);
     }
 
-    /// The emulated chip takes a miss for 50 cycles, from the datasheet and one assumption. Nothing depends on it since
-    /// code runs from RAM, except how soon the pins are driven.
+    /// The emulated chip takes a miss for 50 cycles, from the datasheet and one assumption. Nothing
+    /// depends on it since code runs from RAM, except how soon the pins are driven.
     #[cfg(feature = "rp2040")]
     #[test]
     fn a_word_that_the_cache_does_not_have_costs_some_50_cycles(_hardware: Hardware) {
@@ -105,7 +105,8 @@ mod tests {
     fn a_valve_pin_has_its_frequency_and_duty(mut hardware: Hardware) {
         const PWM_0: u32 = 1 << 6;
         const TIME_US: u32 = 10_000;
-        // A quarter of full fill: not (DIR) - PWM across the coil, so DIR is low and PWM high for three quarters.
+        // A quarter of full fill: not (DIR) - PWM across the coil, so DIR is low and PWM high for
+        // three quarters.
         hardware.valves[0].apply(DirPwm::from(ValveDrive::saturating(i32::from(ValveDrive::FULL) / 4)));
         wait_us(100);
         let (mut rises, mut high, mut looks, mut before) = (0_u32, 0_u32, 0_u32, true);

@@ -1,6 +1,6 @@
-//! A client that waits for answers as the original's does: it asks the kernel over and over whether a byte is there, and never
-//! sleeps. It has no timeouts, checks or statistics to speak of; it is here to be measured beside `pneudrive-host bench`, on the same
-//! machine in the same minutes.
+//! A client that waits for answers as the original's does: it asks the kernel over and over whether
+//! a byte is there, and never sleeps. It has no timeouts, checks or statistics to speak of; it is
+//! here to be measured beside `pneudrive-host bench`, on the same machine in the same minutes.
 //!
 //! ```console
 //! $ cargo run --release -p pneudrive-host --example busy_wait_client -- PORT BOARDS [SECONDS]

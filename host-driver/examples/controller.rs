@@ -1,5 +1,6 @@
-//! A controller of one's own around the boards' loops: 500 times a second it looks at the newest pressures and sets new set points. Here
-//! it keeps the mean of two opposed chambers at 100 kPa and brings their difference to 40 kPa.
+//! A controller of one's own around the boards' loops: 500 times a second it looks at the newest
+//! pressures and sets new set points. Here it keeps the mean of two opposed chambers at 100 kPa and
+//! brings their difference to 40 kPa.
 //!
 //! ```console
 //! $ cargo run -p pneudrive-host --example controller -- PORT

@@ -1,10 +1,12 @@
-//! Commands 100 kPa to the chambers of board 0 of four, and prints what all boards measure half a second later.
+//! Commands 100 kPa to the chambers of board 0 of four, and prints what all boards measure half a
+//! second later.
 //!
 //! ```console
 //! $ cargo run --release -p pneudrive-host --example set_points -- PORT
 //! ```
 //!
-//! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows all below, and a test compares both.
+//! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows all
+//! below, and a test compares both.
 #![allow(missing_docs, reason = "the text around it in README.md says what it does")]
 
 use pneudrive_host::bus::{Bus, BusOptions};

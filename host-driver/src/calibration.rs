@@ -12,7 +12,8 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// What a vented channel may read above its zero, counts: just below 10 kPa on the nominal sensor.
+    /// What a vented channel may read above its zero, counts: just below 10 kPa on the nominal
+    /// sensor.
     const VENTED_COUNTS: f64 = 11.6;
 
     /// The scales of a board's channels, instead of those that it had.
@@ -43,8 +44,8 @@ impl Calibration {
         std::array::from_fn(|channel| scales[channel].kpa(counts[channel]))
     }
 
-    /// Pressures that a command means, kPa gauge. The count of 0 kPa may lie below it; a command below
-    /// 0 kPa does not exist.
+    /// Pressures that a command means, kPa gauge. The count of 0 kPa may lie below it; a command
+    /// below 0 kPa does not exist.
     pub fn command_kpa(&self, board: u8, command: [Counts; CHANNELS]) -> [f64; CHANNELS] {
         self.kpa(board, command).map(|kpa| kpa.max(0.0))
     }
@@ -54,8 +55,8 @@ impl Calibration {
         self.scales(boards).map(|scale| scale.full_scale_kpa()).fold(0.0, f64::max)
     }
 
-    /// The count that commands 0 kPa or less to every channel of these boards. 102, that of the nominal
-    /// sensor, unless a zero was found below it.
+    /// The count that commands 0 kPa or less to every channel of these boards. 102, that of the
+    /// nominal sensor, unless a zero was found below it.
     pub fn vent(&self, boards: &[u8]) -> Counts {
         let zeros = self.scales(boards).map(|scale| Counts::saturating(scale.zero_counts().round() as u16));
         zeros.fold(Counts::ATMOSPHERE, Ord::min)

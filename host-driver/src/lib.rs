@@ -1,23 +1,28 @@
 //! Bus master for PneuDrive boards.
 //!
-//! The host speaks first on the bus, one board at a time: it sends four commands and gets four pressures back.
-//! Modules, from the wire up:
+//! The host speaks first on the bus, one board at a time: it sends four commands and gets four
+//! pressures back. Modules, from the wire up:
 //!
-//! - [`mod@line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring their own, in virtual time.
+//! - [`mod@line`]: bytes and time. [`SerialPort`](line::SerialPort) is the real thing; tests bring
+//!   their own, in virtual time.
 //! - [`bus`]: one exchange with one board, its errors, resynchronisation after them, echo.
 //! - [`real_time`]: scheduling of the bus thread on a machine that has other things to do.
 //! - [`poller`]: all boards in turn, at a rate or as fast as possible, on a thread of its own.
 //! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - [`program_file`]: a board's program, for updates over the bus.
-//! - `trajectory` and `record` (features): set points from a file, measurements to a file; `messages` (feature `mcap`): those of ROS 2.
-//! - `replay` (features `record` and `trajectory`): a recording in the views of a run, without a bus.
+//! - `trajectory` and `record` (features): set points from a file, measurements to a file;
+//!   `messages` (feature `mcap`): those of ROS 2.
+//! - `replay` (features `record` and `trajectory`): a recording in the views of a run, without a
+//!   bus.
 //! - [`Calibration`]: what the counts of every channel mean.
 //! - `rig` (feature): limits and calibration from the rig file.
-//! - `check` (feature): a self-test of boards, what [`pneudrive-check`](../pneudrive_check/index.html) plans.
+//! - `check` (feature): a self-test of boards, what
+//!   [`pneudrive-check`](../pneudrive_check/index.html) plans.
 //! - [`stream`]: rows as datagrams, for programs that draw them.
 //! - `web` (feature): a live page of a run.
-//! - `cli` (feature): the command line, for the program `pneudrive-host` and for packages that bring it along.
+//! - `cli` (feature): the command line, for the program `pneudrive-host` and for packages that
+//!   bring it along.
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};

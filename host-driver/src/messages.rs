@@ -1,9 +1,11 @@
-//! ROS 2 messages: what recordings hold and what the ROS node sends. Plain data; serialised as CDR in the order of their fields.
+//! ROS 2 messages: what recordings hold and what the ROS node sends. Plain data; serialised as CDR
+//! in the order of their fields.
 //!
 //! One message a board carries its four chambers, in kPa gauge, channel 0 first:
 //!
-//! - `sensor_msgs/msg/JointState`, which every ROS installation has. Pressures stand in `effort`, and `name` says of each value
-//!   what it is, in the words of the measured-data format (`b0_p0_kpa`, `b0_cmd0_kpa`).
+//! - `sensor_msgs/msg/JointState`, which every ROS installation has. Pressures stand in `effort`,
+//!   and `name` says of each value what it is, in the words of the measured-data format
+//!   (`b0_p0_kpa`, `b0_cmd0_kpa`).
 //! - [`Pressures`], the original project's `{Header header, float64[] pressure}`.
 
 mod sensors;
@@ -45,7 +47,8 @@ impl Time {
 pub struct Header {
     /// When what the message says was so.
     pub stamp: Time,
-    /// In our messages the bus, such as `bus0`: boards on the same bus are asked in turn, those on different buses are not in step.
+    /// In our messages the bus, such as `bus0`: boards on the same bus are asked in turn, those on
+    /// different buses are not in step.
     pub frame_id: String,
 }
 
@@ -69,8 +72,8 @@ impl JointState {
     pub const ROS_TYPE: &str = "sensor_msgs/msg/JointState";
     /// What tells this definition from others of that name (REP 2016), in ROS 2 Jazzy and later.
     pub const ROS_TYPE_HASH: &str = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e";
-    /// What states have of a board's sensors, behind `b{n}_`: supply pressure, kPa gauge; temperature of the chip, degrees Celsius; the I2C
-    /// connector's 5 V.
+    /// What states have of a board's sensors, behind `b{n}_`: supply pressure, kPa gauge;
+    /// temperature of the chip, degrees Celsius; the I2C connector's 5 V.
     pub const SENSORS: [&str; 3] = ["supply_kpa", "chip_c", "rail_v"];
     /// Its definition with all it depends on, as the MCAP registry's `ros2msg` has it.
     pub const DEFINITION: &str = "\
@@ -89,15 +92,16 @@ int32 sec
 uint32 nanosec
 ";
 
-    /// A state of joint `joint`: four measured pressures, then the four commands that were sent when they were asked for. Those four
-    /// pressures were measured before that command could have an effect.
+    /// A state of joint `joint`: four measured pressures, then the four commands that were sent
+    /// when they were asked for. Those four pressures were measured before that command could have
+    /// an effect.
     pub fn state(joint: u16, bus: usize) -> Self {
         let measured = (0..CHANNELS).map(|k| format!("b{joint}_p{k}_kpa"));
         Self::of(measured.chain(commands(joint)).collect(), bus)
     }
 
-    /// As [`state`](Self::state), with what is asked for in pages behind: the drives of the four valves, -1 (vent fully) to 1 (fill
-    /// fully), then the [`SENSORS`](Self::SENSORS).
+    /// As [`state`](Self::state), with what is asked for in pages behind: the drives of the four
+    /// valves, -1 (vent fully) to 1 (fill fully), then the [`SENSORS`](Self::SENSORS).
     pub fn state_with(joint: u16, bus: usize, drives: bool, sensors: bool) -> Self {
         let mut name = Self::state(joint, bus).name;
         name.extend((0..CHANNELS).filter(|_| drives).map(|k| format!("b{joint}_u{k}")));
@@ -110,8 +114,9 @@ uint32 nanosec
         Self::of(commands(joint).collect(), bus)
     }
 
-    /// Gives channels that the ROS node calls by the rig file's names their numbers again, by the joint in the name of the topic: the
-    /// first of `joint_3/pressure_state`, `left_p_kpa`, is `b3_p0_kpa`.
+    /// Gives channels that the ROS node calls by the rig file's names their numbers again, by the
+    /// joint in the name of the topic: the first of `joint_3/pressure_state`, `left_p_kpa`, is
+    /// `b3_p0_kpa`.
     pub fn number_names(&mut self, topic: &str) {
         let mut parts = topic.rsplit('/');
         let joint: Option<u16> = match (parts.next(), parts.next()) {
@@ -220,7 +225,8 @@ fn commands(joint: u16) -> impl Iterator<Item = String> {
 mod tests {
     use super::*;
 
-    /// Bytes that PyPI `rosbags` 0.11 made of the same message (XCDR1, little endian, behind the 4 bytes of encapsulation).
+    /// Bytes that PyPI `rosbags` 0.11 made of the same message (XCDR1, little endian, behind the 4
+    /// bytes of encapsulation).
     #[test]
     fn a_joint_state_is_serialised_as_ros_does() {
         let message = JointState {

@@ -1,7 +1,7 @@
 //! A board's program from a file: what an update over the bus sends.
 //!
-//! ELF and UF2 files are what `cargo fw-build` and `cargo fw-uf2` make; of them only the program counts, not the boot stage in front
-//! of it. Any other file must be the program itself.
+//! ELF and UF2 files are what `cargo fw-build` and `cargo fw-uf2` make; of them only the program
+//! counts, not the boot stage in front of it. Any other file must be the program itself.
 
 use pneudrive_protocol::program::{Program, ProgramError, crc};
 use thiserror::Error;
@@ -116,7 +116,8 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
     usize::try_from(u32::from_le_bytes(*four)).ok()
 }
 
-/// What the segments of a 32-bit little-endian ELF file load at the addresses where they are stored.
+/// What the segments of a 32-bit little-endian ELF file load at the addresses where they are
+/// stored.
 fn from_elf(file: &[u8]) -> Option<Vec<u8>> {
     const LOAD: usize = 1;
     let half = |at: usize| Some(usize::from(u16::from_le_bytes(*file.get(at..)?.first_chunk()?)));

@@ -22,7 +22,8 @@ fn board(mut pressure: impl FnMut(usize) -> u16) -> impl FnMut(usize, &[u8]) -> 
     }
 }
 
-/// A board of the original kind: it answers whatever is asked, and only then drops commands above 1023.
+/// A board of the original kind: it answers whatever is asked, and only then drops commands
+/// above 1023.
 fn original(request: &[u8]) -> Vec<u8> {
     answer(0xFF - request[1], 7)
 }
@@ -41,8 +42,8 @@ fn boards_that_check_and_original_ones_are_told_apart_by_a_ping() {
     assert!((0..100).all(|_| old.exchange(0, counts(300)).is_ok()));
 }
 
-/// An answer of a board that checks, damaged so that it looks like the original's: the board is found again as what it is, and
-/// nothing that it did not say is believed.
+/// An answer of a board that checks, damaged so that it looks like the original's: the board is
+/// found again as what it is, and nothing that it did not say is believed.
 #[test]
 fn a_damaged_answer_makes_no_board_an_original_one_for_long() {
     let mut checks = board(|_| 7);
@@ -95,8 +96,9 @@ fn no_flipped_bit_of_an_answer_is_accepted() {
     }
 }
 
-/// Without a pause for the board: the number tells. It repeats after 16 requests, so the board would have to answer 16 later ones
-/// first, which neither boards nor adapters do: they keep the order. Here only up to 15 are in between.
+/// Without a pause for the board: the number tells. It repeats after 16 requests, so the board
+/// would have to answer 16 later ones first, which neither boards nor adapters do: they keep the
+/// order. Here only up to 15 are in between.
 #[test]
 fn a_late_answer_is_known_by_its_number() {
     for late_us in (2_100..4_900).step_by(37) {

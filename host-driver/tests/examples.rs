@@ -25,7 +25,8 @@ mod several_buses;
 #[allow(dead_code, reason = "its main")]
 mod trajectory;
 
-/// Virtual boards, and a bus with patience: the machine that runs the tests may be busy with others.
+/// Virtual boards, and a bus with patience: the machine that runs the tests may be busy with
+/// others.
 fn boards(boards: usize) -> (EmbeddedSim, Bus) {
     let rig = RigOptions { boards, ..RigOptions::default() };
     let sim = EmbeddedSim::start(&rig, &PtyOptions::default()).unwrap();

@@ -1,5 +1,5 @@
-//! No address on the wire that is not meant: what a board 0 of the original kind would hear of the host and the other boards.
-//! In virtual time.
+//! No address on the wire that is not meant: what a board 0 of the original kind would hear of the
+//! host and the other boards. In virtual time.
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
@@ -22,7 +22,8 @@ fn ends_in_0xff(_: usize, request: &[u8]) -> Reply {
     vec![(AT_ONCE, answer(0xFF - request[1], 511))]
 }
 
-/// Boards that check, from `first` on; the others are of the original kind, and drop checked requests.
+/// Boards that check, from `first` on; the others are of the original kind, and drop checked
+/// requests.
 fn boards(first: u8, pressure: u16) -> impl FnMut(usize, &[u8]) -> Reply {
     let mut ears: Vec<_> = (0..4).map(|board| RequestDecoder::new(Address::of_board(board))).collect();
     move |_, request| {

@@ -91,8 +91,9 @@ fn unknown<'a>(object: &'a Value, known: &[&str]) -> Vec<&'a String> {
     object.as_object().unwrap().keys().filter(|key| !known.contains(&key.as_str())).collect()
 }
 
-/// Types of the layout as Lichtblick declares them, which is the last open version of Foxglove and reads the same files: `LayoutData`,
-/// `PlotConfig` and `PlotPath` (panels/Plot/utils/config.ts), the log panel's `Config` (panels/Log), and the tree of react-mosaic.
+/// Types of the layout as Lichtblick declares them, which is the last open version of Foxglove and
+/// reads the same files: `LayoutData`, `PlotConfig` and `PlotPath` (panels/Plot/utils/config.ts),
+/// the log panel's `Config` (panels/Log), and the tree of react-mosaic.
 #[test]
 fn the_layout_has_the_types_that_its_readers_declare() {
     let layout: Value = serde_json::from_str(LAYOUT).unwrap();
@@ -105,7 +106,8 @@ fn the_layout_has_the_types_that_its_readers_declare() {
         // Each of the two readers has its own key.
         assert!(config["foxglovePanelTitle"].is_string(), "{panel}");
         assert_eq!(config["foxglovePanelTitle"], config["lichtblickPanelTitle"], "{panel}");
-        // The type of a panel is what stands before the `!`; that of the log panel has kept its old name.
+        // The type of a panel is what stands before the `!`; that of the log panel has kept its old
+        // name.
         match panel.split_once('!').unwrap().0 {
             "RosOut" => log(config),
             "Plot" => plot(config),

@@ -1,5 +1,5 @@
-//! What keeps a bus at the rate that its boards were compiled for, and what is said of it. In virtual
-//! time; tests/tests/host/line_rate.rs has the rest with the simulator's boards.
+//! What keeps a bus at the rate that its boards were compiled for, and what is said of it. In
+//! virtual time; tests/tests/host/line_rate.rs has the rest with the simulator's boards.
 
 use crate::support::counts;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};

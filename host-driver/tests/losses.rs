@@ -1,4 +1,5 @@
-//! What lost exchanges cost a board of the original kind, whose answers do not say which request they belong to. In virtual time.
+//! What lost exchanges cost a board of the original kind, whose answers do not say which request
+//! they belong to. In virtual time.
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
@@ -78,8 +79,9 @@ fn rows_without_a_reading_are_counted() {
     assert!(board.rows_without_reading > 100 * board.lost / 10, "{statistics:?}");
 }
 
-/// An answer that is late only once, by whatever time, after a thousand prompt ones: the board is asked again before it comes,
-/// and it is not believed. The board says nothing else meanwhile, so what it is asked then is late too.
+/// An answer that is late only once, by whatever time, after a thousand prompt ones: the board is
+/// asked again before it comes, and it is not believed. The board says nothing else meanwhile, so
+/// what it is asked then is late too.
 #[test]
 fn a_late_answer_after_many_prompt_ones_passes_for_no_other() {
     for late_us in (0..12_000).step_by(53) {

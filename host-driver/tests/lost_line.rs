@@ -1,4 +1,5 @@
-//! The line goes and comes back, and the host stands still, in virtual time: what the rows say meanwhile.
+//! The line goes and comes back, and the host stands still, in virtual time: what the rows say
+//! meanwhile.
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
@@ -170,12 +171,14 @@ fn a_line_without_a_name_ends_the_poller() {
     assert!(told.events().iter().all(|event| !event.starts_with("lost")));
 }
 
-/// The answer was on time, but the process was stopped before it read it: its pressures are two seconds old.
+/// The answer was on time, but the process was stopped before it read it: its pressures are two
+/// seconds old.
 #[test]
 fn an_answer_read_much_too_late_is_not_fresh() {
     let mut bus = Bus::new(VirtualLine::new(boards), options()).unwrap();
     bus.exchange(0, counts(300)).unwrap();
-    // The next look at the line is for the answer: right after an exchange there is none before the request.
+    // The next look at the line is for the answer: right after an exchange there is none before the
+    // request.
     bus.line_mut().stops_for_ns = 2 * SECOND;
     let refused = bus.exchange(0, counts(300)).unwrap_err();
     let ExchangeError::TooOld { waited_us, .. } = refused else { panic!("{refused}") };
@@ -234,7 +237,8 @@ fn standing_still_is_said() {
     assert_eq!(polling.statistics().boards[0].state, BoardState::Present);
 }
 
-/// From the pause on at which boards are taken for vented, and their set points return by a ramp: nobody would know why otherwise.
+/// From the pause on at which boards are taken for vented, and their set points return by a ramp:
+/// nobody would know why otherwise.
 #[test]
 fn standing_still_is_told_from_where_set_points_return_by_a_ramp() {
     let after = |pause_ms: u64| {
@@ -250,7 +254,8 @@ fn standing_still_is_told_from_where_set_points_return_by_a_ramp() {
     assert_eq!(after(400), ["stalled for 400 ms"]);
 }
 
-/// A board that goes missing just after the host stood still is told with that, and a second later no more.
+/// A board that goes missing just after the host stood still is told with that, and a second later
+/// no more.
 #[test]
 fn a_board_that_is_missed_by_a_late_host_is_told_so() {
     for (pause_ns, expected) in [(0, "board 0 Missing, host late by 300 ms"), (2 * SECOND, "board 0 Missing")]

@@ -1,4 +1,5 @@
-//! Page requests between polls: what they cost, what they leave alone, and what is recorded. In virtual time.
+//! Page requests between polls: what they cost, what they leave alone, and what is recorded. In
+//! virtual time.
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
@@ -19,7 +20,8 @@ use std::sync::{Arc, Mutex};
 const MS: u64 = 1_000_000;
 const DRIVES: [i16; 4] = [400, -400, 0, 1];
 
-/// A board that checks, and answers page requests unless its firmware is of before pages. Remembers what it was asked.
+/// A board that checks, and answers page requests unless its firmware is of before pages. Remembers
+/// what it was asked.
 fn board(pages: bool, asked: &Arc<Mutex<Vec<Asked>>>) -> impl FnMut(usize, &[u8]) -> Reply + Send + use<> {
     let address = Address::of_board(0);
     let mut ear = RequestDecoder::new(address);
@@ -77,7 +79,8 @@ fn a_board_of_which_nothing_is_known_tells_everything_and_is_commanded_nothing()
     assert_eq!((counters.asked, counters.pages_asked, counters.pages_answered), (0, 17, 17));
 }
 
-/// A board of the original kind drops the request and answers it with its pressures; afterwards it is not asked again.
+/// A board of the original kind drops the request and answers it with its pressures; afterwards it
+/// is not asked again.
 #[test]
 fn a_board_of_the_original_kind_is_asked_for_a_page_once() {
     let mut bus = bus(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 7))]);
@@ -87,7 +90,8 @@ fn a_board_of_the_original_kind_is_asked_for_a_page_once() {
     assert_eq!(bus.line().requests.len(), 1);
 }
 
-/// The answer to a page request comes after its timeout, and right before that to a poll: it is nobody's pressures.
+/// The answer to a page request comes after its timeout, and right before that to a poll: it is
+/// nobody's pressures.
 #[test]
 fn a_late_page_is_no_reading() {
     let asked = Arc::default();
@@ -189,7 +193,8 @@ fn a_recording_has_the_drives_of_the_cycles_that_were_asked() {
     assert!(rows[2].ends_with(",,,,"), "{text}");
 }
 
-/// `Counts` of a poll that follow a page request are those commanded: nothing of a page gets into a command.
+/// `Counts` of a poll that follow a page request are those commanded: nothing of a page gets into a
+/// command.
 #[test]
 fn commands_between_page_requests_are_those_commanded() {
     let (_, asked, _) = poll(true, 1.0, 50, None);

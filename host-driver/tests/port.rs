@@ -10,7 +10,8 @@ use pneudrive_protocol::Counts;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Waits for something that another thread does. The limit is for a hanging test, not for a slow machine.
+/// Waits for something that another thread does. The limit is for a hanging test, not for a slow
+/// machine.
 fn until(what: &str, mut done: impl FnMut() -> bool) {
     let started = Instant::now();
     while !done() {
@@ -115,7 +116,8 @@ fn a_poller_that_cannot_have_what_it_asks_for_does_not_start() {
     assert!(boards.stop().iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]));
 }
 
-/// A control loop asks for readings that are not older than it can use, whatever the row says of its cycle.
+/// A control loop asks for readings that are not older than it can use, whatever the row says of
+/// its cycle.
 #[test]
 fn a_snapshot_gives_no_reading_that_is_too_old() {
     let boards = PtyBoards::start(1);

@@ -1,4 +1,5 @@
-//! A board that falls silent: how soon it is back when it answers again, and what it costs the others until then. In virtual time.
+//! A board that falls silent: how soon it is back when it answers again, and what it costs the
+//! others until then. In virtual time.
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
@@ -31,7 +32,8 @@ impl Rig {
             let answers = board == 0 || !theirs.load(Ordering::Relaxed);
             if answers { vec![(AT_ONCE, answer(board, 500))] } else { Vec::new() }
         });
-        // No wait for late answers: with checked packets there is none, and it would hide the pauses.
+        // No wait for late answers: with checked packets there is none, and it would hide the
+        // pauses.
         let options = BusOptions {
             echo: EchoMode::Known(Echo::Absent),
             frames: FrameMode::Unchecked,
@@ -68,7 +70,8 @@ impl Rig {
     }
 }
 
-/// Whatever made it silent, and for however long: it is back after about as long again, and no later than a probe.
+/// Whatever made it silent, and for however long: it is back after about as long again, and no
+/// later than a probe.
 #[test]
 fn a_board_that_answers_again_is_back_after_about_as_long_as_it_was_away() {
     for silent_ms in [3, 5, 7, 8, 12, 20, 35, 60, 100, 160, 400] {
@@ -108,7 +111,8 @@ fn three_losses_in_a_row_cost_milliseconds() {
     assert!(back_ns - lost_ns <= 2 * MS + 400_000, "{} ns", back_ns - lost_ns);
 }
 
-/// Three and seven timeouts while it is given up, then one in each 0.1 s: 22 ms, and 2.2 % of the time.
+/// Three and seven timeouts while it is given up, then one in each 0.1 s: 22 ms, and 2.2 % of the
+/// time.
 #[test]
 fn a_dead_board_costs_the_others_a_bounded_time() {
     let mut rig = Rig::new(false);

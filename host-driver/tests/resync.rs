@@ -32,7 +32,8 @@ fn prompt(number: usize, request: &[u8]) -> Reply {
     vec![(AT_ONCE, answer(asked(request), numbered(number)))]
 }
 
-/// Exchanges with `boards` boards in turn; every accepted answer must belong to its own request. Returns the errors.
+/// Exchanges with `boards` boards in turn; every accepted answer must belong to its own request.
+/// Returns the errors.
 fn poll(bus: &mut Bus<VirtualLine>, boards: u8, exchanges: usize) -> Vec<ExchangeError> {
     let mut errors = Vec::new();
     for turn in 0..exchanges {
@@ -61,7 +62,8 @@ fn one_late_answer_costs_one_exchange() {
             vec![(AT_ONCE + late, answer(asked(request), numbered(number)))]
         });
         let errors = poll(&mut bus, boards, 4_000);
-        // The late answer may come while another board is asked: then it is heard, and that board's answer still counts.
+        // The late answer may come while another board is asked: then it is heard, and that board's
+        // answer still counts.
         assert!(matches!(errors[..], [ExchangeError::NoAnswer { .. }]), "{boards} boards: {errors:?}");
         assert_eq!(bus.counters(20 % boards).late, 1, "the late answer was noticed");
     }
@@ -100,7 +102,8 @@ fn a_stray_byte_costs_nothing() {
     }
 }
 
-/// A whole valid packet of the very board, between two exchanges: somebody's late answer to a host that has died.
+/// A whole valid packet of the very board, between two exchanges: somebody's late answer to a host
+/// that has died.
 #[test]
 fn a_packet_that_nobody_asked_for_is_discarded() {
     let mut bus = bus(prompt);
@@ -154,7 +157,8 @@ fn a_damaged_answer_costs_one_exchange() {
     }
 }
 
-/// Original: a missing board cost 3 ms a cycle; three of four boards ran at 264 Hz instead of 1667 Hz.
+/// Original: a missing board cost 3 ms a cycle; three of four boards ran at 264 Hz instead of 1667
+/// Hz.
 #[test]
 fn three_of_four_boards_run_nearly_as_fast_as_three() {
     let script = |number: usize, request: &[u8]| {
@@ -193,7 +197,8 @@ fn cycles_of_equal_length_have_no_spread() {
     assert!(statistics.loop_hz.std < 1e-6, "{statistics:?}");
 }
 
-/// The worst cycle with a missing board is longer by its timeout and the guard byte that follows a failure, and no more.
+/// The worst cycle with a missing board is longer by its timeout and the guard byte that follows a
+/// failure, and no more.
 #[test]
 fn a_missing_board_costs_the_others_its_own_timeout() {
     // Pressures that do not end in 0xFF: a guard byte would be needed after those.

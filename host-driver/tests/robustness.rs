@@ -1,4 +1,5 @@
-//! The program while its surroundings misbehave: the port goes and comes back, the process is stopped, the machine is busy.
+//! The program while its surroundings misbehave: the port goes and comes back, the process is
+//! stopped, the machine is busy.
 
 #![cfg(feature = "cli")]
 
@@ -110,8 +111,8 @@ fn plug_in(link: &Path) -> PtyBoards {
     boards
 }
 
-/// A host that has polled a board and recorded it, and whose adapter has been unplugged then. The adapter's link still stands in the
-/// host's folder.
+/// A host that has polled a board and recorded it, and whose adapter has been unplugged then. The
+/// adapter's link still stands in the host's folder.
 fn unplugged(arguments: &[&str]) -> (PathBuf, Host) {
     let folder = tempfile::tempdir().unwrap();
     let link = folder.path().join("usb-adapter");
@@ -128,7 +129,8 @@ fn an_adapter_that_is_unplugged_and_plugged_in_again_is_polled_on() {
     host.says("the port is gone (adapter unplugged, or the other end closed); waiting for it to come back");
     let empty_rows = |host: &Host| host.rows().iter().filter(|row| is_empty(row)).count();
     host.until("rows without pressures", |host| empty_rows(host) >= 3);
-    // The old link is still there, and its pseudo-terminal's name is given to the next one that anybody opens: it is not for us.
+    // The old link is still there, and its pseudo-terminal's name is given to the next one that
+    // anybody opens: it is not for us.
     let somebody = PtyBoards::start(1);
     let before = empty_rows(&host);
     host.until("more rows without pressures", |host| empty_rows(host) >= before + 3);

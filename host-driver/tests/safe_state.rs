@@ -1,4 +1,5 @@
-//! How a run leaves boards of the original kind, whose answers confirm nothing, and boards that check. In virtual time.
+//! How a run leaves boards of the original kind, whose answers confirm nothing, and boards that
+//! check. In virtual time.
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
@@ -15,7 +16,8 @@ fn bus(frames: FrameMode, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'st
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
-/// A bus of boards of the original kind that read what `pressure` says for (board, the how manieth request).
+/// A bus of boards of the original kind that read what `pressure` says for (board, the how manieth
+/// request).
 fn originals(mut pressure: impl FnMut(u8, usize) -> u16 + Send + 'static) -> Bus<VirtualLine> {
     bus(FrameMode::Unchecked, move |number, request| {
         let board = 0xFF - request[1];
@@ -23,7 +25,8 @@ fn originals(mut pressure: impl FnMut(u8, usize) -> u16 + Send + 'static) -> Bus
     })
 }
 
-/// Ends after a set point of 300 counts was commanded; the boards that did not confirm 0 kPa, and how long it took, ms.
+/// Ends after a set point of 300 counts was commanded; the boards that did not confirm 0 kPa, and
+/// how long it took, ms.
 fn end(bus: &mut Bus<VirtualLine>, boards: u8) -> (Vec<u8>, u64) {
     for board in 0..boards {
         bus.exchange(board, counts(300)).unwrap();
@@ -76,7 +79,8 @@ fn a_board_that_reads_atmosphere_is_confirmed_in_a_fifth_of_a_second() {
     assert!((200..250).contains(&took_ms), "{took_ms} ms");
 }
 
-/// `ping` and `bench` command nothing but 0 kPa: there is nothing of theirs to vent, whatever the boards read.
+/// `ping` and `bench` command nothing but 0 kPa: there is nothing of theirs to vent, whatever the
+/// boards read.
 #[test]
 fn boards_that_were_never_pressurised_are_confirmed_at_once() {
     let mut bus = originals(|_, _| 300);
@@ -104,7 +108,8 @@ fn a_board_that_falls_silent_is_named() {
     assert!(bus.line().now_ns() < 1_500 * MS);
 }
 
-/// Boards that check confirm by their answer, at whatever pressure, and are told that the host leaves.
+/// Boards that check confirm by their answer, at whatever pressure, and are told that the host
+/// leaves.
 #[test]
 fn boards_that_check_confirm_at_once_and_are_left() {
     let mut ears: Vec<_> = (0..2).map(|board| RequestDecoder::new(Address::of_board(board))).collect();

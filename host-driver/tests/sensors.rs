@@ -1,4 +1,5 @@
-//! Sensors on boards' I2C connectors, asked for between polls: what is asked, told and recorded. In virtual time.
+//! Sensors on boards' I2C connectors, asked for between polls: what is asked, told and recorded. In
+//! virtual time.
 
 use crate::support::counts;
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
@@ -29,7 +30,8 @@ const BOTH: SensorStatus = SensorStatus {
 const SUPPLY_ALONE: SensorStatus =
     SensorStatus { imu: SensorPart::None, imu_state: SensorState::Absent, ..BOTH };
 
-/// A board that answers polls, and what it says of its sensors; `None` if its firmware is of before them.
+/// A board that answers polls, and what it says of its sensors; `None` if its firmware is of before
+/// them.
 #[derive(Clone)]
 struct Board {
     status: Arc<Mutex<Option<SensorStatus>>>,
@@ -232,7 +234,8 @@ fn a_board_that_does_not_tell_its_electronics_is_asked_for_them_once_a_minute() 
     assert_eq!(run.polling.statistics().lost, 0);
 }
 
-/// Plugged in, broken, unplugged: each time people are told, within a second, and old readings are none.
+/// Plugged in, broken, unplugged: each time people are told, within a second, and old readings are
+/// none.
 #[test]
 fn parts_come_and_go() {
     let board = Board::with(Some(SensorStatus::NONE));

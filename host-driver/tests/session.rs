@@ -1,4 +1,5 @@
-//! Sessions: asked for, kept over losses, taken up again after a board's reset, and never shared. In virtual time.
+//! Sessions: asked for, kept over losses, taken up again after a board's reset, and never shared.
+//! In virtual time.
 
 use crate::support::counts;
 use crate::support::pty::PtyBoards;
@@ -87,8 +88,9 @@ fn a_board_that_knows_sessions_is_in_one_after_its_ping() {
     assert_eq!((bus.counters(0).asked, bus.counters(0).lost()), (21, 0));
 }
 
-/// Requests 0 ping, 1 session, 2.. commands. Whether a request or its answer was lost, the next one has another number.
-/// A session begins with a command; a page asked for before that is none of it, and is not lost.
+/// Requests 0 ping, 1 session, 2.. commands. Whether a request or its answer was lost, the next one
+/// has another number. A session begins with a command; a page asked for before that is none of it,
+/// and is not lost.
 #[test]
 fn a_page_may_be_asked_for_before_the_first_command() {
     let shared = board();
@@ -142,7 +144,8 @@ fn a_second_host_is_refused_until_the_first_one_has_left() {
     first.ping(0).unwrap();
     first.exchange(0, counts(300)).unwrap();
     let before = obeyed(&board).len();
-    // It has been offered a session that the first one's took the place of: nobody answers, and when the window is used up, it asks for another.
+    // It has been offered a session that the first one's took the place of: nobody answers, and
+    // when the window is used up, it asks for another.
     let errors: Vec<_> = (0..10).map(|_| second.exchange(0, counts(900)).unwrap_err()).collect();
     let refused = |error: &ExchangeError| matches!(error, ExchangeError::InSession { .. });
     assert!(errors[8..].iter().all(refused), "{errors:?}");
@@ -152,7 +155,8 @@ fn a_second_host_is_refused_until_the_first_one_has_left() {
     assert!(second.in_session(0));
 }
 
-/// A host that is started anew asks with another number, from which the board makes another session.
+/// A host that is started anew asks with another number, from which the board makes another
+/// session.
 #[test]
 fn the_number_that_a_host_asks_with_is_a_random_one_of_this_run() {
     for (random, expected) in [(0, 0), (101, 101), (102, 0), (u32::MAX, (u32::MAX % 102) as u8)] {
@@ -176,7 +180,8 @@ fn the_number_that_a_host_asks_with_is_a_random_one_of_this_run() {
     }
 }
 
-/// Of the kernel, not of the clock: two programs that are started at the same time after a boot differ.
+/// Of the kernel, not of the clock: two programs that are started at the same time after a boot
+/// differ.
 #[test]
 fn a_serial_ports_numbers_are_not_those_of_a_clock() {
     let boards = PtyBoards::start(0);

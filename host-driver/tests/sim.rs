@@ -38,7 +38,8 @@ fn three_virtual_boards_are_polled_and_recorded() {
     let table: Vec<_> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert!(table[0].starts_with("t_s,b0_cmd0_kpa,"), "{text}");
     assert_eq!(table.len() as u64, json["recording"]["rows"].as_u64().unwrap() + 1);
-    // They were switched on before: a model is to be fitted to all of a recording, not to all but its first two seconds.
+    // They were switched on before: a model is to be fitted to all of a recording, not to all but
+    // its first two seconds.
     let pressures = |row: &str| -> Vec<f64> {
         let columns = table[0].split(',').zip(row.split(','));
         columns.filter(|(name, _)| name.contains("_p")).map(|(_, value)| value.parse().unwrap()).collect()

@@ -243,8 +243,8 @@ fn keys_set_pressures_on_an_armed_board() {
     assert_eq!(terminal.end().code(), Some(0));
     let commanded = boards.stop();
     let sent: Vec<u16> = commanded.iter().map(|(_, command)| command[0].get()).collect();
-    // 50 kPa are 161.8 counts, 60 kPa 173.7. At 100 kPa/s and 50 cycles a second a step is 2.4 counts; several at once where the
-    // machine is busy.
+    // 50 kPa are 161.8 counts, 60 kPa 173.7. At 100 kPa/s and 50 cycles a second a step is 2.4
+    // counts; several at once where the machine is busy.
     let first = sent.iter().position(|&counts| counts > 102).unwrap();
     let rise: Vec<u16> = sent[first..].iter().copied().take_while(|&counts| counts < 162).collect();
     assert!(rise.len() > 3, "by a ramp: {sent:?}");

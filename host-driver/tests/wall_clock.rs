@@ -1,4 +1,5 @@
-//! Setting the system's time must not touch the bus. Tests cannot set it; but they can see that nothing asks for it.
+//! Setting the system's time must not touch the bus. Tests cannot set it; but they can see that
+//! nothing asks for it.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! The live page's HTTP side against boards behind a pty: who is let in, what the actions do to the boards, and that no client
-//! stops the bus.
+//! The live page's HTTP side against boards behind a pty: who is let in, what the actions do to the
+//! boards, and that no client stops the bus.
 
 #![cfg(feature = "web")]
 

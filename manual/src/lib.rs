@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   a program's clap::Command ──▶ completions ──▶ standard output
-//!                           └───▶ man ──▶ standard output, or a page for each subcommand in a folder
+//!                           └───▶ man ──▶ standard output, or pages for subcommands in a folder
 //! ```
 //!
 //! ```
@@ -51,7 +51,8 @@ pub struct CompletionsArgs {
 /// Arguments of `man`.
 #[derive(Debug, Clone, PartialEq, Eq, Args)]
 pub struct ManArgs {
-    /// Write a page for the program and each subcommand into this folder; without it the program's page is printed
+    /// Write a page for the program and each subcommand into this folder; without it the program's
+    /// page is printed
     #[arg(value_name = "FOLDER")]
     pub folder: Option<PathBuf>,
 }
@@ -73,7 +74,8 @@ pub enum ManualError {
 }
 
 impl ManualError {
-    /// Exit status of a program that ends with this error: 2 for unusable arguments, 1 for a failure while running.
+    /// Exit status of a program that ends with this error: 2 for unusable arguments, 1 for a
+    /// failure while running.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
@@ -96,7 +98,8 @@ impl Manual {
     /// Prints or writes what is asked for, of the program that `command` defines.
     ///
     /// # Errors
-    /// The folder or standard output cannot be written to. A reader that has seen enough (`| head`) is no error.
+    /// The folder or standard output cannot be written to. A reader that has seen enough (`| head`)
+    /// is no error.
     pub fn run(&self, mut command: Command) -> Result<(), ManualError> {
         let mut text = Vec::new();
         match self {
@@ -119,8 +122,9 @@ impl Manual {
     }
 }
 
-/// Lines of examples in the help of a command and its subcommands that are broken where help is 100 wide, as it is where it is not read on
-/// a terminal: who copies them gets half a command. For programs' tests.
+/// Lines of examples in the help of a command and its subcommands that are broken where help is 100
+/// wide, as it is where it is not read on a terminal: who copies them gets half a command. For
+/// programs' tests.
 #[must_use]
 pub fn broken_examples(command: &Command) -> Vec<String> {
     let helps = [command.get_after_help(), command.get_after_long_help()].into_iter().flatten();

@@ -30,7 +30,8 @@ fn series(segments: usize) -> Series {
     support::noisy(&clean, 360.0, 4)
 }
 
-/// One evaluation of the right-hand side, valve areas included (a rollout computes those once a sample).
+/// One evaluation of the right-hand side, valve areas included (a rollout computes those once a
+/// sample).
 #[divan::bench]
 fn evaluate_nonlinear(bencher: Bencher<'_, '_>) {
     let model = Nonlinear::default();
@@ -80,7 +81,8 @@ fn rollout_lanes_with_sensitivities(bencher: Bencher<'_, '_>) {
     batch(bencher, 16, 2_000, true);
 }
 
-/// Normal equations of a rollout: 20,000 steps with 8 derivatives, in one segment or in lockstep segments.
+/// Normal equations of a rollout: 20,000 steps with 8 derivatives, in one segment or in lockstep
+/// segments.
 #[divan::bench(args = [1, 8])]
 fn rollout_normal(bencher: Bencher<'_, '_>, segments: usize) {
     let (system, series) = (Chamber::new(Nonlinear::default()), series(segments));

@@ -1,4 +1,5 @@
-//! Times fits of a recording for `benches/compare_lmfit.py`: prints one JSON object per fit with the CPU seconds of one thread.
+//! Times fits of a recording for `benches/compare_lmfit.py`: prints one JSON object per fit with
+//! the CPU seconds of one thread.
 //!
 //! ```sh
 //! cargo run --release -p pneudrive-model --example time_fits -- recording.csv rig.toml
@@ -21,7 +22,8 @@ fn cpu_s() -> Result<f64, Box<dyn Error>> {
     Ok(nanoseconds * 1e-9)
 }
 
-/// Runs a fit several times, the first of which touches memory and code for the first time: the median of the CPU seconds.
+/// Runs a fit several times, the first of which touches memory and code for the first time: the
+/// median of the CPU seconds.
 fn median_time(
     repeats: usize,
     mut fit: impl FnMut() -> Result<Fit, Box<dyn Error>>,

@@ -1,4 +1,5 @@
-//! Pressure models of pneumatic chambers: measured data, simulation, fitting, comparison, diagnosis.
+//! Pressure models of pneumatic chambers: measured data, simulation, fitting, comparison,
+//! diagnosis.
 //!
 //! The modules in the order a recording passes through them:
 //!
@@ -18,13 +19,15 @@
 //! * [`export`]: what other simulators are given of a calibrated model;
 //! * [`report`]: self-contained HTML pages with plots.
 //!
-//! [`data`] and [`rig`] are the crate `pneudrive-data`, which fits nothing; [`numeric`], [`model`], [`board`], [`rollout`] and [`effects`] are the crate
-//! `pneudrive-plant`, which reads no files.
+//! [`data`] and [`rig`] are the crate `pneudrive-data`, which fits nothing; [`numeric`], [`model`],
+//! [`board`], [`rollout`] and [`effects`] are the crate `pneudrive-plant`, which reads no files.
 //!
-//! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside. Nothing prints but `cli`
-//! (feature), the command line of the program `pneudrive-model` and of packages that bring it along.
+//! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside.
+//! Nothing prints but `cli` (feature), the command line of the program `pneudrive-model` and of
+//! packages that bring it along.
 //!
-//! Four things that most callers want, each an example of its own (`cargo run -p pneudrive-model --example fit`):
+//! Four things that most callers want, each an example of its own
+//! (`cargo run -p pneudrive-model --example fit`):
 //!
 //! # Fit
 //!

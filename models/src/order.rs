@@ -1,4 +1,5 @@
-//! Lists put in the order of a number. The standard library's sort is compiled again for each comparison; here it is compiled once.
+//! Lists put in the order of a number. The standard library's sort is compiled again for each
+//! comparison; here it is compiled once.
 
 /// Least first; equals stay in their order. NaN counts as in [`f64::total_cmp`].
 pub(crate) fn ascending<T>(list: &mut [T], key: impl Fn(&T) -> f64) {
@@ -21,7 +22,8 @@ fn order(keys: Vec<f64>) -> Vec<usize> {
 /// Item `from[k]` becomes item k.
 fn permute<T>(list: &mut [T], from: Vec<usize>) {
     for place in 0..list.len() {
-        // Items before `place` are where they belong; what stood there has been swapped to where its successor came from.
+        // Items before `place` are where they belong; what stood there has been swapped to where
+        // its successor came from.
         let mut source = from[place];
         while source < place {
             source = from[source];

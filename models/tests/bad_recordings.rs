@@ -1,4 +1,5 @@
-//! Recordings that cannot carry a diagnosis: each is said in a sentence, and nothing is named from it.
+//! Recordings that cannot carry a diagnosis: each is said in a sentence, and nothing is named from
+//! it.
 
 use crate::common::Folder;
 use crate::common::cli;
@@ -12,7 +13,8 @@ fn scatter(k: u32) -> f64 {
     f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1_u32 << 23) - 1.0
 }
 
-/// Two regulators, each a lag of 0.2 s behind a command of its own, with noise; (time, commands, pressures).
+/// Two regulators, each a lag of 0.2 s behind a command of its own, with noise; (time, commands,
+/// pressures).
 fn rows(seconds: f64) -> Vec<(f64, [f64; 2], [f64; 2])> {
     let mut p = [100.0, 150.0];
     (0..(seconds * 100.0) as u32)
@@ -177,7 +179,8 @@ fn missing_columns() {
     assert!(notes.contains("Left out: b0c1: column b0_p1_kpa is missing."), "{notes}");
 }
 
-/// A sensor that ends at 200 kPa: what it cannot see is not compared, it is said, and no cause is made of it.
+/// A sensor that ends at 200 kPa: what it cannot see is not compared, it is said, and no cause is
+/// made of it.
 #[test]
 fn a_clipped_sensor() {
     let head = "t_s,b0_cmd0_kpa,b0_p0_kpa";

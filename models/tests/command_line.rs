@@ -6,7 +6,8 @@ use crate::common::cli::{json, run};
 const RIG: &str = "[supply]\npressure_kpa = 550.0\n[chamber]\nradius_m = 0.024\nlength_m = 0.2\n\
 [controller]\nrate_hz = 1000.0\nkp = 10.0\nsaturation = 400.0\n[sensor]\nbits = 10\nzero_counts = 102.4\nkpa_per_count = 0.841645\n";
 
-/// 12 s at 100 Hz of steps of the command, and a first-order lag of 0.2 s that follows them exactly, with alpha = beta = 5.
+/// 12 s at 100 Hz of steps of the command, and a first-order lag of 0.2 s that follows them
+/// exactly, with alpha = beta = 5.
 pub fn lag() -> String {
     let (mut text, mut p) = ("t_s,b0_cmd0_kpa,b0_p0_kpa\n".to_owned(), 0.0_f64);
     for k in 0..1200_u32 {

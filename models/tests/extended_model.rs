@@ -1,4 +1,5 @@
-//! The extended model: simulated by effects, saved, loaded, and simulated again from the command line.
+//! The extended model: simulated by effects, saved, loaded, and simulated again from the command
+//! line.
 
 use crate::common::Folder;
 use crate::common::cli::run;
@@ -15,7 +16,8 @@ fn scatter(k: u32) -> f64 {
     f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1_u32 << 23) - 1.0
 }
 
-/// 40 s at 100 Hz of a regulator: a lag of 0.2 s behind a dead time of `delay` rows, and 0.2 kPa of noise.
+/// 40 s at 100 Hz of a regulator: a lag of 0.2 s behind a dead time of `delay` rows, and 0.2 kPa of
+/// noise.
 fn regulator(delay: usize) -> String {
     let commands: Vec<f64> = (0..4000_u32).map(|k| 150.0 + 100.0 * scatter(k / 35)).collect();
     let (mut text, mut p) = ("t_s,b0_cmd0_kpa,b0_p0_kpa\n".to_owned(), 150.0_f64);
@@ -52,8 +54,8 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Fits with `arguments`, turns the parameters into an extended model without effects, simulates both, and returns by how much they
-/// differ and how far the pressure moves, kPa.
+/// Fits with `arguments`, turns the parameters into an extended model without effects, simulates
+/// both, and returns by how much they differ and how far the pressure moves, kPa.
 fn plain_and_extended(data: &str, arguments: &[&str], simulate: &[&str]) -> (f64, f64) {
     let folder = Folder::new();
     folder.write("run.csv", data.as_bytes());
@@ -86,7 +88,8 @@ fn without_effects_it_is_the_plain_model() {
     assert!(apart < 0.005 && moved > 10.0, "driven: {apart} of {moved} kPa");
 }
 
-/// In the board's loop both are stepped once a loop, and rounding of command and sample differs by less than a count.
+/// In the board's loop both are stepped once a loop, and rounding of command and sample differs by
+/// less than a count.
 #[test]
 fn without_effects_it_is_the_plain_model_in_the_boards_loop() {
     let rig = ["--rig", "rig.toml", "--fit-seconds", "3"];
@@ -94,8 +97,8 @@ fn without_effects_it_is_the_plain_model_in_the_boards_loop() {
     assert!(apart < 0.85 && moved > 50.0, "{apart} of {moved} kPa");
 }
 
-/// From a recording to the extended model, its file, and back to pressures: what `simulate` gives is what the report's gain was
-/// measured with.
+/// From a recording to the extended model, its file, and back to pressures: what `simulate` gives
+/// is what the report's gain was measured with.
 #[test]
 fn what_a_diagnosis_measured_is_what_its_file_simulates() {
     let folder = Folder::new();
@@ -106,7 +109,8 @@ fn what_a_diagnosis_measured_is_what_its_file_simulates() {
     assert_eq!(named, ["transport_delay"], "{}", diagnosis.report.sentence);
     let mut extended = diagnosis.extended.clone();
     for corrected in [false, true] {
-        // A correction of a few kPa/s must arrive in the simulation too, and be the same on both ways.
+        // A correction of a few kPa/s must arrive in the simulation too, and be the same on both
+        // ways.
         let mut model = diagnosis.extended_models[0].clone();
         if corrected {
             let correction = Correction {
@@ -200,8 +204,8 @@ fn both_kinds_of_calibration_are_taken_as_a_reference() {
     }
 }
 
-/// A 95 % band comes with what `diagnose` wrote, holds about that share of another recording of the same kind, and is refused of a model
-/// that has none.
+/// A 95 % band comes with what `diagnose` wrote, holds about that share of another recording of the
+/// same kind, and is refused of a model that has none.
 #[test]
 fn a_band_holds_what_another_recording_measured() {
     let folder = Folder::new();

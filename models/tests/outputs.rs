@@ -1,4 +1,5 @@
-//! Where results go: what a command reads is not replaced, and what cannot be written is said before any work.
+//! Where results go: what a command reads is not replaced, and what cannot be written is said
+//! before any work.
 
 use std::os::unix::fs::OpenOptionsExt;
 use std::process::{Command, Stdio};

@@ -1,4 +1,5 @@
-//! Chambers and valves that boards and channels have of their own: honoured by simulations, fits, comparisons and diagnoses.
+//! Chambers and valves that boards and channels have of their own: honoured by simulations, fits,
+//! comparisons and diagnoses.
 
 use std::fmt::Write as _;
 
@@ -12,7 +13,8 @@ use pneudrive_model::rig::Rig;
 use pneudrive_model::simulation::{CalibratedModel, SimulationSettings, simulate};
 use pneudrive_model::store::ParameterFile;
 
-/// Three channels alike but for a chamber of three times the volume, and a valve that is closed half as far below the critical ratio.
+/// Three channels alike but for a chamber of three times the volume, and a valve that is closed
+/// half as far below the critical ratio.
 const OWN: &str = "[supply]\npressure_kpa = 550\n[chamber]\nvolume_m3 = 1e-4\n\
     [boards.0.channels.1.chamber]\nvolume_m3 = 3e-4\n\
     [boards.0.channels.2.valve]\ndischarge_coefficient = 0.5\ncritical_ratio = 0.3\n";
@@ -104,7 +106,8 @@ fn a_larger_chamber_and_a_smaller_valve_are_slower() {
     assert!(swing(2) < 0.9 * swing(0), "{} {}", swing(2), swing(0));
 }
 
-/// The opening is found where the rig says what else is different, and is off by exactly that where it does not.
+/// The opening is found where the rig says what else is different, and is off by exactly that where
+/// it does not.
 #[test]
 fn fits_take_each_channel_with_its_own() {
     let run = simulated(&parameters(OWN));

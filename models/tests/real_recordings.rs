@@ -1,5 +1,6 @@
-//! The ventilator recordings (see docs/models.md). They are not in the repository: PNEUDRIVE_DATA names the folder that holds
-//! `respiraworks/`; without it these tests say loudly that they were skipped.
+//! The ventilator recordings (see docs/models.md). They are not in the repository: PNEUDRIVE_DATA
+//! names the folder that holds `respiraworks/`; without it these tests say loudly that they were
+//! skipped.
 
 use crate::common::cli::{json, run};
 use crate::common::{Folder, real_data};
@@ -31,13 +32,15 @@ fn a_ventilator_run_is_compared() {
     assert_eq!(done.status, 0, "{}", done.stderr);
     let result = json(&folder.path("r/compare.json"));
     for model in result["channels"][0]["models"].as_array().unwrap() {
-        // A pressure that swings by 1.1 kPa: a model that is no better than its mean would have R2 = 0.
+        // A pressure that swings by 1.1 kPa: a model that is no better than its mean would have R2
+        // = 0.
         let r2 = model["rollout"]["r2"].as_f64().unwrap_or(f64::NEG_INFINITY);
         assert!(r2 > 0.8, "{}: R2 = {r2}", model["model"]);
     }
 }
 
-/// Every run has a resistance between the sensor and the lung. One run alone must show it, and nothing else.
+/// Every run has a resistance between the sensor and the lung. One run alone must show it, and
+/// nothing else.
 #[test]
 fn the_resistance_behind_the_sensor_is_named() {
     let Some(data) = real_data("the_resistance_behind_the_sensor_is_named") else { return };
@@ -58,7 +61,8 @@ fn the_resistance_behind_the_sensor_is_named() {
     }
 }
 
-/// The search alone names heat exchange in the first and three more causes in the second: a base model that is far off suggests them.
+/// The search alone names heat exchange in the first and three more causes in the second: a base
+/// model that is far off suggests them.
 #[test]
 fn what_a_model_suggests_that_is_far_off_is_not_named() {
     let Some(data) = real_data("what_a_model_suggests_that_is_far_off_is_not_named") else { return };
@@ -72,8 +76,9 @@ fn what_a_model_suggests_that_is_far_off_is_not_named() {
     }
 }
 
-/// Four runs of one ventilator with four settings of the lung (compliance 50, 20, 20, 20 ml/hPa; resistance 5, 5, 20, 50 hPa s/l): the
-/// resistance of each is told, in the order of the settings, and from the others' valves that of a run which was not there.
+/// Four runs of one ventilator with four settings of the lung (compliance 50, 20, 20, 20 ml/hPa;
+/// resistance 5, 5, 20, 50 hPa s/l): the resistance of each is told, in the order of the settings,
+/// and from the others' valves that of a run which was not there.
 #[test]
 fn several_runs_of_one_machine_tell_its_loads() {
     let Some(data) = real_data("several_runs_of_one_machine_tell_its_loads") else { return };

@@ -3,7 +3,8 @@
 use crate::common::Folder;
 use crate::common::cli::{json, run};
 
-/// 12 s at 100 Hz of steps of the command, and a first-order lag that follows them, recorded on a day of November 2026.
+/// 12 s at 100 Hz of steps of the command, and a first-order lag that follows them, recorded on a
+/// day of November 2026.
 fn lag(day: u32, rate_per_s: f64) -> String {
     let mut text = format!("# created_utc: \"2026-11-{day:02}T08:00:00.000Z\"\nt_s,b0_cmd0_kpa,b0_p0_kpa\n");
     let mut p = 0.0_f64;

@@ -1,4 +1,5 @@
-//! One exchange byte by byte, in both packet formats, and how a receiver that has lost a byte finds the next packet.
+//! One exchange byte by byte, in both packet formats, and how a receiver that has lost a byte finds
+//! the next packet.
 //!
 //! `cargo run -p pneudrive-protocol --example exchange`
 

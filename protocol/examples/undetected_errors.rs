@@ -4,9 +4,10 @@
 //! $ cargo run --release -p pneudrive-protocol --example undetected_errors
 //! ```
 //!
-//! A linear code misses exactly those error patterns that are code words themselves. How many there are of each weight
-//! follows from the weights of the 65,536 words of the dual code (MacWilliams' identity), so the table below is exact
-//! for every number of flipped bits; the trials are independent of it.
+//! A linear code misses exactly those error patterns that are code words themselves. How many there
+//! are of each weight follows from the weights of the 65,536 words of the dual code (MacWilliams'
+//! identity), so the table below is exact for every number of flipped bits; the trials are
+//! independent of it.
 
 use pneudrive_protocol::{
     Address, CheckedError, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence,
@@ -51,8 +52,9 @@ fn some_packet() -> CheckedPacket {
     CheckedPacket { packet: Packet { address: Address::of_board(2), values }, sequence: Sequence::new(9) }
 }
 
-/// Difference between the CRC that comes and the one that should, for a flip of each of the 68 bits that are not fixed by
-/// the form of a packet (address's high byte, bit 15 of data words), in the order of a UART: least significant bit first.
+/// Difference between the CRC that comes and the one that should, for a flip of each of the 68 bits
+/// that are not fixed by the form of a packet (address's high byte, bit 15 of data words), in the
+/// order of a UART: least significant bit first.
 fn syndromes_of_packet() -> Vec<u16> {
     let sent = some_packet().encode(Direction::Answer);
     let mut syndromes = Vec::new();
@@ -76,8 +78,8 @@ fn syndromes_of_polynomial(message_bits: usize) -> Vec<u16> {
     std::iter::successors(Some(1), |&word| Some(step(word))).take(message_bits + 16).collect()
 }
 
-/// How many error patterns of weight 0, 1, 2, .. have no syndrome: the code's weight distribution, by MacWilliams'
-/// identity from that of its dual.
+/// How many error patterns of weight 0, 1, 2, .. have no syndrome: the code's weight distribution,
+/// by MacWilliams' identity from that of its dual.
 fn missed_by_weight(syndromes: &[u16]) -> Vec<u128> {
     let n = syndromes.len();
     let mut dual = vec![0_i128; n + 1];
@@ -112,8 +114,8 @@ fn choose(n: u32, k: u32) -> u128 {
     (0..u128::from(k)).fold(1, |product, i| product * (u128::from(n) - i) / (i + 1))
 }
 
-/// Probability of any damage and of undetected damage where every bit is flipped with this probability. Patterns of more
-/// than [`WEIGHTS`] bits are taken at one in 65,536.
+/// Probability of any damage and of undetected damage where every bit is flipped with this
+/// probability. Patterns of more than [`WEIGHTS`] bits are taken at one in 65,536.
 fn at_bit_error_rate(n: usize, missed: &[u128], rate: f64) -> (f64, f64) {
     let of_weight = |weight: usize| rate.powi(weight as i32) * (1.0 - rate).powi((n - weight) as i32);
     let light: f64 = (1..=WEIGHTS).map(|weight| missed[weight] as f64 * of_weight(weight)).sum();

@@ -2,8 +2,9 @@ use core::fmt;
 
 /// The bus address of one board: the word 0xFFFF - n for board n.
 ///
-/// The high byte is always 0xFF, which no data word has (values end at 1023, checked frames at 0x7FFF), so a whole
-/// word tells an address from data. A single byte does not: data words may end in 0xFF.
+/// The high byte is always 0xFF, which no data word has (values end at 1023, checked frames at
+/// 0x7FFF), so a whole word tells an address from data. A single byte does not: data words may end
+/// in 0xFF.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 // As the board's number.
@@ -14,13 +15,14 @@ impl Address {
     /// The high byte of every address word.
     pub const HIGH_BYTE: u8 = 0xFF;
 
-    /// Address of board `board`. The boards' two-way switch selects 0 to 3; the bus has room for 256.
+    /// Address of board `board`. The boards' two-way switch selects 0 to 3; the bus has room
+    /// for 256.
     pub const fn of_board(board: u8) -> Self {
         Self(board)
     }
 
-    /// Address of the board whose two-way switch stands so: both open is board 0, the first closed adds 1, the second
-    /// adds 2.
+    /// Address of the board whose two-way switch stands so: both open is board 0, the first closed
+    /// adds 1, the second adds 2.
     pub const fn of_switch(first_closed: bool, second_closed: bool) -> Self {
         Self(first_closed as u8 | (second_closed as u8) << 1)
     }

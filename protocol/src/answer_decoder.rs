@@ -7,9 +7,9 @@ use crate::{
 
 /// Whether the host hears its own bytes.
 ///
-/// Adapters whose receiver stays enabled while they send return every byte of a request. Content cannot tell an echo from
-/// an answer (a board that holds its set points answers with the very bytes of the request), so this is a
-/// property of the adapter, found out once.
+/// Adapters whose receiver stays enabled while they send return every byte of a request. Content
+/// cannot tell an echo from an answer (a board that holds its set points answers with the very
+/// bytes of the request), so this is a property of the adapter, found out once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Echo {
     /// The first packet heard is the answer.
@@ -22,10 +22,11 @@ pub enum Echo {
 /// A packet that the host heard while waiting for an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heard {
-    /// The board that was asked answered: with these pressures, or to a page request with these words.
+    /// The board that was asked answered: with these pressures, or to a page request with these
+    /// words.
     Answer([Counts; CHANNELS]),
-    /// Another packet: of another board, of another kind, or (from the board that was asked) with another sequence
-    /// number, so the late answer to an earlier request.
+    /// Another packet: of another board, of another kind, or (from the board that was asked) with
+    /// another sequence number, so the late answer to an earlier request.
     Other(Packet),
 }
 
@@ -52,7 +53,8 @@ impl Wanted {
     }
 }
 
-/// The host's ear for one exchange: made when a request has been sent, fed until the answer or the timeout.
+/// The host's ear for one exchange: made when a request has been sent, fed until the answer or the
+/// timeout.
 #[derive(Debug, Clone)]
 pub struct AnswerDecoder {
     request: Packet,
@@ -92,7 +94,8 @@ impl AnswerDecoder {
         Self::waiting_for(wanted, request.packet(), request.encode(), echo)
     }
 
-    /// The session that the request is of, if it is of one: late answers in it are then known for what they are.
+    /// The session that the request is of, if it is of one: late answers in it are then known for
+    /// what they are.
     #[must_use]
     pub fn in_session(self, session: Option<Session>) -> Self {
         Self { session, ..self }
@@ -121,8 +124,8 @@ impl AnswerDecoder {
         }
     }
 
-    /// A [`GUARD`] byte was sent before the request, and its echo has not been heard yet. It is told from
-    /// the request's echo by its value.
+    /// A [`GUARD`] byte was sent before the request, and its echo has not been heard yet. It is
+    /// told from the request's echo by its value.
     #[must_use]
     pub fn after_guard(self) -> Self {
         Self { guard_echo: true, ..self }
@@ -166,7 +169,8 @@ impl AnswerDecoder {
         })
     }
 
-    /// Whether the echo differed from what was sent: somebody else spoke at the same time, or the line is noisy.
+    /// Whether the echo differed from what was sent: somebody else spoke at the same time, or the
+    /// line is noisy.
     pub fn echo_damaged(&self) -> bool {
         self.echo_damaged
     }
@@ -176,7 +180,8 @@ impl AnswerDecoder {
         self.echo_left
     }
 
-    /// Whether the board that was asked in checked packets answered in the original's format, as boards of the original kind do.
+    /// Whether the board that was asked in checked packets answered in the original's format, as
+    /// boards of the original kind do.
     pub fn answered_unchecked(&self) -> bool {
         self.answered_unchecked
     }

@@ -4,8 +4,8 @@ use thiserror::Error;
 
 /// A line that was silent for this many characters starts a new frame.
 ///
-/// Longer than any pause inside a request or answer that is written at once (a UART sends its FIFO back to back),
-/// shorter than the silence after a request that nobody answers.
+/// Longer than any pause inside a request or answer that is written at once (a UART sends its FIFO
+/// back to back), shorter than the silence after a request that nobody answers.
 pub const IDLE_GAP_CHARACTERS: u16 = 3;
 
 /// Bits of a character: start, eight data, stop.
@@ -26,7 +26,8 @@ pub struct BaudError {
 impl Baud {
     /// Slowest rate accepted, bit/s.
     pub const MIN: u32 = 1_200;
-    /// Fastest rate accepted, bit/s: the RP2040's UART at 125 MHz ends at 125/16 Mbaud (datasheet 4.2.7.1).
+    /// Fastest rate accepted, bit/s: the RP2040's UART at 125 MHz ends at 125/16 Mbaud (datasheet
+    /// 4.2.7.1).
     pub const MAX: u32 = 7_812_500;
     /// The original's 1 Mbaud.
     pub const ORIGINAL: Self = Self(NonZeroU32::new(1_000_000).unwrap());

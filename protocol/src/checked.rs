@@ -1,7 +1,8 @@
 //! Checked packets: the second format in the same ten bytes.
 //!
-//! Values need 10 of a word's 16 bits. Bit 15 of every data word stays 0, so that no data word can be an address; the
-//! five bits below it carry, in the four data words from first to last, a 4-bit sequence number and a 16-bit CRC:
+//! Values need 10 of a word's 16 bits. Bit 15 of every data word stays 0, so that no data word can
+//! be an address; the five bits below it carry, in the four data words from first to last, a 4-bit
+//! sequence number and a 16-bit CRC:
 //!
 //! ```text
 //!  data word    bit 15   bits 14..10          bits 9..0
@@ -11,25 +12,29 @@
 //!     3           0      C4  .. C0            value 3
 //! ```
 //!
-//! The CRC is CRC-16/DNP (polynomial 0x3D65, 0x9EB2 in Koopman's notation). It covers a byte that tells requests from
-//! answers (not sent) and the ten bytes with the CRC's bits at 0, 88 bits in all. Up to 135 bits its Hamming distance is 6,
-//! the best a 16-bit CRC reaches at this length: P. Koopman, T. Chakravarty, "Cyclic Redundancy Code (CRC) Polynomial
-//! Selection for Embedded Networks", DSN 2004, table 3. So every error of up to five bits is found (`tests/checked.rs`
-//! tries them all), every odd number of flipped bits, and of random damage all but one in 65,536. `docs/reliability.md` has
-//! the figures; `examples/undetected_errors.rs` makes them.
+//! The CRC is CRC-16/DNP (polynomial 0x3D65, 0x9EB2 in Koopman's notation). It covers a byte that
+//! tells requests from answers (not sent) and the ten bytes with the CRC's bits at 0, 88 bits in
+//! all. Up to 135 bits its Hamming distance is 6, the best a 16-bit CRC reaches at this length: P.
+//! Koopman, T. Chakravarty, "Cyclic Redundancy Code (CRC) Polynomial Selection for Embedded
+//! Networks", DSN 2004, table 3. So every error of up to five bits is found (`tests/checked.rs`
+//! tries them all), every odd number of flipped bits, and of random damage all but one in 65,536.
+//! `docs/reliability.md` has the figures; `examples/undetected_errors.rs` makes them.
 //!
-//! An original board answers a checked request, unchecked and with its pressures, and then drops its commands, because words
-//! exceed 1023. By the format of the answer a host tells the two kinds of boards apart when it pings them.
+//! An original board answers a checked request, unchecked and with its pressures, and then drops
+//! its commands, because words exceed 1023. By the format of the answer a host tells the two kinds
+//! of boards apart when it pings them.
 //!
-//! Four commands of 0 counts are no set point (0 kPa is 102 counts). In a checked request they say that the host leaves
-//! ([`CheckedPacket::leave`]): the board vents, answers, and forgets the host, so that the next one, of whichever kind, is
-//! obeyed at once. Firmware that does not know of it takes them for four commands of 0 counts, which vent.
+//! Four commands of 0 counts are no set point (0 kPa is 102 counts). In a checked request they say
+//! that the host leaves ([`CheckedPacket::leave`]): the board vents, answers, and forgets the host,
+//! so that the next one, of whichever kind, is obeyed at once. Firmware that does not know of it
+//! takes them for four commands of 0 counts, which vent.
 
 use crate::spare_bits::{CRC_BITS, Kind, SPARE_BITS, bytes_of, gather, request_crc, spread};
 use crate::{Address, CHANNELS, Counts, PACKET_LEN, Packet, PacketError, Seal, Sequence};
 use thiserror::Error;
 
-/// Who sends a checked packet. Part of what the CRC covers, so a host's own echo is never taken for an answer.
+/// Who sends a checked packet. Part of what the CRC covers, so a host's own echo is never taken for
+/// an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// From the host: values are commands.
@@ -76,7 +81,8 @@ impl CheckedPacket {
     /// The commands of a request that says that the host leaves.
     pub const LEAVE: [Counts; CHANNELS] = [Counts::MIN; CHANNELS];
 
-    /// The request that tells the board with this address that its host leaves: it vents, answers, and forgets the host.
+    /// The request that tells the board with this address that its host leaves: it vents, answers,
+    /// and forgets the host.
     pub const fn leave(address: Address, sequence: Sequence) -> Self {
         Self { packet: Packet { address, values: Self::LEAVE }, sequence }
     }
@@ -126,8 +132,9 @@ impl CheckedPacket {
         direction.map(|direction| (checked, direction)).ok_or(CheckedError::Crc { expected, got })
     }
 
-    /// Reads ten bytes as a packet with a CRC of any kind, in a session if `seal` knows a seal for their address and number.
-    /// The session's CRC goes first: what fits it is of the session, whatever else it fits.
+    /// Reads ten bytes as a packet with a CRC of any kind, in a session if `seal` knows a seal for
+    /// their address and number. The session's CRC goes first: what fits it is of the session,
+    /// whatever else it fits.
     #[inline]
     pub(crate) fn decode_any(
         bytes: &[u8; PACKET_LEN],

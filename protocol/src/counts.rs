@@ -25,7 +25,8 @@ impl Counts {
     pub const MIN: Self = Self(0);
     /// The largest reading.
     pub const MAX: Self = Self(1023);
-    /// 0 kPa gauge on the original's sensor (102.4 counts, rounded): the command a board starts with.
+    /// 0 kPa gauge on the original's sensor (102.4 counts, rounded): the command a board starts
+    /// with.
     pub const ATMOSPHERE: Self = Self(102);
 
     /// Refuses anything above 1023.
@@ -33,7 +34,8 @@ impl Counts {
         if value <= Self::MAX.0 { Ok(Self(value)) } else { Err(CountsError { value }) }
     }
 
-    /// The nearest reading: larger numbers become 1023. For ADC results, never for what a user commands.
+    /// The nearest reading: larger numbers become 1023. For ADC results, never for what a user
+    /// commands.
     pub const fn saturating(value: u16) -> Self {
         if value <= Self::MAX.0 { Self(value) } else { Self::MAX }
     }

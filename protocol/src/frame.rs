@@ -1,10 +1,11 @@
 //! Finding packets in a stream of bytes: what board and host have in common.
 //!
-//! Two things align a frame: an idle gap before it, and a whole valid frame right before it. Only when neither holds
-//! (a byte was lost or added) is the next frame searched for byte by byte, and then every one of its ten bytes must
-//! fit. That is why an address that follows a data word ending in 0xFF is not mistaken for 0xFFFF: at the only
-//! position where it could be, either the stream is aligned to another byte, or the next address word stands where
-//! a data word with bit 15 clear is required.
+//! Two things align a frame: an idle gap before it, and a whole valid frame right before it. Only
+//! when neither holds (a byte was lost or added) is the next frame searched for byte by byte, and
+//! then every one of its ten bytes must fit. That is why an address that follows a data word ending
+//! in 0xFF is not mistaken for 0xFFFF: at the only position where it could be, either the stream is
+//! aligned to another byte, or the next address word stands where a data word with bit 15 clear is
+//! required.
 
 use crate::spare_bits::Kind;
 use crate::{Address, CheckedPacket, Direction, PACKET_LEN, Packet, PageAnswer, PageRequest, Seal, Sequence};
@@ -16,7 +17,8 @@ pub struct FrameStatistics {
     pub packets: u32,
     /// Bytes that belonged to no packet.
     pub discarded_bytes: u32,
-    /// Ten bytes of a packet's form whose CRC fits nothing that the listener knows: of others' sessions, or damaged.
+    /// Ten bytes of a packet's form whose CRC fits nothing that the listener knows: of others'
+    /// sessions, or damaged.
     pub unverified: u32,
 }
 
@@ -36,7 +38,8 @@ pub enum Frame {
 }
 
 impl Frame {
-    /// Address and values, as they stand in the packet: in a page request and its answer they are no pressures.
+    /// Address and values, as they stand in the packet: in a page request and its answer they are
+    /// no pressures.
     pub fn packet(&self) -> Packet {
         match self {
             Self::Unchecked(packet) => *packet,
@@ -58,7 +61,8 @@ impl Frame {
     ) -> Result<Self, Option<Address>> {
         let address = Address::from_word(u16::from_be_bytes([bytes[0], bytes[1]]));
         if let Ok(packet) = Packet::decode(bytes) {
-            // Without a session, spare bits of 0 say that there is no CRC. In one, number and CRC may be 0.
+            // Without a session, spare bits of 0 say that there is no CRC. In one, number and CRC
+            // may be 0.
             let Some(seal) = seal(packet.address, Sequence::default()) else {
                 return Ok(Self::Unchecked(packet));
             };
@@ -86,8 +90,8 @@ impl Frame {
     }
 }
 
-/// Up to one packet's worth of bytes that may still become a packet: the part that all decoders share, and an ear for
-/// whatever is said on the bus.
+/// Up to one packet's worth of bytes that may still become a packet: the part that all decoders
+/// share, and an ear for whatever is said on the bus.
 #[derive(Debug, Clone, Default)]
 pub struct FrameFinder {
     bytes: [u8; PACKET_LEN],
@@ -112,11 +116,14 @@ impl FrameFinder {
         self.push_with(byte, None, |_, _| None)
     }
 
-    /// The same for a listener that knows sessions: `seal` gives the seal that a packet with this address and sequence has.
+    /// The same for a listener that knows sessions: `seal` gives the seal that a packet with this
+    /// address and sequence has.
     ///
-    /// Such a listener cannot verify the packets of others' sessions, so that nothing aligns the next frame. Of board 0's all bytes but
-    /// the first, and the first of the next frame, can look like a packet to nobody's board. Who searches for a frame with a CRC and the address
-    /// `only` takes none but these; such an address begins nowhere inside frames that are whole (see `fits_at`).
+    /// Such a listener cannot verify the packets of others' sessions, so that nothing aligns the
+    /// next frame. Of board 0's all bytes but the first, and the first of the next frame, can look
+    /// like a packet to nobody's board. Who searches for a frame with a CRC and the address `only`
+    /// takes none but these; such an address begins nowhere inside frames that are whole (see
+    /// `fits_at`).
     pub fn push_with(
         &mut self,
         byte: u8,
@@ -169,12 +176,14 @@ impl FrameFinder {
         continues
     }
 
-    /// The address of ten bytes whose CRC fitted nothing, if there have been any since this was last asked.
+    /// The address of ten bytes whose CRC fitted nothing, if there have been any since this was
+    /// last asked.
     pub fn take_unverified(&mut self) -> Option<Address> {
         self.unverified.take()
     }
 
-    /// The line was silent, or a byte arrived damaged: what has been collected is not the start of a packet.
+    /// The line was silent, or a byte arrived damaged: what has been collected is not the start of
+    /// a packet.
     pub fn restart(&mut self) {
         for _ in 0..self.len {
             self.count_dropped();
@@ -225,7 +234,8 @@ impl FrameFinder {
         }
     }
 
-    /// A packet has begun before the unverified one's end: then that was none, and its bytes count as discarded.
+    /// A packet has begun before the unverified one's end: then that was none, and its bytes count
+    /// as discarded.
     fn decide_unverified(&mut self) {
         if self.unverified_left > 0 {
             self.count_discarded(PACKET_LEN - self.unverified_left);

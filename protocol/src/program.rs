@@ -1,7 +1,8 @@
 //! A board's program as an update brings it: what says which program it is.
 //!
-//! A program is what start-up copies to the beginning of RAM and runs there. It begins with the processor's vector table, and
-//! behind that come four words that every program of a board has at the same place:
+//! A program is what start-up copies to the beginning of RAM and runs there. It begins with the
+//! processor's vector table, and behind that come four words that every program of a board has at
+//! the same place:
 //!
 //! ```text
 //!  offset    0               4        192     196                200     204
@@ -19,7 +20,8 @@ pub const MAGIC: u32 = u32::from_le_bytes(*b"PDF1");
 pub const HEADER_AT: usize = 192;
 /// The shortest program: up to the end of the four words.
 const SHORTEST: usize = HEADER_AT + 16;
-/// The longest program of an RP2040, bytes: what a board can keep in RAM until it is complete, with its CRC.
+/// The longest program of an RP2040, bytes: what a board can keep in RAM until it is complete, with
+/// its CRC.
 pub const LONGEST: usize = 128 * 1024 - 8;
 /// Where it runs.
 pub const RAM: core::ops::Range<u32> = 0x2000_0000..0x2004_0000;
@@ -58,7 +60,8 @@ pub enum ProgramError {
 }
 
 impl Program {
-    /// What the program at the beginning of `bytes` says of itself. That it is complete, its CRC tells.
+    /// What the program at the beginning of `bytes` says of itself. That it is complete, its CRC
+    /// tells.
     ///
     /// # Errors
     /// Why it is none.

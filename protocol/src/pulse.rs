@@ -1,8 +1,9 @@
 //! The 555 timer that enables a board's line driver.
 //!
-//! The first start bit of an answer triggers a monostable of t = 1.1 R C; the driver is enabled while it lasts. It must
-//! outlast the ten bytes even when both parts are at the low end of their tolerances, and end soon after, so that the
-//! host or another board can speak. Formula: 555 datasheet, monostable operation.
+//! The first start bit of an answer triggers a monostable of t = 1.1 R C; the driver is enabled
+//! while it lasts. It must outlast the ten bytes even when both parts are at the low end of their
+//! tolerances, and end soon after, so that the host or another board can speak. Formula: 555
+//! datasheet, monostable operation.
 
 use crate::Baud;
 use thiserror::Error;
@@ -97,7 +98,8 @@ pub const fn pulse(resistance_ohm: u32, parts: Parts) -> Pulse {
     }
 }
 
-/// The smallest E96 resistor (ohm) whose pulse still covers a packet with both parts at the low end.
+/// The smallest E96 resistor (ohm) whose pulse still covers a packet with both parts at the low
+/// end.
 ///
 /// # Errors
 /// Impossible parts, or a resistance outside five decades of the series (100 ohm to 9.76 megohm).
@@ -109,7 +111,8 @@ pub fn resistor_for(baud: Baud, parts: Parts) -> Result<u32, PulseError> {
         return Err(PulseError::ImpossibleParts { parts });
     }
     let covers = |ohm: u32| pulse(ohm, parts).shortest_ns >= baud.packet_ns();
-    // Below 100 ohm the discharge transistor of the 555 carries too much current; a smaller capacitor is the answer.
+    // Below 100 ohm the discharge transistor of the 555 carries too much current; a smaller
+    // capacitor is the answer.
     let first = u32::from(E96[0]);
     let too_large_a_capacitor = covers(first);
     let decades = [1, 10, 100, 1_000, 10_000];

@@ -49,7 +49,8 @@ impl Request {
         self.format != Format::Unchecked && self.commands == CheckedPacket::LEAVE
     }
 
-    /// The ten bytes of the answer to it: the board's pressures, in the request's own format and with its number.
+    /// The ten bytes of the answer to it: the board's pressures, in the request's own format and
+    /// with its number.
     pub fn answer(&self, address: Address, pressures: [Counts; CHANNELS]) -> [u8; PACKET_LEN] {
         let packet = Packet { address, values: pressures };
         match self.format {
@@ -65,15 +66,17 @@ impl Request {
 
 /// A board's ear: finds the requests to its own address among everything that is said on the bus.
 ///
-/// Feed it every byte in order; tell it when the line was silent for [`IDLE_GAP_CHARACTERS`](crate::IDLE_GAP_CHARACTERS)
-/// and when the receiver flagged a byte as damaged.
+/// Feed it every byte in order; tell it when the line was silent for
+/// [`IDLE_GAP_CHARACTERS`](crate::IDLE_GAP_CHARACTERS) and when the receiver flagged a byte as
+/// damaged.
 ///
-/// It never mixes formats. The first checked request shows that the host speaks the checked format, and from then on
-/// unchecked ones are ignored: what looks like one may be a checked one whose damage is not noticed. The first command of a
-/// [`Session`] that was [offered](Self::offer) shows that the host knows sessions, and from then on only requests of that
-/// session are given, each once. The host is forgotten by [`forget_host`](Self::forget_host), and when it says that it leaves
-/// ([`CheckedPacket::leave`]): that request is given like any other, as four commands of 0 counts, which vent. A page request leaves
-/// this as it is.
+/// It never mixes formats. The first checked request shows that the host speaks the checked format,
+/// and from then on unchecked ones are ignored: what looks like one may be a checked one whose
+/// damage is not noticed. The first command of a [`Session`] that was [offered](Self::offer) shows
+/// that the host knows sessions, and from then on only requests of that session are given, each
+/// once. The host is forgotten by [`forget_host`](Self::forget_host), and when it says that it
+/// leaves ([`CheckedPacket::leave`]): that request is given like any other, as four commands of 0
+/// counts, which vent. A page request leaves this as it is.
 #[derive(Debug, Clone)]
 pub struct RequestDecoder {
     own: Address,
@@ -148,7 +151,8 @@ impl RequestDecoder {
         Some(Asked::Pressures(Request { commands: packet.values, format }))
     }
 
-    /// A session begins with a command: until then its host could be silent for ever without being forgotten.
+    /// A session begins with a command: until then its host could be silent for ever without being
+    /// forgotten.
     fn page(&mut self, request: PageRequest) -> Option<Asked> {
         if let Some(seal) = request.seal {
             let held = self.session.as_mut().filter(|held| held.begun)?;
@@ -165,7 +169,8 @@ impl RequestDecoder {
         }
     }
 
-    /// Gives the session with this number to whoever asked for one, unless a host is in one: then this is false.
+    /// Gives the session with this number to whoever asked for one, unless a host is in one: then
+    /// this is false.
     ///
     /// Until the host begins it with a command, requests without a session are given as before.
     pub fn offer(&mut self, number: u32) -> bool {
@@ -182,8 +187,8 @@ impl RequestDecoder {
         self.session.is_some_and(|held| held.begun)
     }
 
-    /// Packets with this board's address whose CRC did not fit, since a host that checks was heard: damaged, repeated, of another
-    /// session, or meant for another board.
+    /// Packets with this board's address whose CRC did not fit, since a host that checks was heard:
+    /// damaged, repeated, of another session, or meant for another board.
     pub fn damaged_requests(&self) -> u32 {
         self.damaged
     }
@@ -193,7 +198,8 @@ impl RequestDecoder {
         self.finder.restart();
     }
 
-    /// The receiver flagged a byte (framing, parity, overrun, break): the frame it belonged to is lost.
+    /// The receiver flagged a byte (framing, parity, overrun, break): the frame it belonged to is
+    /// lost.
     pub fn line_error(&mut self) {
         self.finder.restart();
     }

@@ -3,8 +3,9 @@ use thiserror::Error;
 
 /// The straight line between ADC counts and gauge pressure.
 ///
-/// kPa = (counts - `zero_counts`) `kpa_per_count`. [`SensorScale::ORIGINAL`] is the original board's sensor:
-/// ratiometric, 0.5 to 4.5 V over 0 to 100 psi, 10-bit ADC with a 5 V reference read as counts/1024.
+/// kPa = (counts - `zero_counts`) `kpa_per_count`. [`SensorScale::ORIGINAL`] is the original
+/// board's sensor: ratiometric, 0.5 to 4.5 V over 0 to 100 psi, 10-bit ADC with a 5 V reference
+/// read as counts/1024.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorScale {
     zero_counts: f64,
@@ -58,14 +59,16 @@ impl SensorScale {
     /// 100 psi in kPa (1 psi = 6.894757 kPa).
     const ORIGINAL_FULL_SCALE_KPA: f64 = 689.4757;
 
-    /// The original board's sensor: zero at 102.4 counts, 0.841645 kPa a count, full scale 689.4757 kPa.
+    /// The original board's sensor: zero at 102.4 counts, 0.841645 kPa a count, full scale 689.4757
+    /// kPa.
     pub const ORIGINAL: Self = Self {
         zero_counts: 0.5 / 5.0 * 1024.0,
         kpa_per_count: 5.0 / 1024.0 / (4.5 - 0.5) * Self::ORIGINAL_FULL_SCALE_KPA,
         full_scale_kpa: Self::ORIGINAL_FULL_SCALE_KPA,
     };
 
-    /// A scale from its zero (counts at 0 kPa gauge), slope (kPa a count) and full scale (kPa gauge).
+    /// A scale from its zero (counts at 0 kPa gauge), slope (kPa a count) and full scale (kPa
+    /// gauge).
     pub fn new(zero_counts: f64, kpa_per_count: f64, full_scale_kpa: f64) -> Result<Self, ScaleError> {
         let last = f64::from(Counts::MAX.get());
         if !(0.0..=last).contains(&zero_counts) {
@@ -104,7 +107,8 @@ impl SensorScale {
     /// The reading nearest to a commanded gauge pressure in kPa.
     ///
     /// # Errors
-    /// NaN and infinities, negative pressures, and pressures above the full scale. Nothing is clamped.
+    /// NaN and infinities, negative pressures, and pressures above the full scale. Nothing is
+    /// clamped.
     pub fn counts(&self, kpa: f64) -> Result<Counts, PressureError> {
         if !kpa.is_finite() {
             return Err(PressureError::NotFinite(kpa));

@@ -1,4 +1,5 @@
-/// A 4-bit counter: an answer carries that of its request, so late, repeated and crossed answers are told apart.
+/// A 4-bit counter: an answer carries that of its request, so late, repeated and crossed answers
+/// are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Sequence(u8);
 

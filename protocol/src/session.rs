@@ -1,10 +1,12 @@
 //! Sessions: requests that a board obeys once, and from one host.
 //!
-//! A board gives its host a session number ([`SessionOffer`](crate::pages::SessionOffer)). From then on the session number, the board's
-//! number and a consecutive number of the request go into the CRC of every request and answer without being sent, as the
-//! virtual consecutive number of PROFIsafe does (IEC 61784-3-3). Sent are the consecutive number's lowest four bits, the
-//! [`Sequence`]. A board obeys a request only if its number is one of the [`WINDOW`](RequestNumber::WINDOW) that follow the
-//! last one that it obeyed: so a repeated request, one of an earlier session, of another host, or one that was meant for another board has
+//! A board gives its host a session number ([`SessionOffer`](crate::pages::SessionOffer)). From
+//! then on the session number, the board's number and a consecutive number of the request go into
+//! the CRC of every request and answer without being sent, as the virtual consecutive number of
+//! PROFIsafe does (IEC 61784-3-3). Sent are the consecutive number's lowest four bits, the
+//! [`Sequence`]. A board obeys a request only if its number is one of the
+//! [`WINDOW`](RequestNumber::WINDOW) that follow the last one that it obeyed: so a repeated
+//! request, one of an earlier session, of another host, or one that was meant for another board has
 //! another CRC than the board expects.
 //!
 //! ```text
@@ -14,13 +16,15 @@
 //!  +--------------------------------+-------------+
 //! ```
 //!
-//! **Hamming distance.** What is not sent cannot be damaged, but damage to the sequence can make the board expect the round after
-//! or before the right one, and so another CRC. Of the window's eight numbers all that lie in one round have
-//! the same highest bit of the sequence on one side of the round's end, and the other on the other side: such damage flips
-//! that bit. Two rounds that follow each other differ, as in a Gray code, by one of 15 CRC differences, and each of these is one that
-//! this bit and up to four other flipped bits cannot make. So every error of up to five bits is found, as without sessions
-//! (`tests/session_distance.rs` tries them all). The 15 differences are linearly independent: all 32,768 rounds have
-//! different CRCs, and a request fits again 524,288 requests later at the earliest.
+//! **Hamming distance.** What is not sent cannot be damaged, but damage to the sequence can make
+//! the board expect the round after or before the right one, and so another CRC. Of the window's
+//! eight numbers all that lie in one round have the same highest bit of the sequence on one side of
+//! the round's end, and the other on the other side: such damage flips that bit. Two rounds that
+//! follow each other differ, as in a Gray code, by one of 15 CRC differences, and each of these is
+//! one that this bit and up to four other flipped bits cannot make. So every error of up to five
+//! bits is found, as without sessions (`tests/session_distance.rs` tries them all). The 15
+//! differences are linearly independent: all 32,768 rounds have different CRCs, and a request fits
+//! again 524,288 requests later at the earliest.
 
 use crate::spare_bits::session_crc;
 use crate::{Address, Sequence};
@@ -32,7 +36,8 @@ pub struct RequestNumber(u32);
 impl RequestNumber {
     /// How many different ones there are.
     pub const MODULUS: u32 = 1 << (15 + Self::SEQUENCE_BITS);
-    /// How far a request's number may be ahead of that of the last one that was obeyed: up to seven can be lost in a row.
+    /// How far a request's number may be ahead of that of the last one that was obeyed: up to seven
+    /// can be lost in a row.
     pub const WINDOW: u8 = 8;
     const SEQUENCE_BITS: u32 = 4;
 
@@ -62,7 +67,8 @@ impl RequestNumber {
         (self.0 + Self::MODULUS - earlier.0) % Self::MODULUS
     }
 
-    /// The number that a request with this sequence has if `self` was obeyed last; `None` outside the window.
+    /// The number that a request with this sequence has if `self` was obeyed last; `None` outside
+    /// the window.
     pub fn following(self, sequence: Sequence) -> Option<Self> {
         let ahead = sequence.get().wrapping_sub(self.sequence().get()) % Sequence::MODULUS;
         (1..=Self::WINDOW).contains(&ahead).then(|| Self::new(self.0 + u32::from(ahead)))
@@ -119,8 +125,9 @@ impl Seal {
     }
 }
 
-/// By which of these a round differs from the one before it is told by its number of trailing zeros. Found by trying all
-/// 65,536; the first 15 linearly independent ones that the module's front page allows.
+/// By which of these a round differs from the one before it is told by its number of trailing
+/// zeros. Found by trying all 65,536; the first 15 linearly independent ones that the module's
+/// front page allows.
 const ROUND_STEPS: [u16; 15] = [
     0x000C, 0x001E, 0x0024, 0x0035, 0x003C, 0x0044, 0x0084, 0x0110, 0x0202, 0x0404, 0x0808, 0x1015, 0x2004,
     0x4001, 0x8007,

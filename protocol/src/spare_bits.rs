@@ -1,4 +1,5 @@
-//! What the spare bits of data words carry: a sequence number and a CRC. [`checked`](crate::checked) has the layout.
+//! What the spare bits of data words carry: a sequence number and a CRC.
+//! [`checked`](crate::checked) has the layout.
 
 use crate::{Address, CHANNELS, PACKET_LEN};
 use crc::{CRC_16_DNP, Crc};
@@ -13,8 +14,9 @@ pub(crate) const CRC_BITS: u32 = 16;
 
 /// What ten bytes with a CRC are: a byte in front of what the CRC covers, which is not sent.
 ///
-/// A request and a page request, an answer and a page answer differ in one bit of that byte, so that at least
-/// five flipped bits are needed to make one of the other (the CRC's Hamming distance is 6).
+/// A request and a page request, an answer and a page answer differ in one bit of that byte, so
+/// that at least five flipped bits are needed to make one of the other (the CRC's Hamming distance
+/// is 6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Request,
@@ -35,7 +37,8 @@ impl Kind {
         }
     }
 
-    /// CRCs are linear: those of the same bytes sent as a request and as this always differ by this number.
+    /// CRCs are linear: those of the same bytes sent as a request and as this always differ by this
+    /// number.
     pub(crate) const fn crc_difference(self) -> u16 {
         const DIFFERENCES: [u16; 4] = [
             difference(Kind::Request),
@@ -55,7 +58,8 @@ const fn difference(kind: Kind) -> u16 {
     of_kind ^ CRC.checksum(&bytes)
 }
 
-/// Writes a 20-bit number over the spare bits (adds to what is there), most significant bits into the first word.
+/// Writes a 20-bit number over the spare bits (adds to what is there), most significant bits into
+/// the first word.
 pub(crate) fn spread(words: &mut [u16; CHANNELS], spare: u32) {
     for (index, word) in words.iter_mut().enumerate() {
         let from = 5 * (CHANNELS - 1 - index) as u32;

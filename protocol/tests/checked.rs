@@ -1,6 +1,7 @@
 //! The checked format: its bytes, frozen, and what its CRC finds.
 //!
-//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot be made.
+//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot
+//! be made.
 
 use pneudrive_protocol::{
     Address, CheckedError, CheckedPacket, Counts, Direction, Packet, PacketError, Sequence,
@@ -15,8 +16,9 @@ fn checked(board: u8, sequence: u8, values: [u16; 4]) -> CheckedPacket {
     }
 }
 
-/// The 20 spare bits are written out in the comments as sequence number and CRC; the CRC was computed with an independent
-/// implementation (`crcmod.predefined.mkPredefinedCrcFun('crc-16-dnp')` in Python).
+/// The 20 spare bits are written out in the comments as sequence number and CRC; the CRC was
+/// computed with an independent implementation
+/// (`crcmod.predefined.mkPredefinedCrcFun('crc-16-dnp')` in Python).
 #[rustfmt::skip]
 const FROZEN_REQUEST: [u8; 10] = [
     0xFF, // address, high byte
@@ -104,7 +106,8 @@ fn an_unchecked_packet_is_no_checked_one() {
     ));
 }
 
-/// How a host finds out what kind of board it pings: an original board drops packets with values above 1023.
+/// How a host finds out what kind of board it pings: an original board drops packets with values
+/// above 1023.
 #[test]
 fn an_original_board_drops_checked_requests() {
     for sequence in 0..Sequence::MODULUS {
@@ -116,8 +119,8 @@ fn an_original_board_drops_checked_requests() {
     }
 }
 
-/// The bits of ten bytes that a packet can carry information in: bit 15 of data words and the address's high byte are
-/// fixed, and damage there is found without the CRC.
+/// The bits of ten bytes that a packet can carry information in: bit 15 of data words and the
+/// address's high byte are fixed, and damage there is found without the CRC.
 fn free_bits() -> Vec<u32> {
     (0..80).filter(|bit| *bit >= 8 && !(*bit >= 16 && bit % 16 == 0)).collect()
 }
@@ -127,8 +130,8 @@ fn flip(bytes: u128, positions: &[u32]) -> [u8; 10] {
     flipped.to_be_bytes()[6..].try_into().unwrap()
 }
 
-/// Hamming distance 6, proved: a CRC is linear, so which error patterns it misses does not depend on the packet, and
-/// all 11 million patterns of one to five flipped bits are tried.
+/// Hamming distance 6, proved: a CRC is linear, so which error patterns it misses does not depend
+/// on the packet, and all 11 million patterns of one to five flipped bits are tried.
 #[test]
 fn every_error_of_up_to_five_bits_is_found() {
     let packet = checked(2, 9, [300, 301, 302, 303]);

@@ -56,8 +56,9 @@ proptest! {
         prop_assert_eq!(heard(&mut decoder, &request.encode()), vec![request.values]);
     }
 
-    /// However many frames follow each other without a gap, each is taken for what it is: a low byte 0xFF before
-    /// somebody's 0xFF.. address never is the start of a frame, for none of the 256 addresses.
+    /// However many frames follow each other without a gap, each is taken for what it is: a low
+    /// byte 0xFF before somebody's 0xFF.. address never is the start of a frame, for none of the
+    /// 256 addresses.
     #[test]
     fn an_aligned_stream_is_never_misread(packets in vec(packet(0..=255), 1..20), board in any::<u8>()) {
         let own = Address::of_board(board);
@@ -67,8 +68,8 @@ proptest! {
         prop_assert_eq!(decoder.statistics().discarded_bytes, 0);
     }
 
-    /// Joining in the middle of a conversation between the other boards of a four-board bus, with no gap at all, a board
-    /// never hears a request to itself.
+    /// Joining in the middle of a conversation between the other boards of a four-board bus, with
+    /// no gap at all, a board never hears a request to itself.
     #[test]
     fn joining_late_never_invents_a_request(packets in vec(packet(0..=3), 2..20), own in 0u8..=3, cut in 0usize..10) {
         let others: Vec<_> = packets.into_iter().filter(|p| p.address.board() != own).collect();
@@ -77,7 +78,8 @@ proptest! {
         prop_assert_eq!(heard(&mut decoder, bytes.get(cut..).unwrap_or(&[])), Vec::<[Counts; CHANNELS]>::new());
     }
 
-    /// One byte lost anywhere: all frames but the one that lost it (and at most the one behind it) are still heard.
+    /// One byte lost anywhere: all frames but the one that lost it (and at most the one behind it)
+    /// are still heard.
     #[test]
     fn one_lost_byte_costs_at_most_two_frames(packets in vec(packet(0..=3), 3..20), lost in any::<prop::sample::Index>()) {
         let mut bytes = wire(&packets);
@@ -90,8 +92,8 @@ proptest! {
         prop_assert!(frames + 2 >= packets.len() as u32, "{frames} of {}", packets.len());
     }
 
-    /// Both formats and pages on one bus, back to back: nobody is misread, answers are not requests, and a page request says
-    /// nothing of the host.
+    /// Both formats and pages on one bus, back to back: nobody is misread, answers are not
+    /// requests, and a page request says nothing of the host.
     #[test]
     fn a_mixed_stream_is_never_misread(frames in vec((packet(0..=127), 0u8..16, 0u8..5), 1..20), board in 0u8..=127) {
         let own = Address::of_board(board);
@@ -137,8 +139,8 @@ proptest! {
     }
 }
 
-/// The original's defect, as it was seen: set points of 511 (0x01FF) on board 1, then board 1's address again.
-/// Board 0 took `FF FF FE ..` for its own address.
+/// The original's defect, as it was seen: set points of 511 (0x01FF) on board 1, then board 1's
+/// address again. Board 0 took `FF FF FE ..` for its own address.
 #[test]
 fn the_originals_false_address_is_not_ours() {
     let to_board_1 = Packet { address: Address::of_board(1), values: [Counts::new(511).unwrap(); CHANNELS] };

@@ -1,5 +1,5 @@
-//! Whatever is said on a bus that keeps the two rules of `false_address`, a board of the original kind finds its address only
-//! where a packet with it begins.
+//! Whatever is said on a bus that keeps the two rules of `false_address`, a board of the original
+//! kind finds its address only where a packet with it begins.
 
 use pneudrive_protocol::false_address::{GUARD, needs_guard, without_false_address};
 use pneudrive_protocol::{
@@ -50,8 +50,8 @@ fn conversation(exchanges: &[Exchange]) -> Vec<Said> {
     said
 }
 
-/// Every pair of bytes that is the address of a board of the original kind, as that board hears the wire (not itself), is
-/// the beginning of a packet.
+/// Every pair of bytes that is the address of a board of the original kind, as that board hears the
+/// wire (not itself), is the beginning of a packet.
 fn assert_no_false_address(said: &[Said]) {
     for own in 0..ORIGINALS {
         let (mut before, mut heard) = (None, 0);
@@ -77,7 +77,8 @@ fn counts(value: u16) -> Counts {
     Counts::new(value).unwrap()
 }
 
-/// All commands of channel 3, in every format, before all ends of an answer, before a request to every board.
+/// All commands of channel 3, in every format, before all ends of an answer, before a request to
+/// every board.
 #[test]
 fn no_pair_across_two_packets_is_an_address_that_is_not_meant() {
     for command in 0..=1023 {
@@ -123,7 +124,8 @@ proptest! {
         assert_no_false_address(&conversation(&exchanges));
     }
 
-    /// Guard bytes cost nobody a packet: boards that keep alignment, with and without a silence after the guard.
+    /// Guard bytes cost nobody a packet: boards that keep alignment, with and without a silence
+    /// after the guard.
     #[test]
     fn a_guard_byte_costs_no_packet(exchanges in vec(any_exchange(), 1..20), silence in any::<bool>()) {
         let mut finder = FrameFinder::new();

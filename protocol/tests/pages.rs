@@ -1,6 +1,7 @@
 //! Page requests and their answers: their bytes, frozen, and what damage can make of them.
 //!
-//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot be made.
+//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot
+//! be made.
 
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, StateNow,
@@ -161,7 +162,8 @@ proptest! {
     }
 }
 
-/// Boards and hosts of before pages, and original boards: none takes a page packet for one of its own.
+/// Boards and hosts of before pages, and original boards: none takes a page packet for one of its
+/// own.
 #[test]
 fn who_knows_no_pages_hears_nothing() {
     for bytes in [FROZEN_REQUEST, FROZEN_LAST_REQUEST, FROZEN_ANSWER, FROZEN_NO_SUCH_ENTRY] {
@@ -171,7 +173,8 @@ fn who_knows_no_pages_hears_nothing() {
     }
 }
 
-/// A page request is read, and the host behind it remains unknown: an unchecked request is still obeyed.
+/// A page request is read, and the host behind it remains unknown: an unchecked request is still
+/// obeyed.
 #[test]
 fn a_page_request_says_nothing_of_who_commands() {
     let mut decoder = RequestDecoder::new(Address::of_board(2));
@@ -201,8 +204,8 @@ fn pressures_and_pages_are_not_mistaken_for_each_other() {
     assert!(matches!(hear(for_pressures, FROZEN_ANSWER), Some(Heard::Other(_))));
 }
 
-/// Every pattern of up to four flipped bits is tried: a page request becomes no command, and a page answer no pressures.
-/// CRCs are linear, so that what one packet shows holds for all.
+/// Every pattern of up to four flipped bits is tried: a page request becomes no command, and a page
+/// answer no pressures. CRCs are linear, so that what one packet shows holds for all.
 #[test]
 fn fewer_than_five_flipped_bits_make_no_command_of_a_page_request() {
     let page = request(2, PageEntry::Drives, 9);
@@ -212,7 +215,8 @@ fn fewer_than_five_flipped_bits_make_no_command_of_a_page_request() {
     }
 }
 
-/// The smallest number of flipped bits, up to 5, that makes a valid packet of this direction of `bytes`.
+/// The smallest number of flipped bits, up to 5, that makes a valid packet of this direction of
+/// `bytes`.
 fn fewest_flips(bytes: [u8; 10], direction: Direction) -> usize {
     use pneudrive_protocol::CheckedError;
     let syndrome = |bytes: [u8; 10]| match CheckedPacket::decode(&bytes, direction) {

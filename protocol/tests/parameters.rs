@@ -1,6 +1,7 @@
 //! Requests for parameters and changes of them: their bytes, numbers and names, frozen.
 //!
-//! If a test of bytes or numbers in this file fails, do not change the test: the change that broke it cannot be made.
+//! If a test of bytes or numbers in this file fails, do not change the test: the change that broke
+//! it cannot be made.
 
 use crate::frozen::assert_stands;
 use pneudrive_protocol::pages::{Change, PageEntry, Parameter};

@@ -1,6 +1,7 @@
 //! Sessions: their bytes, frozen, and what a board obeys.
 //!
-//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot be made.
+//! If a test of bytes in this file fails, do not change the test: the change that broke it cannot
+//! be made.
 
 use pneudrive_protocol::pages::{Drives, PageEntry, SessionOffer};
 use pneudrive_protocol::{
@@ -146,8 +147,9 @@ fn nobody_else_is_obeyed_in_a_session() {
     assert!(board.offer(5), "a host that checks may go on to a session");
 }
 
-/// The address's two low bytes differ, so that the CRC of what `nobody_else_is_obeyed` sends is wrong in any case. Here it is right but
-/// for the session: as if a host had written the wrong number into its request.
+/// The address's two low bytes differ, so that the CRC of what `nobody_else_is_obeyed` sends is
+/// wrong in any case. Here it is right but for the session: as if a host had written the wrong
+/// number into its request.
 #[test]
 fn a_request_meant_for_another_board_has_that_boards_number_in_its_crc() {
     let mut board = board();
@@ -237,8 +239,9 @@ fn a_host_takes_only_the_answer_with_the_requests_number() {
     assert!(matches!(hear(plain.encode(Direction::Answer)), Some(Heard::Other(_))));
 }
 
-/// A board cannot verify what another board and its host say in their session, so nothing aligns the next frame; and a CRC that ends in 0xFF
-/// can make the rest of that look like the start of an unchecked packet. Whatever the CRCs, its own requests are heard.
+/// A board cannot verify what another board and its host say in their session, so nothing aligns
+/// the next frame; and a CRC that ends in 0xFF can make the rest of that look like the start of an
+/// unchecked packet. Whatever the CRCs, its own requests are heard.
 #[test]
 fn others_sessions_hide_no_request() {
     let own = Session::new(address(1), 77);

@@ -1,7 +1,9 @@
-//! Hamming distance 6 in a session: every error of up to five bits is found, also one that moves the request to another round.
+//! Hamming distance 6 in a session: every error of up to five bits is found, also one that moves
+//! the request to another round.
 //!
-//! A CRC is linear, so which errors are missed depends on the packet only by what a board expects: the round that it takes the sequence
-//! to be of. All sequences, all windows and all 15 steps between rounds are tried, each with all patterns of up to five bits.
+//! A CRC is linear, so which errors are missed depends on the packet only by what a board expects:
+//! the round that it takes the sequence to be of. All sequences, all windows and all 15 steps
+//! between rounds are tried, each with all patterns of up to five bits.
 
 use pneudrive_protocol::{
     Address, CheckedError, CheckedPacket, Counts, Direction, Packet, RequestNumber, Sequence, Session,
@@ -33,12 +35,13 @@ fn single_bits() -> ([u16; 4], Vec<u16>) {
     (SEQUENCE_BITS.map(|bit| syndrome(&[bit]).unwrap()), others.collect())
 }
 
-/// Which flips of the sequence make a board that stands at some number expect another round than the host's, and by what the CRCs
-/// of the two differ.
+/// Which flips of the sequence make a board that stands at some number expect another round than
+/// the host's, and by what the CRCs of the two differ.
 fn round_confusions() -> BTreeSet<(u8, u16)> {
     let session = Session::new(Address::of_board(2), 1);
     let mut confusions = BTreeSet::new();
-    // Round 2^15 - 1 to 0 takes the highest step as 2^14 - 1 to 2^14 does; so all steps occur up to there.
+    // Round 2^15 - 1 to 0 takes the highest step as 2^14 - 1 to 2^14 does; so all steps occur up to
+    // there.
     let ends = (0..15).map(|step| (1 << step) * 16).chain([RequestNumber::MODULUS]);
     for last in ends.flat_map(|end: u32| (end - 16..end).map(RequestNumber::new)) {
         for ahead in 1..=u32::from(RequestNumber::WINDOW) {
@@ -99,8 +102,8 @@ fn an_error_of_up_to_five_bits_never_moves_a_request_to_another_round() {
     }
 }
 
-/// An answer is expected with one number only, so what is tried for packets without a session holds for it; and so it does
-/// for requests that stay in their round.
+/// An answer is expected with one number only, so what is tried for packets without a session holds
+/// for it; and so it does for requests that stay in their round.
 #[test]
 fn a_seal_changes_nothing_but_the_crc_and_by_the_same_for_all_packets() {
     let session = Session::new(Address::of_board(2), 77);

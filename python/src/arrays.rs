@@ -8,8 +8,8 @@ use pyo3::types::IntoPyDict;
 /// An array of float64 that nobody else changes.
 pub type Floats<'py> = PyReadonlyArrayDyn<'py, f64>;
 
-/// `object` as an array of float64; an array that is one already is not copied. Truth values, complex numbers and texts are no
-/// pressures, although NumPy would make some of them.
+/// `object` as an array of float64; an array that is one already is not copied. Truth values,
+/// complex numbers and texts are no pressures, although NumPy would make some of them.
 ///
 /// # Errors
 /// The exception that `wrong` makes of what came instead; Ctrl-C and exits stay what they are.

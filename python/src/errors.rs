@@ -28,7 +28,8 @@ pub fn open(error: OpenBusError) -> PyErr {
     PortError::new_err(error.to_string())
 }
 
-/// What the bus could not do. Not an exception yet: to make one runs Python code, in which Ctrl-C may raise something else.
+/// What the bus could not do. Not an exception yet: to make one runs Python code, in which Ctrl-C
+/// may raise something else.
 #[derive(Debug)]
 pub enum BusFailure {
     /// The port failed, or is not to be used now.

@@ -1,8 +1,9 @@
 //! Python bindings: the bus and the modelling toolkit, NumPy arrays in and out.
 //!
-//! Nothing is decided here. Each file turns one part of the Rust libraries into what a Python user expects: arrays with stated
-//! shapes and units, keyword arguments, exceptions of `pneudrive_py.exceptions`, context managers. Whatever takes longer than
-//! a microsecond runs without the interpreter's lock.
+//! Nothing is decided here. Each file turns one part of the Rust libraries into what a Python user
+//! expects: arrays with stated shapes and units, keyword arguments, exceptions of
+//! `pneudrive_py.exceptions`, context managers. Whatever takes longer than a microsecond runs
+//! without the interpreter's lock.
 
 mod arrays;
 mod bus;

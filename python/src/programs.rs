@@ -9,8 +9,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// Exit status of a program that has panicked: what was wrong is on standard error by then.
 const PANICKED: u8 = 101;
 
-/// Does what ``pneudrive-host``, ``pneudrive-sim`` or ``pneudrive-model`` does with these arguments, in this process; once in it. Help and
-/// unusable arguments end the process. Returns the exit status. See ``pneudrive_py.__main__``.
+/// Does what ``pneudrive-host``, ``pneudrive-sim`` or ``pneudrive-model`` does with these
+/// arguments, in this process; once in it. Help and unusable arguments end the process. Returns the
+/// exit status. See ``pneudrive_py.__main__``.
 #[pyfunction]
 #[pyo3(name = "_run_program", signature = (program, arguments))]
 pub fn run_program(py: Python<'_>, program: &str, arguments: Vec<OsString>) -> PyResult<u8> {

@@ -1,4 +1,5 @@
-//! What arrays and dictionaries are called in the type stubs: the NumPy bindings say nothing about it.
+//! What arrays and dictionaries are called in the type stubs: the NumPy bindings say nothing about
+//! it.
 
 use numpy::ndarray::{Dimension, Ix1, Ix2};
 use numpy::{Element, PyArray};

@@ -28,7 +28,8 @@ def crc_16_dnp(data):
     return crc ^ 0xFFFF
 
 
-#: A checked answer with the values of its request differs from it by this in its CRC: the direction, `R` or `A`, is covered.
+#: A checked answer with the values of its request differs from it by this in its CRC: the
+#: direction, `R` or `A`, is covered.
 ANSWER_CRC = crc_16_dnp(b"R" * 11) ^ crc_16_dnp(b"A" + b"R" * 10)
 
 
@@ -94,7 +95,8 @@ class Boards:
         return next((values for number, values in reversed(self.commands) if number == board), None)
 
     def is_vented(self, board=0):
-        # A host that ends says farewell to checked boards with four commands of 0 counts, below the atmosphere.
+        # A host that ends says farewell to checked boards with four commands of 0 counts, below the
+        # atmosphere.
         return max(self.last(board)) <= ATMOSPHERE_COUNTS
 
     def were_under_pressure(self):
@@ -141,7 +143,8 @@ def run(program, boards):
         capture_output=True,
         text=True,
         timeout=PATIENCE_S,
-        # Whoever starts the tests in the background may have had Ctrl-C ignored, and Python would keep it so.
+        # Whoever starts the tests in the background may have had Ctrl-C ignored, and Python would
+        # keep it so.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     return done.returncode, done.stdout, done.stderr

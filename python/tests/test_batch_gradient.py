@@ -98,7 +98,8 @@ def test_by_set_points_of_the_linear_model():
     assert found["supply_kpa"].shape == () and found["supply_kpa"] == 0.0
 
 
-#: A board whose converter is so fine that differences do not see its steps, with gains that do not saturate.
+#: A board whose converter is so fine that differences do not see its steps, with gains that do not
+#: saturate.
 FINE_BOARD = {
     "controller": {"rate_hz": 200.0, "kp": 0.5, "kd": 0.2, "saturation": 400.0, "filter": 0.5},
     "sensor": {"bits": 16, "zero_counts": 1000.0, "kpa_per_count": 0.0125},

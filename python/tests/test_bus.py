@@ -22,7 +22,8 @@ from pneudrive_py import (
 
 ATMOSPHERE = np.zeros(4)
 
-# Patience with the virtual boards on a busy machine, s. On a quiet one they answer in a fraction of a millisecond.
+# Patience with the virtual boards on a busy machine, s. On a quiet one they answer in a fraction of
+# a millisecond.
 PATIENCE = 2.0
 
 

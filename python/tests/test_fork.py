@@ -9,7 +9,8 @@ _, status = os.waitpid(child, 0)
 print("child:", os.waitstatus_to_exitcode(status), flush=True)
 """
 
-# How a child may end: the interpreter's usual end, an exception, deleting what it has, all of it at once.
+# How a child may end: the interpreter's usual end, an exception, deleting what it has, all of it at
+# once.
 CHILDREN = {
     "its end": "sys.exit(5)",
     "an exception": "raise SystemExit(5)",

@@ -56,7 +56,8 @@ def test_a_poller_ramps_what_is_faster_than_allowed():
             until(lambda: last_command(poller).min() > 99.0)
             history = poller.history()
     times, sent = history["t_s"], history["commands_kpa"][:, 0, 0]
-    # Whatever the machine's load: a cycle's command goes out between its start, which is its time, and the start of the next.
+    # Whatever the machine's load: a cycle's command goes out between its start, which is its time,
+    # and the start of the next.
     ahead_of_start, ahead_of_next = sent[:-1] - 100.0 * times[:-1], sent[:-1] - 100.0 * times[1:]
     assert np.all(ahead_of_next <= np.minimum.accumulate(ahead_of_start) + COUNT_KPA)
     assert sent[-1] - sent[0] > 95.0, "the ramp is in it"

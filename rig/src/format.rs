@@ -231,7 +231,8 @@ const CRITICAL_RATIO: Key = number("critical_ratio", (0.05, 0.7), "", "b of ISO 
 static VALVE: Table =
     table("valve", "what is fixed of the flow through a valve", &[DISCHARGE_COEFFICIENT, CRITICAL_RATIO]);
 
-/// Both keys, so that nobody has to know whether a missing one is that of `[valve]` or the usual one.
+/// Both keys, so that nobody has to know whether a missing one is that of `[valve]` or the usual
+/// one.
 static OWN_VALVE: Table = table(
     "valve",
     "the flow through these valves, instead of the table above it in the file's hierarchy",

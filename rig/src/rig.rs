@@ -63,7 +63,8 @@ impl Rig {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
-    /// The file cannot be read, or something in it cannot be used: with its line and what is expected.
+    /// The file cannot be read, or something in it cannot be used: with its line and what is
+    /// expected.
     pub fn load(path: &Path) -> Result<Self, RigError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
@@ -79,8 +80,8 @@ impl Rig {
         Ok(Self { file: file.to_owned(), text: text.to_owned(), content: read(file, text, None)? })
     }
 
-    /// Checks a rig that stands in a table of another file, as a fit keeps the one that it was made with. Lines
-    /// in messages are those of that file.
+    /// Checks a rig that stands in a table of another file, as a fit keeps the one that it was made
+    /// with. Lines in messages are those of that file.
     ///
     /// # Errors
     /// As for [`load`](Self::load); also where there is no such table.

@@ -88,7 +88,8 @@ impl Settings {
     /// Reads the command line. Ends the process for --help, --version and flags that clap refuses.
     pub fn from_command_line(line: impl Iterator<Item = OsString>) -> Result<Self, ArgsError> {
         let (mut own, ros) = ros_args::split(line)?;
-        // The node's name says which parameters of a file are its own. What is wrong with the flags is told below.
+        // The node's name says which parameters of a file are its own. What is wrong with the flags
+        // is told below.
         let given = Flags::command().ignore_errors(true).try_get_matches_from(&own).unwrap_or_default();
         let word = |id: &str, default: &str| {
             given.try_get_one::<String>(id).ok().flatten().cloned().unwrap_or_else(|| default.to_owned())
@@ -262,8 +263,8 @@ fn keep_last<T>(items: &mut Vec<T>, count: usize) {
     }
 }
 
-/// Whether a parameter is what belongs to every node and means nothing to this one, or the value that `ros2 param dump` shows for a flag
-/// that was not given.
+/// Whether a parameter is what belongs to every node and means nothing to this one, or the value
+/// that `ros2 param dump` shows for a flag that was not given.
 fn means_nothing(name: &str, value: &str) -> bool {
     let not_given = value.is_empty() || (matches!(name, "rate_hz" | "sensors") && value == "0");
     not_given

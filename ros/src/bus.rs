@@ -44,7 +44,8 @@ pub struct RunningBus {
     pub poller: Poller,
     /// One for each board, in the poller's order.
     pub gates: Vec<Arc<Gate>>,
-    /// Closed while 0 kPa is commanded whatever comes: after ~/vent, and when the port came back. ~/release opens it.
+    /// Closed while 0 kPa is commanded whatever comes: after ~/vent, and when the port came back.
+    /// ~/release opens it.
     pub vent: VentLatch,
     /// What the gates set. Whoever watches over them renews it, or the bus thread commands 0 kPa.
     pub set_points: SetPoints,
@@ -128,7 +129,8 @@ impl OpenBus {
         &self.names
     }
 
-    /// Starts polling. States come out of the receiver; what the watch finds is logged, and added to `notes`.
+    /// Starts polling. States come out of the receiver; what the watch finds is logged, and added
+    /// to `notes`.
     pub fn start(
         self,
         live: &Arc<Live>,

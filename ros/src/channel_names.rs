@@ -6,8 +6,9 @@ use pneudrive_protocol::CHANNELS;
 
 /// Names of a joint's channels.
 ///
-/// A channel that the rig file calls `left` has `left_p_kpa` and `left_cmd_kpa` where others have `b0_p3_kpa` and `b0_cmd3_kpa`; commands
-/// may say either, or `left`. Two channels of a board with the same name keep their numbers.
+/// A channel that the rig file calls `left` has `left_p_kpa` and `left_cmd_kpa` where others have
+/// `b0_p3_kpa` and `b0_cmd3_kpa`; commands may say either, or `left`. Two channels of a board with
+/// the same name keep their numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ChannelNames {
     joint: u16,

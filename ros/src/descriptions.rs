@@ -1,4 +1,5 @@
-//! What `ros2 param describe` says of a parameter: the help of its flag, its range, and whether it can be set.
+//! What `ros2 param describe` says of a parameter: the help of its flag, its range, and whether it
+//! can be set.
 
 use crate::flags::Flags;
 use crate::parameters::SETTABLE;

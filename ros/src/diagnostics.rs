@@ -1,4 +1,5 @@
-//! What the node says about itself: one status a bus, one a board, and one of the calibrated model beside a bus.
+//! What the node says about itself: one status a bus, one a board, and one of the calibrated model
+//! beside a bus.
 
 use crate::bus::RunningBus;
 use crate::diagnostic_msgs::DiagnosticStatus;
@@ -25,7 +26,8 @@ struct Before {
 }
 
 impl BusReport {
-    /// The statuses of `bus`, called `name`, its own first. `None` before the bus thread has made figures.
+    /// The statuses of `bus`, called `name`, its own first. `None` before the bus thread has made
+    /// figures.
     pub fn statuses(&mut self, name: &str, bus: &RunningBus) -> Option<Vec<DiagnosticStatus>> {
         let statistics = bus.poller.statistics()?;
         let dropped = bus.dropped.load(Ordering::Relaxed);

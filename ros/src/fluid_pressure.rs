@@ -10,8 +10,9 @@ const PA_PER_KPA: f64 = 1_000.0;
 
 /// A chamber's pressure, Pa gauge; frame `joint_{n}_chamber_{k}_gauge`.
 ///
-/// The definition of the message calls its value absolute. Boards measure against the atmosphere and nothing here knows how high that
-/// is, so the value is gauge pressure, and `frame_id` ends in `_gauge` to say so.
+/// The definition of the message calls its value absolute. Boards measure against the atmosphere
+/// and nothing here knows how high that is, so the value is gauge pressure, and `frame_id` ends in
+/// `_gauge` to say so.
 impl PressureMessage for FluidPressure {
     const PARTS: &'static [Part] = &[Part::Chamber(0), Part::Chamber(1), Part::Chamber(2), Part::Chamber(3)];
 

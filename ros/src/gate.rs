@@ -34,7 +34,8 @@ pub struct Gate {
 #[derive(Debug, Default)]
 struct State {
     counters: Counters,
-    /// When each channel's last command was accepted, ns since 1970; `None` while it is vented for want of one.
+    /// When each channel's last command was accepted, ns since 1970; `None` while it is vented for
+    /// want of one.
     commanded_ns: [Option<u64>; CHANNELS],
 }
 
@@ -44,7 +45,8 @@ impl Gate {
         Self { set_points, joint, state: Mutex::default() }
     }
 
-    /// Follows a command that came at `now_ns` since 1970. A stamp of 0 counts as none. No age is too high if `max_age_ns` is 0.
+    /// Follows a command that came at `now_ns` since 1970. A stamp of 0 counts as none. No age is
+    /// too high if `max_age_ns` is 0.
     ///
     /// # Errors
     /// Why it was not followed; that is counted.
@@ -68,7 +70,8 @@ impl Gate {
         }
     }
 
-    /// Vents the channels whose last command is older than `timeout_ns`; returns whether there were any. Never if that is 0.
+    /// Vents the channels whose last command is older than `timeout_ns`; returns whether there were
+    /// any. Never if that is 0.
     pub fn expire(&self, now_ns: u64, timeout_ns: u64) -> bool {
         let mut state = self.lock();
         let mut changes = [None; CHANNELS];

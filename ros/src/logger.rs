@@ -4,7 +4,8 @@ use crate::unix_time::unix_now_ns;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
-/// Warnings and errors go to standard error. Those of the DDS library at most as errors: it warns of every peer that comes or goes.
+/// Warnings and errors go to standard error. Those of the DDS library at most as errors: it warns
+/// of every peer that comes or goes.
 struct Logger {
     waiting: Mutex<VecDeque<Line>>,
 }

@@ -1,4 +1,5 @@
-//! `pneudrive-ros`: PneuDrive boards as a ROS 2 node. Needs no ROS installation, neither to build nor to run.
+//! `pneudrive-ros`: PneuDrive boards as a ROS 2 node. Needs no ROS installation, neither to build
+//! nor to run.
 //!
 //! ```text
 //!  serial port ── bus thread ──ring──▶ publisher thread ──DDS──▶ ~/joint_N/pressure_state
@@ -6,7 +7,8 @@
 //!                     └──atomics── gate ◀── node thread ◀──DDS── ~/joint_N/pressure_command
 //! ```
 //!
-//! The bus threads never wait for DDS: states are left in a ring that may overflow (that is counted), set points are atomics.
+//! The bus threads never wait for DDS: states are left in a ring that may overflow (that is
+//! counted), set points are atomics.
 
 mod args;
 mod bus;

@@ -47,8 +47,9 @@ pub struct Listener {
 
 /// States to publish: reliable, which both kinds of subscribers can read.
 ///
-/// A reliable subscriber that has died keeps its place until its lease ends: 20 s with Fast DDS, 10 s with Cyclone DDS. What it has not
-/// acknowledged is kept for it, and once that is `depth` messages nothing is sent to anybody. So there is room for longer than that.
+/// A reliable subscriber that has died keeps its place until its lease ends: 20 s with Fast DDS, 10
+/// s with Cyclone DDS. What it has not acknowledged is kept for it, and once that is `depth`
+/// messages nothing is sent to anybody. So there is room for longer than that.
 const STATE_QOS: QosProfile = QosProfile {
     reliability: Reliability::Reliable { when_full: WhenFull::Fail },
     durability: Durability::Volatile,
@@ -56,7 +57,8 @@ const STATE_QOS: QosProfile = QosProfile {
     ..QosProfile::publisher_default()
 };
 
-/// Commands to listen to: best effort, which both kinds of publishers can serve. A lost command is replaced by the next.
+/// Commands to listen to: best effort, which both kinds of publishers can serve. A lost command is
+/// replaced by the next.
 const COMMAND_QOS: QosProfile =
     QosProfile { history: History::KeepLast { depth: 16 }, ..QosProfile::subscription_default() };
 
@@ -176,7 +178,8 @@ impl RosNode {
             block_on(async {
                 let commands = std::pin::pin!(follow(&subscriptions, &live));
                 let spinning = std::pin::pin!(spinner.spin());
-                // The spinner ends only with the node, the streams never: whichever ends first, it is over.
+                // The spinner ends only with the node, the streams never: whichever ends first, it
+                // is over.
                 let answering = std::pin::pin!(join(services.answer(), parameters.answer(&self.node)));
                 let work = select(select(commands, answering), spinning);
                 if let Either::Right(_) = select(stopped, work).await {

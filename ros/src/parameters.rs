@@ -108,7 +108,8 @@ pub fn check(initial: &Initial, name: &str, value: &ParameterValue) -> Result<()
     }
 }
 
-/// `value` in the type that the parameter has: `ros2 param set NODE publish_rate_hz 500` sends an integer.
+/// `value` in the type that the parameter has: `ros2 param set NODE publish_rate_hz 500` sends an
+/// integer.
 pub fn of_its_type(now: &Option<ParameterValue>, value: ParameterValue) -> ParameterValue {
     match (now, number(&value)) {
         (Some(ParameterValue::Double(_)), Some(number)) => ParameterValue::Double(number),

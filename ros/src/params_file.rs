@@ -1,4 +1,5 @@
-//! Parameters in YAML: the files of `--params-file`, as launch files write them, and values of `-p name:=value`.
+//! Parameters in YAML: the files of `--params-file`, as launch files write them, and values of
+//! `-p name:=value`.
 
 use saphyr::{LoadableYamlNode, Scalar, Yaml};
 use std::path::Path;
@@ -11,10 +12,12 @@ pub struct ParamsFileError {
     reason: String,
 }
 
-/// Reads the parameters of the node `full_name` (as in `/arm/pneudrive`): names and values in the order of the file.
+/// Reads the parameters of the node `full_name` (as in `/arm/pneudrive`): names and values in the
+/// order of the file.
 ///
-/// Below the node's name, in one key (`/arm/pneudrive`) or one key a part (`arm`, `pneudrive`), stands `ros__parameters`. The wildcards
-/// `*` (any one part) and `**` (any number of parts) hold. Values are as [`text`] writes them.
+/// Below the node's name, in one key (`/arm/pneudrive`) or one key a part (`arm`, `pneudrive`),
+/// stands `ros__parameters`. The wildcards `*` (any one part) and `**` (any number of parts) hold.
+/// Values are as [`text`] writes them.
 ///
 /// # Errors
 /// When the file cannot be read, is no YAML, or has no `ros__parameters` at all.
@@ -83,7 +86,8 @@ impl Found<'_> {
     }
 }
 
-/// A value of a flag for a value in YAML: lists are separated by commas, and nothing at all (`~`) is an empty text. `None` for tables.
+/// A value of a flag for a value in YAML: lists are separated by commas, and nothing at all (`~`)
+/// is an empty text. `None` for tables.
 fn text(yaml: &Yaml<'_>) -> Option<String> {
     match yaml {
         Yaml::Value(Scalar::Null) => Some(String::new()),

@@ -28,7 +28,8 @@ pub struct StateTopic<M: PressureMessage> {
     pub message: M,
 }
 
-/// Publishes until the bus thread has ended. `topics` has those of each board, in the poller's order.
+/// Publishes until the bus thread has ended. `topics` has those of each board, in the poller's
+/// order.
 pub fn run<M: PressureMessage>(
     mut topics: Vec<Vec<StateTopic<M>>>,
     states: &Receiver<State>,

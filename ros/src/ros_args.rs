@@ -1,4 +1,5 @@
-//! The arguments that every ROS 2 node understands: `--ros-args -r from:=to -p name:=value --params-file file.yaml`.
+//! The arguments that every ROS 2 node understands:
+//! `--ros-args -r from:=to -p name:=value --params-file file.yaml`.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

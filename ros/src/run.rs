@@ -112,7 +112,8 @@ fn publisher(name: &str, work: impl FnOnce() + Send + 'static) -> Result<JoinHan
     thread.spawn(work).map_err(|error| Failure::running(format!("no thread to publish: {error}")))
 }
 
-/// Set by SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once, in case something hangs.
+/// Set by SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once, in case something
+/// hangs.
 fn stop_signal() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
@@ -187,8 +188,9 @@ fn announce(settings: &Settings, buses: &[RunningBus]) {
     }
 }
 
-/// Until it is time to end: vents joints whose commands have run out, and says how things are. Should this thread get stuck, the
-/// buses' threads vent after `watchdog_s`; then commands older than that are not taken up again.
+/// Until it is time to end: vents joints whose commands have run out, and says how things are.
+/// Should this thread get stuck, the buses' threads vent after `watchdog_s`; then commands older
+/// than that are not taken up again.
 fn attend(
     settings: &Settings,
     stop: &AtomicBool,

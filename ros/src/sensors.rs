@@ -1,4 +1,5 @@
-//! Readings of the sensors on the boards' I2C connectors: from the bus thread to topics of their own.
+//! Readings of the sensors on the boards' I2C connectors: from the bus thread to topics of their
+//! own.
 
 use crate::publish::Clocks;
 use pneudrive_host::messages::{FluidPressure, Imu};

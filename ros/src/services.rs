@@ -43,7 +43,8 @@ impl Target {
         self.latches.iter().for_each(VentLatch::vent);
     }
 
-    /// Follows commands again. What was commanded before does not return: the next command moves something.
+    /// Follows commands again. What was commanded before does not return: the next command moves
+    /// something.
     pub fn release(&self) {
         self.gates.iter().for_each(|gate| gate.clear());
         self.latches.iter().for_each(VentLatch::release);

@@ -31,7 +31,8 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// States that may wait for the publisher: 0.25 s of four boards at 1 kHz, so that a hiccup of the network passes unseen.
+    /// States that may wait for the publisher: 0.25 s of four boards at 1 kHz, so that a hiccup of
+    /// the network passes unseen.
     const QUEUE: usize = 1_000;
 
     /// The tap, its other end, and how many states did not fit.
@@ -41,7 +42,8 @@ impl Tap {
         (Self { states, dropped: Arc::clone(&dropped), live, calibration, due_ns: 0 }, receiver, dropped)
     }
 
-    /// Whether a row at `at_ns` is to be published. A row that comes a little early, by jitter, is not left out.
+    /// Whether a row at `at_ns` is to be published. A row that comes a little early, by jitter, is
+    /// not left out.
     fn is_due(&mut self, at_ns: u64) -> bool {
         let period_ns = self.live.publish_period_ns();
         if at_ns + period_ns / 4 < self.due_ns {

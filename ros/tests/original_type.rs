@@ -1,5 +1,5 @@
-//! The original project's message, `{Header header, float64[] pressure}`, under a package's name that no ROS installation here knows:
-//! the peer is the same DDS library.
+//! The original project's message, `{Header header, float64[] pressure}`, under a package's name
+//! that no ROS installation here knows: the peer is the same DDS library.
 
 #![allow(clippy::unwrap_used)]
 #![cfg(feature = "sim")]

@@ -1,4 +1,5 @@
-//! Cost of the truth plant. `cargo bench -p pneudrive-sim --bench plant`; divan prints steps of one channel per second.
+//! Cost of the truth plant. `cargo bench -p pneudrive-sim --bench plant`; divan prints steps of one
+//! channel per second.
 
 use divan::counter::ItemsCount;
 use pneudrive_sim::plant::{ChannelId, Effect, Plant, PlantParameters};
@@ -54,7 +55,8 @@ fn all_volumes_lags_and_the_joint(bencher: divan::Bencher<'_, '_>) {
     advance(bencher, &effects);
 }
 
-/// A second of four channels at 100 Hz with the control crate's boards: the time per item is that of a row.
+/// A second of four channels at 100 Hz with the control crate's boards: the time per item is that
+/// of a row.
 #[divan::bench]
 fn recording(bencher: divan::Bencher<'_, '_>) {
     let settings = RecordingSettings { seconds: 1.0, ..RecordingSettings::default() };

@@ -7,12 +7,14 @@
 //!    wall clock          virtual time, ns           virtual time, ns
 //! ```
 //!
-//! - [`bus`]: the half-duplex pair in virtual bit time, stricter than the wire, and what a board is to it.
+//! - [`bus`]: the half-duplex pair in virtual bit time, stricter than the wire, and what a board is
+//!   to it.
 //! - [`board`]: boards that run the control crate natively; the plant as their air.
 //! - [`fault`]: what goes wrong between host and boards, by name, seeded and counted.
 //! - [`plant`]: the truth plant, finer than the models that are fitted to it.
 //! - [`rig`]: all of these together, for tests in virtual time.
-//! - [`pty`]: a rig behind a pseudo-terminal, paced to the wall clock; the only module that reads one.
+//! - [`pty`]: a rig behind a pseudo-terminal, paced to the wall clock; the only module that reads
+//!   one.
 //! - [`record`]: recordings of the plant without a bus.
 //! - [`cli`]: the command line of `pneudrive-sim`.
 

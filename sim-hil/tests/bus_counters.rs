@@ -85,7 +85,8 @@ fn an_eleventh_character_is_overlong_and_cut_off_by_the_555() {
 
 #[test]
 fn a_slow_answer_outlasts_the_555_though_it_has_ten_characters() {
-    // Half a bit of pause after each character is no gap, but adds up to 104.5 us where 100.97 us are certain.
+    // Half a bit of pause after each character is no gap, but adds up to 104.5 us where 100.97 us
+    // are certain.
     let bus = asked(ScriptedBoard::new(0, REQUEST_END + 15 * US, CHARACTER + 500, &answer()));
     assert_eq!(violations_of(bus.counters()), [0, 0, 1, 0, 0, 0]);
 }

@@ -1,4 +1,5 @@
-//! Rigs with firmware that cannot be built. Those that can run the real ELF in `tests/tests/firmware/rig.rs`.
+//! Rigs with firmware that cannot be built. Those that can run the real ELF in
+//! `tests/tests/firmware/rig.rs`.
 
 use pneudrive_protocol::Baud;
 use pneudrive_sim::rig::{Firmware, RigError, RigOptions, Timing};

@@ -1,10 +1,12 @@
-//! What the original boards got wrong on the bus, and ours do not. In virtual time, on a strict bus.
+//! What the original boards got wrong on the bus, and ours do not. In virtual time, on a strict
+//! bus.
 
 use crate::common::{Host, MS, US, counts, drain, packet, rig};
 use pneudrive_protocol::{Address, Packet};
 
-/// The original's boards took a data word that ends in 0xFF, followed by board n's 0xFF.., for board 0's address: with two
-/// boards and a set point of 511 = 0x01FF, failures rose from 17 to 479 of 4088 exchanges.
+/// The original's boards took a data word that ends in 0xFF, followed by board n's 0xFF.., for
+/// board 0's address: with two boards and a set point of 511 = 0x01FF, failures rose from 17 to 479
+/// of 4088 exchanges.
 #[test]
 fn a_set_point_of_511_calls_nobody_by_a_false_name() {
     let mut bus = rig(2, &[]);
@@ -17,7 +19,8 @@ fn a_set_point_of_511_calls_nobody_by_a_false_name() {
     assert_eq!((bus.counters().answers, bus.counters().violations()), (4_088, 0));
 }
 
-/// Every value word that ends in 0xFF, before every board's address, without any silence between the packets.
+/// Every value word that ends in 0xFF, before every board's address, without any silence between
+/// the packets.
 #[test]
 fn no_data_word_before_any_address_calls_another_board() {
     let mut bus = rig(4, &[]);
@@ -33,8 +36,8 @@ fn no_data_word_before_any_address_calls_another_board() {
     assert_eq!(bus.counters().violations(), 0);
 }
 
-/// After one answer that came 3.2 ms late the original lost 3980 of 4000 exchanges. On the bus itself nothing may be
-/// left of it: the boards go on answering each request once.
+/// After one answer that came 3.2 ms late the original lost 3980 of 4000 exchanges. On the bus
+/// itself nothing may be left of it: the boards go on answering each request once.
 #[test]
 fn one_late_answer_leaves_the_boards_in_step() {
     let mut bus = rig(1, &["delay@0.005,on=answers,ms=3.2"]);
@@ -88,7 +91,8 @@ fn a_request_that_lost_any_byte_costs_that_exchange_only() {
     }
 }
 
-/// The original regulated the last set point for ever. Ours hold it for 2 s after half a second of silence, then vent.
+/// The original regulated the last set point for ever. Ours hold it for 2 s after half a second of
+/// silence, then vent.
 #[test]
 fn a_host_that_falls_silent_lets_the_chambers_vent() {
     let mut bus = rig(1, &[]);

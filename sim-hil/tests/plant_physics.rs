@@ -1,4 +1,5 @@
-//! The plant against closed forms, conservation laws and an independent integration of the paper's model.
+//! The plant against closed forms, conservation laws and an independent integration of the paper's
+//! model.
 
 mod integration;
 mod joint;
@@ -36,7 +37,8 @@ const ISOTHERMAL: GasModel = GasModel::FixedTemperature { polytropic_exponent: 1
 const PAPER: GasModel = GasModel::FixedTemperature { polytropic_exponent: 1.4 };
 const ADIABATIC: GasModel = GasModel::EnergyBalance { wall_time_constant_s: f64::INFINITY };
 
-/// While the fill edge is choked the pressure rises in a straight line: `p_0 + n R T C rho_0 p_s / V t`.
+/// While the fill edge is choked the pressure rises in a straight line:
+/// `p_0 + n R T C rho_0 p_s / V t`.
 #[test]
 fn choked_filling_is_a_straight_line() {
     for (gas, n) in [(ISOTHERMAL, 1.0), (PAPER, 1.4), (ADIABATIC, 1.4)] {
@@ -52,8 +54,9 @@ fn choked_filling_is_a_straight_line() {
     }
 }
 
-/// Filling an adiabatic chamber: `m = m_0 + m' t`, `T = p V / (m R)` with `V dp = gamma R T_0 dm`, so
-/// `T = T_0 (p / p_0) / (1 + (p / p_0 - 1) / gamma)`, through a tube (which holds the air at ambient temperature) or not.
+/// Filling an adiabatic chamber: `m = m_0 + m' t`, `T = p V / (m R)` with `V dp = gamma R T_0 dm`,
+/// so `T = T_0 (p / p_0) / (1 + (p / p_0 - 1) / gamma)`, through a tube (which holds the air at
+/// ambient temperature) or not.
 #[test]
 fn adiabatic_filling_heats_the_gas() {
     for effects in [&[][..], &["line_restriction:restriction=0.3,volume_ml=15"]] {
@@ -68,7 +71,8 @@ fn adiabatic_filling_heats_the_gas() {
     }
 }
 
-/// Venting without heat is an isentropic expansion of what stays: `T = T_0 (p / p_0)^((gamma - 1) / gamma)`, through a tube or not.
+/// Venting without heat is an isentropic expansion of what stays:
+/// `T = T_0 (p / p_0)^((gamma - 1) / gamma)`, through a tube or not.
 #[test]
 fn adiabatic_venting_is_isentropic() {
     for effects in [&[][..], &["line_restriction:restriction=0.3,volume_ml=15"]] {
@@ -85,8 +89,8 @@ fn adiabatic_venting_is_isentropic() {
     }
 }
 
-/// A shut chamber of hot gas cools exponentially with `m c_v / K`: the stated time constant, times its mass over the mass at 250 kPa
-/// absolute and ambient temperature.
+/// A shut chamber of hot gas cools exponentially with `m c_v / K`: the stated time constant, times
+/// its mass over the mass at 250 kPa absolute and ambient temperature.
 #[test]
 fn shut_gas_cools_with_the_time_constant_of_the_wall() {
     let tau = 0.4;
@@ -108,8 +112,8 @@ fn shut_gas_cools_with_the_time_constant_of_the_wall() {
     );
 }
 
-/// A wall much faster than the flow keeps the gas at its temperature: the balance becomes the isothermal one, to first
-/// order in the time constant.
+/// A wall much faster than the flow keeps the gas at its temperature: the balance becomes the
+/// isothermal one, to first order in the time constant.
 #[test]
 fn a_fast_wall_is_the_isothermal_limit() {
     let after = |gas| {
@@ -125,7 +129,8 @@ fn a_fast_wall_is_the_isothermal_limit() {
     assert!((slow / fast - 4.0).abs() < 0.4, "not first order: {slow} {fast}");
 }
 
-/// What the chamber, the tube and the muffler hold changes by what flowed, with every volume switched on.
+/// What the chamber, the tube and the muffler hold changes by what flowed, with every volume
+/// switched on.
 #[test]
 fn mass_balance_closes() {
     let p = ideal(GasModel::EnergyBalance { wall_time_constant_s: 0.5 });
@@ -168,7 +173,8 @@ fn mass_balance_closes() {
     assert!((gained - flowed).abs() < 1e-4 * gross, "gained {gained}, flowed {flowed} of {gross} kg");
 }
 
-/// The isothermal limit conserves mass; the paper's limit moves the pressure 1.4 times as much for the same flows.
+/// The isothermal limit conserves mass; the paper's limit moves the pressure 1.4 times as much for
+/// the same flows.
 #[test]
 fn only_the_isothermal_fixed_temperature_conserves_mass() {
     for (gas, excess) in [(ISOTHERMAL, 1.0), (PAPER, 1.4)] {

@@ -1,4 +1,5 @@
-//! Whatever is switched on within the documented ranges, the plant is refused by name or stays physical.
+//! Whatever is switched on within the documented ranges, the plant is refused by name or stays
+//! physical.
 use pneudrive_sim::plant::{
     ChannelId, Effect, EffectDefinition, Plant, PlantError, PlantParameters, Scope, catalogue,
 };
@@ -45,7 +46,8 @@ proptest! {
             plant.advance_to(100_000_000 * (k as u64 + 1));
             for index in 0..2 {
                 let t = plant.truth(ChannelId { board: 0, channel: index }).unwrap();
-                // 550 + 400 + 200 + 150 kPa is the most a supply can reach, twice that a squeezed chamber.
+                // 550 + 400 + 200 + 150 kPa is the most a supply can reach, twice that a squeezed
+                // chamber.
                 prop_assert!(t.pressure_pa > 1e3 && t.pressure_pa < 3e6, "{t:?} {effects:?}");
                 prop_assert!(t.port_pa > 1e3 && t.port_pa < 3e6, "{t:?}");
                 prop_assert!(t.volume_m3 > 0.0 && t.temperature_k > 50.0 && t.temperature_k < 1500.0, "{t:?}");

@@ -1,5 +1,5 @@
-//! A real client on the pty, in this process. Time runs only while the front end runs, so nothing depends on how fast
-//! the machine is.
+//! A real client on the pty, in this process. Time runs only while the front end runs, so nothing
+//! depends on how fast the machine is.
 
 use crate::common::packet;
 use nix::fcntl::OFlag;
@@ -124,7 +124,8 @@ fn a_clients_settings_last_however_soon_it_opens() {
     simulator.join().unwrap();
 }
 
-/// A stopped client fills the pty; what no longer fits is lost and counted, and it finds its boards again.
+/// A stopped client fills the pty; what no longer fits is lost and counted, and it finds its boards
+/// again.
 #[test]
 fn a_client_that_does_not_read_loses_bytes_and_nothing_else() {
     // A pty holds some 70,000 bytes: 0.7 s of a board that talks without end.

@@ -103,8 +103,9 @@ fn open(settings: &mut RecordingSettings, amplitude: f64) {
     settings.columns.command = false;
 }
 
-/// Closed valves and a constant pressure: what is left is noise and quantisation, 0.36 kPa RMS. Averaged over pressures that
-/// divide two counts into eighths (two, because halves round to even), as 0.25 kPa of noise does not blur a count of 0.84 kPa.
+/// Closed valves and a constant pressure: what is left is noise and quantisation, 0.36 kPa RMS.
+/// Averaged over pressures that divide two counts into eighths (two, because halves round to even),
+/// as 0.25 kPa of noise does not blur a count of 0.84 kPa.
 #[test]
 fn noise_is_0_36_kpa() {
     let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);
@@ -127,8 +128,8 @@ fn noise_is_0_36_kpa() {
     assert!((sum / count).abs() < 0.01, "{}", sum / count);
 }
 
-/// A row's pressure is measured before its command acts: the first row after a step still shows the old pressure, and the
-/// second shows nearly a whole row of filling.
+/// A row's pressure is measured before its command acts: the first row after a step still shows the
+/// old pressure, and the second shows nearly a whole row of filling.
 #[test]
 fn a_row_holds_no_effect_of_its_own_command() {
     for control_loop in [Loop::Board { age: 0.5 }, Loop::Board { age: 0.0 }, Loop::Row] {
@@ -141,7 +142,8 @@ fn a_row_holds_no_effect_of_its_own_command() {
         // Row 0 steps from rest to somewhere above 50 kPa: full fill, 754 kPa/s.
         assert!(rows[0].pressure_kpa.iter().all(|p| p.abs() < 0.05), "{:?}", rows[0]);
         let waited = match control_loop {
-            // From the row to the next loop, and the measurement of the next row is as old as it is.
+            // From the row to the next loop, and the measurement of the next row is as old as it
+            // is.
             Loop::Board { .. } => 0.001,
             _ => 0.0,
         };
@@ -171,7 +173,8 @@ fn answers_are_as_old_as_the_settings_say() {
     }
 }
 
-/// Between the drives of two rows the plant sees nothing else: with the drives recorded, the plant alone gives the same pressures.
+/// Between the drives of two rows the plant sees nothing else: with the drives recorded, the plant
+/// alone gives the same pressures.
 #[test]
 fn recorded_drives_replay() {
     use pneudrive_sim::plant::{ChannelId, Plant};
@@ -195,7 +198,8 @@ fn recorded_drives_replay() {
     }
 }
 
-/// The firmware's integers and PWM steps make little of a difference: the two boards stay within a kilopascal or two.
+/// The firmware's integers and PWM steps make little of a difference: the two boards stay within a
+/// kilopascal or two.
 #[test]
 fn firmware_and_ideal_board_agree() {
     let of = |board| {
@@ -232,7 +236,8 @@ fn recordings_repeat_by_seed() {
     assert!(first.iter().zip(&other).any(|(a, b)| a.pressure_kpa != b.pressure_kpa));
 }
 
-/// Spread and wander are what they say: channels differ by some percent, the supply by 1 % RMS over many runs.
+/// Spread and wander are what they say: channels differ by some percent, the supply by 1 % RMS over
+/// many runs.
 #[test]
 fn nuisances_have_their_size() {
     let (mut levels, mut volumes) = (Vec::new(), Vec::new());

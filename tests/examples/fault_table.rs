@@ -2,10 +2,11 @@
 //!
 //! ```console
 //! $ cargo run -p system-tests --example fault_table             # prints it
-//! $ cargo run -p system-tests --example fault_table -- --write  # and puts it into docs/reliability.md
+//! $ cargo run -p system-tests --example fault_table -- --write  # puts it into docs/reliability.md
 //! ```
 //!
-//! `--only TEXT` runs the faults whose name contains it, `--strangers` the second table alone. Virtual time and fixed seeds: equal code gives an equal table.
+//! `--only TEXT` runs the faults whose name contains it, `--strangers` the second table alone.
+//! Virtual time and fixed seeds: equal code gives an equal table.
 
 use pneudrive_host::bus::FrameMode;
 use std::path::Path;

@@ -1,11 +1,12 @@
-//! How often the 95 % interval of a gain contains the gain on ten minutes of the same rig that follow the diagnosed recording.
+//! How often the 95 % interval of a gain contains the gain on ten minutes of the same rig that
+//! follow the diagnosed recording.
 //!
 //! ```text
 //! cargo run --release -p system-tests --example gain_coverage -- --rounds 2 --seed 311
 //! ```
 //!
-//! Each recording hides one effect at its moderate size. Effects that depend on the time since the start (drift, wear, a
-//! ripple) are left out: the later part starts its own clock.
+//! Each recording hides one effect at its moderate size. Effects that depend on the time since the
+//! start (drift, wear, a ripple) are left out: the later part starts its own clock.
 
 use std::process::ExitCode;
 
@@ -77,7 +78,8 @@ struct Line {
     contains: bool,
 }
 
-/// The gain of everything named in the first part, and what it is in the second; `None` where nothing is named.
+/// The gain of everything named in the first part, and what it is in the second; `None` where
+/// nothing is named.
 fn one(effect: &str, seed: u64) -> Result<Option<Line>> {
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();

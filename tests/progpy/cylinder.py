@@ -20,7 +20,8 @@ ROWS_HZ = 100
 NOISE_KPA = 0.25
 
 RIG = """\
-# Two nozzles of the plant, each 0.62 times 2 mm2; the volume is that of the chamber below the piston, the one above is 1.4 times that.
+# Two nozzles of the plant, each 0.62 times 2 mm2; the volume is that of the chamber below the
+# piston, the one above is 1.4 times that.
 [supply]
 pressure_kpa = 500.0
 [chamber]

@@ -31,7 +31,8 @@ RECORDINGS = {
     "moving_bottom_leak_5": Cylinder(41_093, **MOVING, bottom_leak=0.05),
 }
 
-# Of which recording, against which calibrated one, which names are no foreign ones, and which must be there.
+# Of which recording, against which calibrated one, which names are no foreign ones, and which must
+# be there.
 ASKED = (
     [(f"sound_{n}", None, set(), set()) for n in range(6)]
     + [(f"sound_{n}", "calibrated", set(), set()) for n in range(6)]

@@ -19,7 +19,8 @@ pub const SWITCH: [usize; 2] = [14, 15];
 pub const LED: usize = 25;
 /// Time of a character at 1 Mbaud.
 pub const CHARACTER: Ticks = Ticks::from_micros(10);
-/// More than the time from power-on to the first control step, which is the crystal's start-up delay and little more.
+/// More than the time from power-on to the first control step, which is the crystal's start-up
+/// delay and little more.
 pub const BOOT: Ticks = Ticks::from_millis(140);
 /// All coils driven to vent.
 pub const VENT: [f64; CHANNELS] = [-1.0; CHANNELS];

@@ -7,7 +7,8 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::{env, fs};
 
-/// What `rustup target add` must have been told; `rust-toolchain.toml` names it, so rustup normally has.
+/// What `rustup target add` must have been told; `rust-toolchain.toml` names it, so rustup normally
+/// has.
 const TARGET: &str = "thumbv6m-none-eabi";
 const PACKAGE: &str = "pneudrive-firmware";
 /// Where the program's vectors are when it runs.
@@ -15,8 +16,8 @@ const VECTOR_TABLE: u32 = 0x2000_0000;
 
 /// The firmware for the RP2040, as it is flashed.
 ///
-/// Built by cargo where `cargo fw-build` builds it: who has built it waits for nothing. The first time takes about a minute; tests
-/// that run at the same time wait for each other.
+/// Built by cargo where `cargo fw-build` builds it: who has built it waits for nothing. The first
+/// time takes about a minute; tests that run at the same time wait for each other.
 ///
 /// # Panics
 /// If it does not build; the compiler's words are on standard error.
@@ -42,7 +43,8 @@ fn build() -> PathBuf {
     artefact()
 }
 
-/// The tests that a board runs behind a debug probe (`firmware/tests/on_target.rs`), as they are flashed.
+/// The tests that a board runs behind a debug probe (`firmware/tests/on_target.rs`), as they are
+/// flashed.
 ///
 /// # Panics
 /// As [`elf()`].
@@ -94,7 +96,8 @@ fn workspace() -> PathBuf {
 
 /// The firmware with one instruction of a function replaced: what a fault in the program would do.
 ///
-/// `function` is a part of its mangled name; the first halfword of the function becomes `instruction`.
+/// `function` is a part of its mangled name; the first halfword of the function becomes
+/// `instruction`.
 ///
 /// # Panics
 /// If there is not exactly one such function.
@@ -106,7 +109,8 @@ pub fn with_broken(function: &str, instruction: u16) -> Vec<u8> {
     elf
 }
 
-/// The firmware with another function as handler of an interrupt: what its handler would do if it called this.
+/// The firmware with another function as handler of an interrupt: what its handler would do if it
+/// called this.
 ///
 /// `function` is a part of its mangled name.
 ///

@@ -1,7 +1,9 @@
-//! Recordings of pressure regulators with their own loop, made without the toolkit and without the truth plant.
+//! Recordings of pressure regulators with their own loop, made without the toolkit and without the
+//! truth plant.
 //!
-//! The regulator is a first-order lag of the command, stepped at 2 kHz with the explicit Euler rule, behind or in front of one defect. Noise and
-//! rounding are those of a small industrial sensor.
+//! The regulator is a first-order lag of the command, stepped at 2 kHz with the explicit Euler
+//! rule, behind or in front of one defect. Noise and rounding are those of a small industrial
+//! sensor.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;

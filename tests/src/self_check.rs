@@ -21,7 +21,8 @@ pub const LEVEL_KPA: f64 = 150.0;
 /// Cycles per second, Hz: the program's default.
 pub const RATE_HZ: f64 = 500.0;
 
-/// A rig as a laboratory has it: channels differ and the supply wanders (docs/plant.md, "laboratory").
+/// A rig as a laboratory has it: channels differ and the supply wanders (docs/plant.md,
+/// "laboratory").
 pub fn laboratory(seed: u64) -> RigOptions {
     let mut rig = RigOptions { seed, ..RigOptions::default() };
     rig.plant.nuisances.spread = 0.05;
@@ -38,7 +39,8 @@ pub fn with_fault(mut rig: RigOptions, effect: &str) -> RigOptions {
     rig
 }
 
-/// Board 0 of a rig, checked once `at_s` (0.5 or more) after it was switched on: other times have other noise.
+/// Board 0 of a rig, checked once `at_s` (0.5 or more) after it was switched on: other times have
+/// other noise.
 ///
 /// # Panics
 /// The rig cannot be built.
@@ -55,7 +57,8 @@ pub struct Busy {
     pub longest_s: f64,
 }
 
-/// The same on a machine that is busy: the program stands still now and then, between looking at the clock and sending.
+/// The same on a machine that is busy: the program stands still now and then, between looking at
+/// the clock and sending.
 ///
 /// # Panics
 /// The rig cannot be built.

@@ -18,7 +18,8 @@ use pneudrive_sim::rig::RigOptions;
 use crate::virtual_bus;
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
-/// Rows that may wait for the disk: a recorder that is behind by 250 batches loses rows, and the disk is to have no part in a test.
+/// Rows that may wait for the disk: a recorder that is behind by 250 batches loses rows, and the
+/// disk is to have no part in a test.
 const MOST_WAITING: u64 = 100;
 
 /// What is played, and how it is recorded.

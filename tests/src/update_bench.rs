@@ -26,7 +26,8 @@ pub fn program_of(elf: &[u8]) -> Vec<u8> {
     elf[start..start + program.length].to_vec()
 }
 
-/// The same program with another version number, so that it can be told from the one that is flashed.
+/// The same program with another version number, so that it can be told from the one that is
+/// flashed.
 ///
 /// # Panics
 /// If the firmware has none.
@@ -148,8 +149,8 @@ impl UpdateBench {
         }
     }
 
-    /// Puts another program, as long as the one that was sent, where the board has collected that: what would have been sent in its
-    /// place.
+    /// Puts another program, as long as the one that was sent, where the board has collected that:
+    /// what would have been sent in its place.
     ///
     /// # Panics
     /// If the firmware keeps it elsewhere.

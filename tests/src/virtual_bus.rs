@@ -1,5 +1,5 @@
-//! The simulator's bus as a line of the host, in virtual time: same boards, plant and faults as behind the pty, but no
-//! wall clock, so that results do not depend on the machine.
+//! The simulator's bus as a line of the host, in virtual time: same boards, plant and faults as
+//! behind the pty, but no wall clock, so that results do not depend on the machine.
 
 #![allow(
     clippy::unwrap_used,
@@ -176,7 +176,8 @@ impl Line for VirtualBus {
     }
 }
 
-/// Host and boards, run for half a second: the boards have booted, and vent for the rest of their first two seconds.
+/// Host and boards, run for half a second: the boards have booted, and vent for the rest of their
+/// first two seconds.
 ///
 /// # Panics
 /// The rig cannot be built, or the host does not find the bus quiet.

@@ -90,7 +90,8 @@ def start():
     yield begin
     for run in runs:
         run.stop()
-        # Shown beside a test that fails: what the host has said tells a pause of the machine from a defect.
+        # Shown beside a test that fails: what the host has said tells a pause of the machine from a
+        # defect.
         print(*run.host.lines, sep="\n")
 
 

@@ -279,7 +279,8 @@ def test_the_ninth_page_of_a_browser_vents(start, visit):
 
 
 def test_set_points_vent_when_the_operators_page_is_closed(start, visit):
-    # Longer than a busy machine keeps a page's heartbeats back. The limit itself is held in virtual time, by the host's own tests.
+    # Longer than a busy machine keeps a page's heartbeats back. The limit itself is held in virtual
+    # time, by the host's own tests.
     run, page = control_page(start, visit, "--web-deadman", "8")
     other = visit(run.url)
     number = page.locator("[data-chamber='0.0'] .number input")

@@ -1,4 +1,5 @@
-//! What the standard knows and a unit of chambers does not have: it answers `fmi3Error`. Importers look these names up all the same.
+//! What the standard knows and a unit of chambers does not have: it answers `fmi3Error`. Importers
+//! look these names up all the same.
 
 use std::ffi::{c_char, c_void};
 

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::unit::Unit;
 
-/// `fmi3Status`, as far as a unit of chambers answers it: it has neither remarks (1) nor steps that it does not take (2).
+/// `fmi3Status`, as far as a unit of chambers answers it: it has neither remarks (1) nor steps that
+/// it does not take (2).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {

@@ -36,7 +36,8 @@ def test_its_pressures_are_those_of_simulate(unit, tmp_path):
         output=["b0c0.pressure", "b0c1.pressure"], record_events=False,
     )
     found = np.interp(times, result["time"], result["b0c0.pressure"])
-    # An importer may hold an input that changes at a communication point from that one or the one before.
+    # An importer may hold an input that changes at a communication point from that one or the one
+    # before.
     error = np.abs(found - expected)
     assert error.max() < MOST_KPA, (error.argmax(), error.max())
     assert np.ptp(expected) > 100

@@ -216,6 +216,7 @@ def test_the_example_joint_bends_as_it_is_told(exported, tmp_path):
     assert at(2.9)["b0_qu_rad"] > 0.2 and abs(at(2.9)["b0_qv_rad"]) < 0.05
     assert at(4.9)["b0_qv_rad"] < -0.2 and abs(at(4.9)["b0_qu_rad"]) < 0.05
     assert abs(at(5.9)["b0_p2_kpa"]) < 5
-    # The bending is fed back: the chamber that grew takes longer to fill. Simulated from the recording, the pressures are the same.
+    # The bending is fed back: the chamber that grew takes longer to fill. Simulated from the
+    # recording, the pressures are the same.
     again = simulate(tmp_path, {n: table[n] for n in table.dtype.names if "_p" not in n})
     assert np.abs(np.array(again) - table["b0_p0_kpa"]).max() < 3

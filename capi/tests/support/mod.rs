@@ -1,4 +1,5 @@
-//! Random rigs with models of their channels, recordings of their inputs, and the same inputs step by step.
+//! Random rigs with models of their channels, recordings of their inputs, and the same inputs step
+//! by step.
 
 use std::collections::BTreeMap;
 
@@ -145,7 +146,8 @@ fn levels(rng: &mut Pcg64Mcg, rows: usize, low: f64, high: f64) -> Vec<f32> {
     values
 }
 
-/// A recording of inputs; `measured` adds pressures that repeat themselves now and then, `jointed` the angles of a moving joint.
+/// A recording of inputs; `measured` adds pressures that repeat themselves now and then, `jointed`
+/// the angles of a moving joint.
 pub fn recording(
     rng: &mut Pcg64Mcg,
     (driven, channels, rows): (Driven, u8, usize),
@@ -201,7 +203,8 @@ pub struct Neighbours {
     pub others_draw: Vec<f64>,
 }
 
-/// A channel stepped through the rows of a recording: what it reports at each row, and what it draws in each interval.
+/// A channel stepped through the rows of a recording: what it reports at each row, and what it
+/// draws in each interval.
 pub fn stepped(
     channel: &mut Channel,
     (rig, recording): (&Rig, &Recording),

@@ -1,4 +1,5 @@
-//! Which peripheral answers at which address (2.2): for each block what holds it in reset, and how it is read and written.
+//! Which peripheral answers at which address (2.2): for each block what holds it in reset, and how
+//! it is read and written.
 
 use super::Bus;
 use crate::peripherals::resets::bit;

@@ -1,4 +1,5 @@
-//! From the oscillators to the consumers: recomputed whenever CLOCKS, a PLL or the watchdog's tick is written.
+//! From the oscillators to the consumers: recomputed whenever CLOCKS, a PLL or the watchdog's tick
+//! is written.
 
 use super::Bus;
 use crate::peripherals::clocks::{Hertz, Sources};
@@ -17,7 +18,8 @@ pub(super) struct CycleClock {
     few: [Duration; FEW],
 }
 
-/// Instructions take up to so many cycles, less one, unless they wait for flash or load and store many registers.
+/// Instructions take up to so many cycles, less one, unless they wait for flash or load and store
+/// many registers.
 const FEW: usize = 16;
 
 /// Whole ticks, and the rest in units of 1/`cycles`.
@@ -34,8 +36,8 @@ impl Default for CycleClock {
 }
 
 impl CycleClock {
-    /// A stopped clock would stop time itself: the chip would be dead, which no firmware survives to notice. It keeps
-    /// its last frequency instead, and the caller reports it.
+    /// A stopped clock would stop time itself: the chip would be dead, which no firmware survives
+    /// to notice. It keeps its last frequency instead, and the caller reports it.
     fn set(&mut self, (numerator, denominator): Hertz) -> bool {
         let rate = Rate::hertz(numerator, denominator);
         if rate.is_stopped() {
@@ -67,7 +69,8 @@ impl CycleClock {
         Ticks::new(time.ticks + u64::from(carry))
     }
 
-    /// The least number of cycles after which `time` has passed, or one that is smaller where that is very long.
+    /// The least number of cycles after which `time` has passed, or one that is smaller where that
+    /// is very long.
     #[inline]
     pub fn cycles_to_pass(&self, time: Ticks) -> u32 {
         const LONG: u64 = 1 << 24;
@@ -96,7 +99,8 @@ impl Bus {
         self.clocks.clk_ref(self.clock_sources())
     }
 
-    /// Hands the present frequencies to everything that counts. Returns false if clk_sys would stand still.
+    /// Hands the present frequencies to everything that counts. Returns false if clk_sys would
+    /// stand still.
     pub(super) fn update_clocks(&mut self) -> bool {
         let (now, sources) = (self.now, self.clock_sources());
         let clk_sys = self.clocks.clk_sys(sources);

@@ -35,8 +35,9 @@ impl DmaEngine {
 }
 
 impl Bus {
-    /// Level requests. Pulses (PWM, timers) arrive as credits of the channels. The chip counts credits for UART and ADC
-    /// too (2.5.3.2), which is the same as long as nobody else touches a FIFO that the DMA serves.
+    /// Level requests. Pulses (PWM, timers) arrive as credits of the channels. The chip counts
+    /// credits for UART and ADC too (2.5.3.2), which is the same as long as nobody else touches a
+    /// FIFO that the DMA serves.
     fn dma_requested(&self, channel: &Channel) -> bool {
         match channel.request() {
             request::PERMANENT => true,
@@ -49,7 +50,8 @@ impl Bus {
         }
     }
 
-    /// PWM wraps since the last look become credits; slices that pace a channel make their wraps events.
+    /// PWM wraps since the last look become credits; slices that pace a channel make their wraps
+    /// events.
     pub(super) fn pace_dma_by_pwm(&mut self) {
         let wraps = self.pwm.take_wraps();
         for slice in (0..8).filter(|slice| wraps >> slice & 1 != 0) {

@@ -47,7 +47,8 @@ impl Bus {
         self.now = now;
     }
 
-    /// After a register access: lets DMA answer new requests, and sets lines and the next event right.
+    /// After a register access: lets DMA answer new requests, and sets lines and the next event
+    /// right.
     pub(super) fn settle(&mut self) {
         let now = self.now;
         self.pace_dma_by_pwm();

@@ -26,7 +26,8 @@ const NOTHING_FETCHED: u32 = 1;
 pub(super) struct FlashPort {
     /// Cycles that the processor must still spend waiting.
     wait_cycles: u32,
-    /// The word that was fetched last: instructions come two at a time, one word ahead of the one being executed.
+    /// The word that was fetched last: instructions come two at a time, one word ahead of the one
+    /// being executed.
     fetched: u32,
 }
 
@@ -55,8 +56,9 @@ impl Bus {
         Some(bytes)
     }
 
-    /// An instruction. The processor fetches words, the next one while it executes the upper half of this one: so a branch there
-    /// has fetched (and waited for) one word that it does not need. A word is counted once, also if a branch fetches it again.
+    /// An instruction. The processor fetches words, the next one while it executes the upper half
+    /// of this one: so a branch there has fetched (and waited for) one word that it does not need.
+    /// A word is counted once, also if a branch fetches it again.
     #[inline]
     pub(super) fn fetch_flash(&mut self, address: u32) -> Option<u16> {
         let bytes = self.flash(address)?;
@@ -157,8 +159,8 @@ impl Bus {
         self.note_unmodelled(address, Access::Write, concern);
     }
 
-    /// Cache and SSI as a start of the processor finds them: the boot ROM has used flash before, and if there is no boot loader
-    /// in it, one like the W25Q080's is taken to have run.
+    /// Cache and SSI as a start of the processor finds them: the boot ROM has used flash before,
+    /// and if there is no boot loader in it, one like the W25Q080's is taken to have run.
     pub fn restart_flash(&mut self, boot_loader_will_run: bool) {
         self.ssi = if boot_loader_will_run { Ssi::after_boot_rom() } else { Ssi::after_boot_loader() };
         self.flush_cache();
@@ -171,7 +173,8 @@ impl Bus {
         self.flash_port.fetched = NOTHING_FETCHED;
     }
 
-    /// Words of flash that have been accessed since CTR_ACC was last cleared, and of these the ones found in the cache.
+    /// Words of flash that have been accessed since CTR_ACC was last cleared, and of these the ones
+    /// found in the cache.
     pub fn flash_accesses(&self) -> (u32, u32) {
         self.xip.counters()
     }

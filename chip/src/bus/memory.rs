@@ -17,8 +17,8 @@ const SIO: u32 = 0xd000_0000;
 const SIO_END: u32 = 0xd000_1000;
 const ROM_END: u32 = 0x0000_4000;
 
-/// What SRAM holds at power-on. The chip's content is random; a fixed pattern that is neither zero nor a small number
-/// shows reads of memory that was never written.
+/// What SRAM holds at power-on. The chip's content is random; a fixed pattern that is neither zero
+/// nor a small number shows reads of memory that was never written.
 const POWER_ON_BYTE: u8 = 0xa5;
 
 pub(super) fn power_on_sram() -> Box<[u8; SRAM_SIZE]> {
@@ -28,9 +28,9 @@ pub(super) fn power_on_sram() -> Box<[u8; SRAM_SIZE]> {
 /// Cycles of an access to SRAM.
 pub(crate) const RAM_CYCLES: u32 = 2;
 
-/// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port. Behind the APB bridge the bus takes
-/// three cycles for a read and four for a write instead of one (2.1.3), and two more for an atomic write to a peripheral
-/// that has the aliases from an interposer (2.1.2).
+/// Cycles of a load or store: two (TRM table 3-1), one at the single-cycle IO port. Behind the APB
+/// bridge the bus takes three cycles for a read and four for a write instead of one (2.1.3), and
+/// two more for an atomic write to a peripheral that has the aliases from an interposer (2.1.2).
 #[inline]
 pub(crate) fn access_cycles(address: u32, write: bool) -> u32 {
     match address >> 28 {
@@ -90,7 +90,8 @@ impl Bus {
         }
     }
 
-    /// The same, and none if flash must be waited for ([`Bus::must_wait`]): the next time it is there.
+    /// The same, and none if flash must be waited for ([`Bus::must_wait`]): the next time it is
+    /// there.
     #[inline]
     pub fn fetch_at_once(&mut self, address: u32) -> Option<u16> {
         match self.sram(address) {
@@ -143,7 +144,8 @@ impl Bus {
         self.write_device(address, value)
     }
 
-    /// A narrow write to a peripheral puts the value on all lanes: the register is written as a whole (2.1.4).
+    /// A narrow write to a peripheral puts the value on all lanes: the register is written as a
+    /// whole (2.1.4).
     #[inline]
     pub fn write16(&mut self, address: u32, value: u16) -> Result<(), Fault> {
         if address & 1 != 0 {
@@ -163,7 +165,8 @@ impl Bus {
         self.write_device(address & !3, u32::from(value) * 0x0101_0101)
     }
 
-    /// Peripherals catch up with time only where a register has to do with it: programs poll others.
+    /// Peripherals catch up with time only where a register has to do with it: programs poll
+    /// others.
     fn read_device(&mut self, address: u32) -> Result<u32, Fault> {
         match address {
             PERIPHERALS..PERIPHERALS_END => Ok(self.read_register(address)),

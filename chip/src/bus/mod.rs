@@ -60,8 +60,8 @@ use rom::FlashChange;
 /// The whole chip but the core.
 #[derive(Clone, Debug)]
 pub(crate) struct Bus {
-    /// Virtual time, without the cycles that the core has spent since [`Bus::catch_up`]: whoever looks at time from within an
-    /// instruction catches up first.
+    /// Virtual time, without the cycles that the core has spent since [`Bus::catch_up`]: whoever
+    /// looks at time from within an instruction catches up first.
     pub now: Ticks,
     /// The processor clock or the 1 us tick changed. The core is paused, too.
     pub clocks_changed: bool,
@@ -69,7 +69,8 @@ pub(crate) struct Bus {
     spent: u32,
     /// The same before `now`, since creation.
     cycles: u64,
-    /// The core executes while it has spent less: the only thing to be compared for each instruction.
+    /// The core executes while it has spent less: the only thing to be compared for each
+    /// instruction.
     budget: u32,
     /// Up to where the run loop lets the core run, if nothing else is due.
     run_limit: Ticks,
@@ -177,7 +178,8 @@ impl Bus {
         self.next_event
     }
 
-    /// The interrupt lines, or something else the core must look at before its next instruction, changed.
+    /// The interrupt lines, or something else the core must look at before its next instruction,
+    /// changed.
     #[inline]
     pub fn notice_interrupts(&mut self) {
         self.interrupts_changed = true;
@@ -196,8 +198,8 @@ impl Bus {
         self.set_budget();
     }
 
-    /// The run loop must look at the core before its next instruction: it sleeps, its timer was set, a clock changed,
-    /// a peripheral asks for a reset.
+    /// The run loop must look at the core before its next instruction: it sleeps, its timer was
+    /// set, a clock changed, a peripheral asks for a reset.
     pub fn pause_core(&mut self) {
         self.core_paused = true;
         self.budget = 0;
@@ -213,7 +215,8 @@ impl Bus {
         std::mem::take(&mut self.core_paused)
     }
 
-    /// The core executes no further instruction before the run loop lets it: it must wait for flash.
+    /// The core executes no further instruction before the run loop lets it: it must wait for
+    /// flash.
     fn stop_core(&mut self) {
         self.budget = 0;
     }

@@ -68,13 +68,15 @@ impl PinState {
     }
 }
 
-/// UART and signal of a pin with the UART function (2.19.2): TX, RX, CTS, RTS repeat every four pins.
+/// UART and signal of a pin with the UART function (2.19.2): TX, RX, CTS, RTS repeat every four
+/// pins.
 fn uart_signal(pin: usize) -> (usize, usize) {
     const UARTS: [usize; 8] = [0, 1, 1, 0, 0, 1, 1, 0];
     (UARTS[pin / 4], pin % 4)
 }
 
-/// I2C block and signal of a pin with the I2C function (2.19.2): SDA and SCL of block 0, then of block 1.
+/// I2C block and signal of a pin with the I2C function (2.19.2): SDA and SCL of block 0, then of
+/// block 1.
 fn i2c_signal(pin: usize) -> (usize, usize) {
     (pin / 2 % 2, pin % 2)
 }
@@ -122,7 +124,8 @@ impl Bus {
         }
     }
 
-    /// What the outside puts on a pin: what it was told to, else what an I2C bus there does with its pull-ups and parts.
+    /// What the outside puts on a pin: what it was told to, else what an I2C bus there does with
+    /// its pull-ups and parts.
     fn outside_level(&self, pin: usize) -> Level {
         match self.pins.outside[pin] {
             Level::Floating => {
@@ -171,7 +174,8 @@ impl Bus {
         }
     }
 
-    /// Looks at these pins: hands changed inputs to the pin interrupts, changed levels of watched pins to the log.
+    /// Looks at these pins: hands changed inputs to the pin interrupts, changed levels of watched
+    /// pins to the log.
     pub(super) fn update_some_pins(&mut self, pins: u32, at: Ticks) {
         let pins = pins | self.clock_i2c_wires(pins, at);
         let mut inputs = self.io.levels();
@@ -191,7 +195,8 @@ impl Bus {
         }
     }
 
-    /// Hands SCL of the I2C buses to their parts. Gives the pins that change with it, bit n for pin n.
+    /// Hands SCL of the I2C buses to their parts. Gives the pins that change with it, bit n for pin
+    /// n.
     fn clock_i2c_wires(&mut self, pins: u32, at: Ticks) -> u32 {
         let mut changed = 0;
         for n in 0..self.i2c.len() {
@@ -206,7 +211,8 @@ impl Bus {
         changed
     }
 
-    /// Tells the I2C blocks whether their lines are free: high at some pin each that is switched to them.
+    /// Tells the I2C blocks whether their lines are free: high at some pin each that is switched to
+    /// them.
     fn update_i2c_lines(&mut self, at: Ticks) {
         for n in 0..self.i2c.len() {
             let high = |signal: usize| {
@@ -223,7 +229,8 @@ impl Bus {
         }
     }
 
-    /// Wires SDA and SCL of an I2C bus with pull-ups to these pins; the block is the one that they can be switched to.
+    /// Wires SDA and SCL of an I2C bus with pull-ups to these pins; the block is the one that they
+    /// can be switched to.
     pub fn wire_i2c(&mut self, sda: usize, scl: usize) {
         let (block, signal) = i2c_signal(sda);
         assert!(

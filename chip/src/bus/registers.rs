@@ -13,9 +13,9 @@ pub(super) const ALIAS_BITS: u32 = 0x3000;
 const UART0: u32 = 0x4003_4000;
 const ADC: u32 = 0x4004_c000;
 
-/// UART, SPI and I2C know nothing of aliases: an interposer in front of them reads, modifies and writes (2.1.2). So an
-/// atomic write to UARTDR takes a byte out of the receive FIFO, and one through the clear alias to a
-/// write-one-to-clear register acknowledges nothing.
+/// UART, SPI and I2C know nothing of aliases: an interposer in front of them reads, modifies and
+/// writes (2.1.2). So an atomic write to UARTDR takes a byte out of the receive FIFO, and one
+/// through the clear alias to a write-one-to-clear register acknowledges nothing.
 pub(super) fn has_interposer(address: u32) -> bool {
     (UART0..ADC).contains(&address)
 }

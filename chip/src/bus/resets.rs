@@ -68,8 +68,8 @@ impl Bus {
         self.update_pins();
     }
 
-    /// What the watchdog resets besides the processor: what PSM WDSEL and RESETS WDSEL select (2.13.4, 2.14.2).
-    /// Returns whether the processor is among it.
+    /// What the watchdog resets besides the processor: what PSM WDSEL and RESETS WDSEL select
+    /// (2.13.4, 2.14.2). Returns whether the processor is among it.
     pub fn reset_by_watchdog(&mut self, reason: ResetReason) -> bool {
         let processor = self.psm.watchdog_resets_processor();
         let selected = self.resets.watchdog_select();
@@ -91,8 +91,8 @@ impl Bus {
         processor
     }
 
-    /// Power off and on: registers and SRAM are lost. Time, flash, the world outside the pins, the logs and what is
-    /// already on the wires stay.
+    /// Power off and on: registers and SRAM are lost. Time, flash, the world outside the pins, the
+    /// logs and what is already on the wires stay.
     pub fn power_cycle(&mut self) {
         self.cut_flash();
         let mut fresh = Bus::new(self.flash.clone());

@@ -1,5 +1,6 @@
-//! The boot ROM's functions (2.8.3) that change flash, and the table by which programs find them. There is no image of the ROM: a call
-//! does at once what the function does, and the processor waits for as long as the flash chip takes.
+//! The boot ROM's functions (2.8.3) that change flash, and the table by which programs find them.
+//! There is no image of the ROM: a call does at once what the function does, and the processor
+//! waits for as long as the flash chip takes.
 
 use std::sync::Arc;
 
@@ -9,14 +10,16 @@ use crate::peripherals::ssi::Ssi;
 use crate::report::{Access, Concern, Fault};
 use crate::ticks::Ticks;
 
-/// Where programs look (2.8.3.1): magic with version 2 behind it, then 16-bit pointers to the tables and to the function that searches them.
+/// Where programs look (2.8.3.1): magic with version 2 behind it, then 16-bit pointers to the
+/// tables and to the function that searches them.
 const MAGIC: u32 = 0x10;
 const TABLES: u32 = 0x14;
 const LOOKUP: u32 = 0x18;
 const FUNCTION_TABLE: u32 = 0x100;
 const FUNCTIONS: u32 = 0x200;
 
-/// Functions by their codes, in the order of their places from [`FUNCTIONS`] on, four bytes each; the search comes first and has none.
+/// Functions by their codes, in the order of their places from [`FUNCTIONS`] on, four bytes each;
+/// the search comes first and has none.
 const CODES: [[u8; 2]; 7] = [*b"C4", *b"IF", *b"EX", *b"RE", *b"RP", *b"FC", *b"CX"];
 const NAMES: [Function; 8] = [
     Function::Lookup,
@@ -47,7 +50,8 @@ const PAGE: usize = 256;
 const SECTOR_ERASE: Ticks = Ticks::from_millis(45);
 const PAGE_PROGRAM: Ticks = Ticks::from_micros(400);
 
-/// A change of flash that is going on, or the last one. What it changes is in flash already; a power cut puts part of it back.
+/// A change of flash that is going on, or the last one. What it changes is in flash already; a
+/// power cut puts part of it back.
 #[derive(Clone, Debug)]
 pub(super) struct FlashChange {
     offset: usize,
@@ -161,13 +165,14 @@ impl Bus {
         self.pause_core();
     }
 
-    /// When the flash chip has done, or will have done, what it was last told to; zero if it was told nothing since power-on.
+    /// When the flash chip has done, or will have done, what it was last told to; zero if it was
+    /// told nothing since power-on.
     pub fn flash_busy_until(&self) -> Ticks {
         self.flash_change.as_ref().map_or(Ticks::ZERO, |change| change.end)
     }
 
-    /// The supply ends: of what is going on, as many bits have changed as of its time has passed. Which ones is anybody's guess, and here
-    /// the same for the same place.
+    /// The supply ends: of what is going on, as many bits have changed as of its time has passed.
+    /// Which ones is anybody's guess, and here the same for the same place.
     pub(super) fn cut_flash(&mut self) {
         let now = self.now;
         let Some(change) = self.flash_change.take().filter(|change| now < change.end) else { return };

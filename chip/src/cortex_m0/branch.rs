@@ -6,8 +6,8 @@ use crate::bus::Bus;
 use crate::report::Fault;
 
 impl Core {
-    /// BXWritePC: in handler mode an EXC_RETURN value returns from the exception, everything else needs the
-    /// Thumb bit.
+    /// BXWritePC: in handler mode an EXC_RETURN value returns from the exception, everything else
+    /// needs the Thumb bit.
     pub(super) fn branch_exchange(&mut self, bus: &mut Bus, target: u32) -> Result<(), Fault> {
         if self.ipsr != 0 && target >> 28 == 0xf {
             return self.exception_return(bus, target);

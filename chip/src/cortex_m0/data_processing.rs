@@ -1,4 +1,5 @@
-//! Data processing on two low registers (A5.2.2). `d` is destination and first operand, `m` the second.
+//! Data processing on two low registers (A5.2.2). `d` is destination and first operand, `m` the
+//! second.
 
 use super::{Core, Outcome, low};
 

@@ -1,5 +1,5 @@
-//! The decoder: the jump by what [`KINDS`] says of an instruction. The code of nearly all instructions stands behind that jump itself,
-//! without a call.
+//! The decoder: the jump by what [`KINDS`] says of an instruction. The code of nearly all
+//! instructions stands behind that jump itself, without a call.
 
 use super::kind::{KINDS, Kind};
 use super::{Core, Outcome};

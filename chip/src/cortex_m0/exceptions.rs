@@ -11,10 +11,12 @@ pub(super) const SYSTICK: u32 = 15;
 /// Exception number of interrupt 0.
 pub(super) const FIRST_INTERRUPT: u32 = 16;
 
-/// Cycles from the interrupt to the first instruction of its handler with zero wait states, as the TRM gives them.
+/// Cycles from the interrupt to the first instruction of its handler with zero wait states, as the
+/// TRM gives them.
 const ENTRY_CYCLES: u32 = 15;
-/// Cycles of unstacking, on top of those of the returning instruction. The TRM gives no figure; this one is the eight
-/// loads of the frame and a pipeline refill. Tail-chaining, which would save cycles, is not modelled.
+/// Cycles of unstacking, on top of those of the returning instruction. The TRM gives no figure;
+/// this one is the eight loads of the frame and a pipeline refill. Tail-chaining, which would save
+/// cycles, is not modelled.
 const RETURN_CYCLES: u32 = 10;
 
 /// Priority of thread mode: less urgent than any exception's.
@@ -25,7 +27,8 @@ const RETURN_TO_HANDLER: u32 = 0xffff_fff1;
 const RETURN_TO_THREAD_MAIN: u32 = 0xffff_fff9;
 const RETURN_TO_THREAD_PROCESS: u32 = 0xffff_fffd;
 
-/// The exceptions being handled, outermost first. Four priorities and the fixed ones bound the depth.
+/// The exceptions being handled, outermost first. Four priorities and the fixed ones bound the
+/// depth.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ActiveExceptions(Vec<u32>);
 
@@ -41,7 +44,8 @@ impl Core {
         if self.primask { active.min(0) } else { active }
     }
 
-    /// Enters the most urgent pending exception if the current priority lets it. Returns whether it did.
+    /// Enters the most urgent pending exception if the current priority lets it. Returns whether it
+    /// did.
     #[cold]
     pub(super) fn take_pending_exception(&mut self, bus: &mut Bus) -> bool {
         self.latch_interrupts(bus);
@@ -68,7 +72,8 @@ impl Core {
         self.nvic.pending |= interrupts;
     }
 
-    /// Stops executing. An interrupt that is already pending may wake the core at once, so it is looked for.
+    /// Stops executing. An interrupt that is already pending may wake the core at once, so it is
+    /// looked for.
     pub(super) fn sleep(&mut self, bus: &mut Bus, activity: Activity) {
         self.activity = activity;
         bus.notice_interrupts();

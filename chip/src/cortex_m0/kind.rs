@@ -1,4 +1,5 @@
-//! What an instruction is: a table over the top ten bits of a 16-bit instruction (A5.2), filled in when the crate is compiled.
+//! What an instruction is: a table over the top ten bits of a 16-bit instruction (A5.2), filled in
+//! when the crate is compiled.
 
 /// What an instruction is. Numbered without gaps, so that the jump is one through a table.
 #[derive(Clone, Copy)]

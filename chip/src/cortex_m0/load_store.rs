@@ -1,6 +1,7 @@
 //! Loads and stores of one register (A5.2.4), and the data access itself.
 //!
-//! Two cycles each, one at the single-cycle IO port (SIO), plus what the APB bridge adds (datasheet 2.1.3).
+//! Two cycles each, one at the single-cycle IO port (SIO), plus what the APB bridge adds (datasheet
+//! 2.1.3).
 
 use super::{Core, Outcome, SP, low};
 use crate::bus::{Bus, RAM_CYCLES, access_cycles};
@@ -12,7 +13,8 @@ fn is_private(address: u32) -> bool {
 }
 
 impl Core {
-    /// A word from anywhere. A call, so that what is seldom needed does not stand in the loop over instructions.
+    /// A word from anywhere. A call, so that what is seldom needed does not stand in the loop over
+    /// instructions.
     #[inline(never)]
     pub(super) fn load_word(&mut self, bus: &mut Bus, address: u32) -> Result<u32, Fault> {
         if is_private(address) { self.read_system_control(bus, address) } else { bus.read32(address) }

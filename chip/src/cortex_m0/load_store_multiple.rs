@@ -1,11 +1,13 @@
-//! PUSH, POP, STM and LDM. 1 + N cycles for N registers, two more when POP loads the PC (TRM table 3-1).
+//! PUSH, POP, STM and LDM. 1 + N cycles for N registers, two more when POP loads the PC (TRM table
+//! 3-1).
 
 use super::{Core, LR, Outcome, SP, low};
 use crate::bus::Bus;
 use crate::report::Fault;
 
 impl Core {
-    /// Stores the low registers of `list` at rising addresses; returns the address after the last one.
+    /// Stores the low registers of `list` at rising addresses; returns the address after the last
+    /// one.
     fn store_low_registers(&mut self, bus: &mut Bus, list: u16, mut address: u32) -> Result<u32, Fault> {
         for register in registers(list) {
             if !bus.set_aligned_sram(address, self.r[register].to_le_bytes()) {
@@ -16,7 +18,8 @@ impl Core {
         Ok(address)
     }
 
-    /// Loads the low registers of `list` from rising addresses; returns the address after the last one.
+    /// Loads the low registers of `list` from rising addresses; returns the address after the last
+    /// one.
     fn load_low_registers(&mut self, bus: &mut Bus, list: u16, mut address: u32) -> Result<u32, Fault> {
         for register in registers(list) {
             self.r[register] = match bus.aligned_sram(address) {

@@ -1,4 +1,5 @@
-//! Miscellaneous 16-bit instructions (A5.2.5): stack adjustment, extension, byte reversal, CPS, hints.
+//! Miscellaneous 16-bit instructions (A5.2.5): stack adjustment, extension, byte reversal, CPS,
+//! hints.
 
 use super::{Activity, Core, Outcome, SP, low};
 use crate::bus::Bus;
@@ -79,7 +80,8 @@ pub(super) fn bkpt(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     Ok(1)
 }
 
-/// `NOP`, `YIELD`, `WFE`, `WFI`, `SEV`; the rest of the hint space executes as `NOP` (A5.2.5, table A5-7).
+/// `NOP`, `YIELD`, `WFE`, `WFI`, `SEV`; the rest of the hint space executes as `NOP` (A5.2.5, table
+/// A5-7).
 pub(super) fn hint(core: &mut Core, bus: &mut Bus, opcode: u16) -> Outcome {
     match opcode & 0xff {
         0x20 => {

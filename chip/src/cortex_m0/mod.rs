@@ -1,6 +1,8 @@
-//! The Cortex-M0+ core: ARMv6-M (ARM DDI 0419) with the cycle counts of the Cortex-M0+ TRM (ARM DDI 0484).
+//! The Cortex-M0+ core: ARMv6-M (ARM DDI 0419) with the cycle counts of the Cortex-M0+ TRM (ARM DDI
+//! 0484).
 //!
-//! One file per encoding class of the architecture manual's chapter A5, one for each part of the system control space.
+//! One file per encoding class of the architecture manual's chapter A5, one for each part of the
+//! system control space.
 
 mod alu;
 mod branch;
@@ -34,7 +36,8 @@ use systick::SysTick;
 const SP: usize = 13;
 const LR: usize = 14;
 const PC: usize = 15;
-/// Cycles of a call of the boot ROM, besides those that the flash chip takes. Not measured: nothing here depends on them.
+/// Cycles of a call of the boot ROM, besides those that the flash chip takes. Not measured: nothing
+/// here depends on them.
 const ROM_CALL: u32 = 100;
 
 /// Whether the core executes, and if not, what would make it.
@@ -51,8 +54,8 @@ pub(crate) enum Activity {
     Halted,
 }
 
-/// N, Z, C, V of the APSR. N, Z and V are kept as the words from which they follow: nearly all instructions set them, and few
-/// look at them.
+/// N, Z, C, V of the APSR. N, Z and V are kept as the words from which they follow: nearly all
+/// instructions set them, and few look at them.
 #[derive(Clone, Copy, Debug, Default)]
 struct Flags {
     /// N is the sign.
@@ -153,7 +156,8 @@ impl Core {
         }
     }
 
-    /// Goes on at `entry` as after a reset, with nothing returned to: where the boot ROM has come to.
+    /// Goes on at `entry` as after a reset, with nothing returned to: where the boot ROM has come
+    /// to.
     pub fn start_at(&mut self, bus: &mut Bus, entry: u32, stack_pointer: u32) {
         self.restart(bus, 0);
         self.set_sp(stack_pointer);
@@ -236,8 +240,9 @@ impl Core {
         self.systick.restart(bus);
     }
 
-    /// Executes instructions, and enters the exceptions that become pending, until `limit` or until something else is
-    /// due: a peripheral's event, or a look at the core. An instruction is never cut.
+    /// Executes instructions, and enters the exceptions that become pending, until `limit` or until
+    /// something else is due: a peripheral's event, or a look at the core. An instruction is never
+    /// cut.
     pub fn run(&mut self, bus: &mut Bus, limit: Ticks) {
         bus.let_core_run(limit);
         loop {
@@ -269,13 +274,15 @@ impl Core {
         self.catch_up(bus);
     }
 
-    /// Makes [`Bus::now`] the time at which the core is, after what it has executed and the waits for flash in it.
+    /// Makes [`Bus::now`] the time at which the core is, after what it has executed and the waits
+    /// for flash in it.
     fn catch_up(&mut self, bus: &mut Bus) {
         bus.spend_waits();
         bus.catch_up();
     }
 
-    /// Executes one instruction, and spends its cycles but those of waiting for flash. Returns whether there was one.
+    /// Executes one instruction, and spends its cycles but those of waiting for flash. Returns
+    /// whether there was one.
     #[inline]
     fn execute(&mut self, bus: &mut Bus) -> bool {
         let pc = self.r[PC];

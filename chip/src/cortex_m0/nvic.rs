@@ -1,5 +1,6 @@
-//! The interrupt controller (B3.4): 26 interrupt lines of the RP2040 on 32 inputs, four priorities, and the pending and
-//! priority state of the system exceptions that belongs to the system control block.
+//! The interrupt controller (B3.4): 26 interrupt lines of the RP2040 on 32 inputs, four priorities,
+//! and the pending and priority state of the system exceptions that belongs to the system control
+//! block.
 
 use super::exceptions::{FIRST_INTERRUPT, PENDSV, SVCALL, SYSTICK};
 
@@ -10,8 +11,8 @@ const PRIORITY_BITS: u8 = 0xc0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nvic {
     pub enabled: u32,
-    /// A rising edge on a line makes its interrupt pending, and it stays so until it is taken or cleared, even if the
-    /// line falls meanwhile (B3.4.1).
+    /// A rising edge on a line makes its interrupt pending, and it stays so until it is taken or
+    /// cleared, even if the line falls meanwhile (B3.4.1).
     pub pending: u32,
     pub priorities: [u8; 32],
     pendsv_pending: bool,
@@ -51,7 +52,8 @@ impl Nvic {
         }
     }
 
-    /// The pending and enabled exception with the most urgent priority; of equals the lowest number (B1.5.4).
+    /// The pending and enabled exception with the most urgent priority; of equals the lowest number
+    /// (B1.5.4).
     pub fn most_urgent(&self) -> Option<u32> {
         let mut interrupts = self.pending & self.enabled;
         let mut best: Option<u32> = None;

@@ -1,4 +1,5 @@
-//! Shift (immediate), add, subtract, move and compare (A5.2.1), and the two address additions of table A5-1.
+//! Shift (immediate), add, subtract, move and compare (A5.2.1), and the two address additions of
+//! table A5-1.
 
 use super::{Core, Outcome, SP, low};
 

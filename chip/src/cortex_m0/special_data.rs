@@ -1,4 +1,5 @@
-//! Special data instructions and branch and exchange (A5.2.3): the ones that reach all sixteen registers.
+//! Special data instructions and branch and exchange (A5.2.3): the ones that reach all sixteen
+//! registers.
 
 use super::{Core, LR, Outcome, PC, SP};
 use crate::bus::Bus;

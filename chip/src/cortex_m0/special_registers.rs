@@ -62,7 +62,8 @@ impl Core {
                 self.primask = value & 1 != 0;
                 bus.notice_interrupts();
             }
-            // In handler mode CONTROL.SPSEL ignores writes. nPRIV is not modelled: code always runs privileged.
+            // In handler mode CONTROL.SPSEL ignores writes. nPRIV is not modelled: code always runs
+            // privileged.
             CONTROL if self.ipsr == 0 => self.select_process_stack(value & 2 != 0),
             CONTROL => {}
             _ => return Err(Fault::UndefinedInstruction),

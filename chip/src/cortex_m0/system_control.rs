@@ -109,7 +109,8 @@ impl Core {
             }
             SCR => {
                 self.send_event_on_pending = value & SCR_SEVONPEND != 0;
-                // SLEEPDEEP would only lower the power of a sleep; SLEEPONEXIT would change what runs.
+                // SLEEPDEEP would only lower the power of a sleep; SLEEPONEXIT would change what
+                // runs.
                 if value & !(SCR_SEVONPEND | SCR_SLEEPDEEP) & SCR_SLEEPONEXIT != 0 {
                     bus.note_unmodelled(address, Access::Write, Concern::ValueNotModelled);
                 }
@@ -123,7 +124,8 @@ impl Core {
         Ok(())
     }
 
-    /// NVIC_ICPR: an interrupt whose line is high and which is not being handled is pending again at once.
+    /// NVIC_ICPR: an interrupt whose line is high and which is not being handled is pending again
+    /// at once.
     fn clear_pending(&mut self, bus: &Bus, mask: u32) {
         let handled = match self.ipsr.checked_sub(FIRST_INTERRUPT) {
             Some(line) => 1 << line,

@@ -5,7 +5,8 @@ use crate::ticks::{Rate, Ticks};
 
 const ENABLE: u32 = 1 << 0;
 const TICKINT: u32 = 1 << 1;
-/// Processor clock; 0 is the reference, which on the RP2040 is the watchdog's 1 us tick (datasheet 4.7.2).
+/// Processor clock; 0 is the reference, which on the RP2040 is the watchdog's 1 us tick (datasheet
+/// 4.7.2).
 const CLKSOURCE: u32 = 1 << 2;
 const COUNTFLAG: u32 = 1 << 16;
 const COUNTER_BITS: u32 = 0xff_ffff;

@@ -14,9 +14,10 @@ const CONFIG_RESET: u16 = 0x8583;
 
 /// Texas Instruments ADS1115: a 16-bit analogue-to-digital converter with four inputs.
 ///
-/// Modelled: conversion, configuration and threshold registers, single-shot and continuous conversions at the nominal data
-/// rates, all inputs and ranges. A conversion has the voltages that its inputs have when it ends, as far as anybody looks; the
-/// comparator and its pin do nothing, and offset, gain and noise are those of an ideal part.
+/// Modelled: conversion, configuration and threshold registers, single-shot and continuous
+/// conversions at the nominal data rates, all inputs and ranges. A conversion has the voltages that
+/// its inputs have when it ends, as far as anybody looks; the comparator and its pin do nothing,
+/// and offset, gain and noise are those of an ideal part.
 #[derive(Clone, Debug)]
 pub struct Ads1115 {
     inputs_uv: [i32; 4],

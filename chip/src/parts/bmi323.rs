@@ -24,9 +24,10 @@ const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Bosch BMI323: accelerometer and gyroscope.
 ///
-/// Modelled: identification, status, data with the configured ranges, sensor time, soft reset with the 1.5 ms in which it does not
-/// answer, and that nothing is measured before a mode is configured. Data are those of an ideal part without a filter; there is no
-/// FIFO, no interrupt, no feature engine.
+/// Modelled: identification, status, data with the configured ranges, sensor time, soft reset with
+/// the 1.5 ms in which it does not answer, and that nothing is measured before a mode is
+/// configured. Data are those of an ideal part without a filter; there is no FIFO, no interrupt, no
+/// feature engine.
 #[derive(Clone, Debug)]
 pub struct Bmi323 {
     /// m/s^2.
@@ -69,13 +70,15 @@ impl Bmi323 {
         }
     }
 
-    /// What it measures from now on along and about its axes: acceleration with gravity, m/s^2, and angular rate, rad/s.
+    /// What it measures from now on along and about its axes: acceleration with gravity, m/s^2, and
+    /// angular rate, rad/s.
     pub fn set_motion(&mut self, acceleration: [f64; 3], rate: [f64; 3]) {
         (self.acceleration, self.rate) = (acceleration, rate);
     }
 
     fn measured(conf: u16, value: f64, full_scale: f64) -> u16 {
-        // Bits 14 to 12 are the mode: 0 is off, and so is the gyroscope's 1, which keeps its drive on.
+        // Bits 14 to 12 are the mode: 0 is off, and so is the gyroscope's 1, which keeps its drive
+        // on.
         if conf >> 12 & 7 < 2 {
             return NO_DATA;
         }

@@ -84,7 +84,8 @@ pub(crate) struct Adc {
     interrupt_force: u32,
     clock: Rate,
     converting: Option<Conversion>,
-    /// Free running: when the pacing timer started, and the clk_adc cycles, in 256ths, to its next start.
+    /// Free running: when the pacing timer started, and the clk_adc cycles, in 256ths, to its next
+    /// start.
     paced_from: Ticks,
     next_start: u64,
     inputs: [u16; CHANNELS],
@@ -157,8 +158,9 @@ impl Adc {
         ((self.control & AINSEL) >> 12) as usize
     }
 
-    /// The FIFO holds at least THRESH entries: always, if THRESH is 0. embassy-rp's single conversions rely on that;
-    /// they would wait for ever otherwise, because they do not use the FIFO at all.
+    /// The FIFO holds at least THRESH entries: always, if THRESH is 0. embassy-rp's single
+    /// conversions rely on that; they would wait for ever otherwise, because they do not use the
+    /// FIFO at all.
     fn raw_interrupt(&self) -> u32 {
         u32::from(self.fifo.len() >= self.threshold())
     }
@@ -232,7 +234,8 @@ impl Adc {
         if self.channel() < CHANNELS { Written::Done } else { Written::ValueNotModelled }
     }
 
-    /// Samples the selected input and starts converting it. `done` is never while clk_adc stands still.
+    /// Samples the selected input and starts converting it. `done` is never while clk_adc stands
+    /// still.
     fn convert(&mut self, sampled: Ticks, done: Ticks) {
         let channel = self.channel();
         let without_power = channel == TEMPERATURE && self.control & TS_EN == 0;
@@ -251,8 +254,9 @@ impl Adc {
         self.paced_from + self.clock.ticks_for(cycles_256.div_ceil(256))
     }
 
-    /// Starts the conversion due at `next_start` if it is due, and sets the time of the one after (register DIV): every
-    /// 1 + INT + FRAC/256 cycles, or back to back if that is shorter than a conversion.
+    /// Starts the conversion due at `next_start` if it is due, and sets the time of the one after
+    /// (register DIV): every 1 + INT + FRAC/256 cycles, or back to back if that is shorter than a
+    /// conversion.
     fn start_paced(&mut self, now: Ticks) {
         let start = self.paced_time(self.next_start);
         if start > now || self.converting.is_some() {

@@ -1,4 +1,5 @@
-//! CLOCKS (2.15): the clock generators the firmware uses, and the frequencies that come of their settings.
+//! CLOCKS (2.15): the clock generators the firmware uses, and the frequencies that come of their
+//! settings.
 
 use super::{RegisterWrite, Written};
 

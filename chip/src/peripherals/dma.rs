@@ -1,4 +1,5 @@
-//! DMA (2.5): twelve channels with four alias register blocks, chaining, rings, pacing and two interrupt lines.
+//! DMA (2.5): twelve channels with four alias register blocks, chaining, rings, pacing and two
+//! interrupt lines.
 //!
 //! This file has the registers; what a transfer does to the bus is in `bus/dma_engine.rs`.
 
@@ -206,8 +207,8 @@ impl Dma {
         self.awaited != 0
     }
 
-    /// The channel whose turn it is among those that are busy and requested: high priority first, then round robin
-    /// (2.5.1).
+    /// The channel whose turn it is among those that are busy and requested: high priority first,
+    /// then round robin (2.5.1).
     pub fn choose(&self, requested: impl Fn(&Channel) -> bool) -> Option<usize> {
         let ready = |number: &usize| {
             let channel = &self.channels[*number];
@@ -217,7 +218,8 @@ impl Dma {
         order().filter(|n| self.channels[*n].is_high_priority()).find(ready).or_else(|| order().find(ready))
     }
 
-    /// A transfer of a channel is done: counts it, and at the end raises the interrupt and triggers the next channel.
+    /// A transfer of a channel is done: counts it, and at the end raises the interrupt and triggers
+    /// the next channel.
     pub fn complete(&mut self, number: usize, result: Result<(), TransferError>, now: Ticks) {
         self.turn = (number + 1) % CHANNELS;
         let finished = match result {

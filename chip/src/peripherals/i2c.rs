@@ -1,4 +1,5 @@
-//! I2C0 and I2C1 (4.3): DW_apb_i2c as the only controller ("master") of a bus, with 7-bit addresses.
+//! I2C0 and I2C1 (4.3): DW_apb_i2c as the only controller ("master") of a bus, with 7-bit
+//! addresses.
 
 mod registers;
 mod transfer;
@@ -85,7 +86,8 @@ impl Default for I2c {
 }
 
 impl I2c {
-    /// The block after a reset at `now`. A part that was sending goes on holding the bit that it was at.
+    /// The block after a reset at `now`. A part that was sending goes on holding the bit that it
+    /// was at.
     pub fn reset(&mut self, now: Ticks) {
         self.cut(now);
         let wires = std::mem::take(&mut self.wires);

@@ -1,9 +1,10 @@
-//! The peripherals, one a file, with the register names of the RP2040 datasheet; each names the section that
-//! describes it.
+//! The peripherals, one a file, with the register names of the RP2040 datasheet; each names the
+//! section that describes it.
 //!
-//! A peripheral knows its own registers and the time, nothing of the bus: reads return `None` for a register that is
-//! not modelled, writes a [`Written`], and the bus reports both. Counters are computed from the time they started, so a
-//! peripheral costs nothing between the events it announces with `next_event`.
+//! A peripheral knows its own registers and the time, nothing of the bus: reads return `None` for a
+//! register that is not modelled, writes a [`Written`], and the bus reports both. Counters are
+//! computed from the time they started, so a peripheral costs nothing between the events it
+//! announces with `next_event`.
 
 pub(crate) mod adc;
 pub(crate) mod clocks;
@@ -74,8 +75,9 @@ impl RegisterWrite {
         old & !writable | self.onto(old) & writable
     }
 
-    /// The bits that act: of write-one-to-clear and self-clearing registers. The value as it is on the bus, whatever
-    /// the alias; the SDK acknowledges interrupts both by plain writes and through the clear alias.
+    /// The bits that act: of write-one-to-clear and self-clearing registers. The value as it is on
+    /// the bus, whatever the alias; the SDK acknowledges interrupts both by plain writes and
+    /// through the clear alias.
     pub fn ones(self) -> u32 {
         self.raw
     }

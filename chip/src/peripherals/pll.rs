@@ -1,4 +1,5 @@
-//! PLL_SYS and PLL_USB (2.18): locked as soon as they are powered, with the frequency of their dividers.
+//! PLL_SYS and PLL_USB (2.18): locked as soon as they are powered, with the frequency of their
+//! dividers.
 
 use super::clocks::{Hertz, XOSC_HZ};
 use super::{RegisterWrite, Written};

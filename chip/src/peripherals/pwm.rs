@@ -35,7 +35,8 @@ pub(crate) struct Pwm {
     force: u32,
     /// clk_sys as numerator and denominator, hertz.
     clock: (u64, u64),
-    /// Slices of which every compare match and wrap is an event, because somebody looks at their pins.
+    /// Slices of which every compare match and wrap is an event, because somebody looks at their
+    /// pins.
     watched: u32,
     /// Slices whose wraps pace a DMA channel.
     pacing: u32,
@@ -167,8 +168,8 @@ impl Pwm {
         self.status() != 0
     }
 
-    /// When somebody next has to look: at wraps that interrupt, pace DMA or take over new values, and at every edge of
-    /// a watched slice.
+    /// When somebody next has to look: at wraps that interrupt, pace DMA or take over new values,
+    /// and at every edge of a watched slice.
     pub fn next_event(&self) -> Ticks {
         self.next_event
     }

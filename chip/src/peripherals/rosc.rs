@@ -1,4 +1,5 @@
-//! ROSC, the ring oscillator (2.17): its divider, otherwise storage, always stable, and a pseudo-random bit.
+//! ROSC, the ring oscillator (2.17): its divider, otherwise storage, always stable, and a
+//! pseudo-random bit.
 
 use super::clocks::Hertz;
 use super::{RegisterWrite, Written};
@@ -17,7 +18,8 @@ const COUNT: u32 = 0x20;
 /// DIV: 0xaa0 + the divisor, where 0 stands for 32; what is none divides by 31.
 const DIVIDER_PASS: u32 = 0xaa0;
 const DIVIDERS: u32 = 32;
-/// The ring itself: nominally 6.5 MHz after reset, divided by 16 (2.17.1). The real one gives 1.8 to 12 MHz then.
+/// The ring itself: nominally 6.5 MHz after reset, divided by 16 (2.17.1). The real one gives 1.8
+/// to 12 MHz then.
 const RING_HZ: u64 = 16 * 6_500_000;
 
 const STATUS_STABLE: u32 = 1 << 31;

@@ -1,13 +1,16 @@
-//! The flash chip behind the SSI, as far as second-stage boot loaders talk to it: Winbond W25Q080 and its family.
+//! The flash chip behind the SSI, as far as second-stage boot loaders talk to it: Winbond W25Q080
+//! and its family.
 
 /// Instructions (W25Q80 datasheet, 8.1).
 const READ_STATUS_1: u8 = 0x05;
 const READ_STATUS_2: u8 = 0x35;
 const FAST_READ_QUAD_IO: u8 = 0xeb;
 
-/// Status register 2: QE, all four data lines may be used. Set when the parts with it leave the factory.
+/// Status register 2: QE, all four data lines may be used. Set when the parts with it leave the
+/// factory.
 const QUAD_ENABLE: u8 = 1 << 1;
-/// Upper half of the mode bits that keeps the chip in continuous reads: the next one begins with its address.
+/// Upper half of the mode bits that keeps the chip in continuous reads: the next one begins with
+/// its address.
 const CONTINUOUS: u8 = 0xa;
 
 /// What the flash chip remembers between two instructions.

@@ -1,4 +1,5 @@
-//! SSI (4.10): the serial interface to the flash chip, as second-stage boot loaders set it up, and what a read through it costs.
+//! SSI (4.10): the serial interface to the flash chip, as second-stage boot loaders set it up, and
+//! what a read through it costs.
 
 use std::collections::VecDeque;
 
@@ -23,8 +24,9 @@ const TRANSMIT_NOT_FULL: u32 = 1 << 1;
 const TRANSMIT_EMPTY: u32 = 1 << 2;
 const RECEIVE_NOT_EMPTY: u32 = 1 << 3;
 
-/// Processor cycles of a read besides those of the serial clock: chip select, the SSI's FIFOs, its bus. The datasheet gives none;
-/// with this many, a read with the usual divider of 2 takes the 400 ns at 125 MHz that users have measured.
+/// Processor cycles of a read besides those of the serial clock: chip select, the SSI's FIFOs, its
+/// bus. The datasheet gives none; with this many, a read with the usual divider of 2 takes the 400
+/// ns at 125 MHz that users have measured.
 const READ_OVERHEAD: u32 = 10;
 
 /// The SSI block with the flash chip behind it.
@@ -50,7 +52,8 @@ impl Ssi {
         Ssi { enabled: false, flash: SerialFlash::default(), ..Ssi::after_boot_loader() }
     }
 
-    /// As the boot loader for the W25Q080 family leaves it: quad reads of 32 bits without instruction, at half the system clock.
+    /// As the boot loader for the W25Q080 family leaves it: quad reads of 32 bits without
+    /// instruction, at half the system clock.
     pub fn after_boot_loader() -> Ssi {
         Ssi {
             enabled: true,
@@ -77,8 +80,8 @@ impl Ssi {
         [0, 4, 8, 16][(self.spi_control >> 8 & 3) as usize]
     }
 
-    /// Serial clocks of a read of 32 bits: instruction, address with mode bits, wait, data. SPI_CTRLR0.TRANS_TYPE says which of the
-    /// first two go over all lines.
+    /// Serial clocks of a read of 32 bits: instruction, address with mode bits, wait, data.
+    /// SPI_CTRLR0.TRANS_TYPE says which of the first two go over all lines.
     fn read_clocks(&self) -> u32 {
         let lines = self.lines();
         let (instruction_lines, address_lines) = match self.spi_control & 3 {

@@ -146,8 +146,8 @@ impl Timer {
         Written::Done
     }
 
-    /// Writing an alarm arms it for the next time the lower half *becomes* equal to it: one written at its own time
-    /// fires 71 minutes later.
+    /// Writing an alarm arms it for the next time the lower half *becomes* equal to it: one written
+    /// at its own time fires 71 minutes later.
     fn arm(&mut self, alarm: usize, write: RegisterWrite, now: Ticks) {
         self.alarms[alarm] = write.onto(self.alarms[alarm]);
         let count = self.count(now);

@@ -1,4 +1,5 @@
-//! UART0 and UART1 (4.2): ARM PL011 (ARM DDI 0183) with 32-byte FIFOs and its time base in fractions of a bit.
+//! UART0 and UART1 (4.2): ARM PL011 (ARM DDI 0183) with 32-byte FIFOs and its time base in
+//! fractions of a bit.
 
 mod receive;
 mod transmit;
@@ -78,8 +79,8 @@ pub(crate) struct Uart {
     raw: u32,
     dma_control: u32,
     low_power: u32,
-    /// Sixteenths of a bit in 64ths of a clk_peri cycle: the divisors as they were when UARTLCR_H was last written,
-    /// which is what makes them take effect.
+    /// Sixteenths of a bit in 64ths of a clk_peri cycle: the divisors as they were when UARTLCR_H
+    /// was last written, which is what makes them take effect.
     divisor: u64,
     /// 64ths of clk_peri cycles per tick.
     clock: Rate,
@@ -260,7 +261,8 @@ impl Uart {
             && self.transmitter.queued() < self.fifo_depth()
     }
 
-    /// DMA request to read from UARTDR: there is a character, and no error interrupt stops it (DMAONERR).
+    /// DMA request to read from UARTDR: there is a character, and no error interrupt stops it
+    /// (DMAONERR).
     pub fn receive_request(&self) -> bool {
         let stopped = self.dma_control & DMAONERR != 0 && self.raw & self.mask & ERROR_INTERRUPTS != 0;
         self.dma_control & RXDMAE != 0 && self.receiver.queued() > 0 && !stopped

@@ -29,7 +29,8 @@ impl Vreg {
         match offset {
             VREG => Some(self.regulator | VREG_ROK),
             BOD => Some(self.brown_out),
-            // The flag stays until the next chip-level reset; RUN and the rescue port are never used here.
+            // The flag stays until the next chip-level reset; RUN and the rescue port are never
+            // used here.
             CHIP_RESET => Some(HAD_POR),
             _ => None,
         }

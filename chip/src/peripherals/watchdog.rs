@@ -1,4 +1,5 @@
-//! WATCHDOG (4.7): countdown, forced reset, scratch registers and the 1 us tick for TIMER and SysTick.
+//! WATCHDOG (4.7): countdown, forced reset, scratch registers and the 1 us tick for TIMER and
+//! SysTick.
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,9 @@
-//! XIP_CTRL and the cache between the bus and the serial flash (2.6.3): 16 KiB, two ways, lines of 8 bytes.
+//! XIP_CTRL and the cache between the bus and the serial flash (2.6.3): 16 KiB, two ways, lines of
+//! 8 bytes.
 //!
-//! A line has a valid bit for each of its halves, and a miss fetches one half, because the SSI behind the cache delivers 32 bits at
-//! a time. Which way a miss replaces is not documented; here it is the one that was used less recently.
+//! A line has a valid bit for each of its halves, and a miss fetches one half, because the SSI
+//! behind the cache delivers 32 bits at a time. Which way a miss replaces is not documented; here
+//! it is the one that was used less recently.
 
 use super::{RegisterWrite, Written};
 use crate::ticks::Ticks;
@@ -82,7 +84,8 @@ fn place(address: u32) -> (usize, u16, u8) {
 }
 
 impl Xip {
-    /// Reads a word; returns whether the cache had it. Nearly all words are in the way used last, which changes nothing.
+    /// Reads a word; returns whether the cache had it. Nearly all words are in the way used last,
+    /// which changes nothing.
     #[inline]
     pub fn access(&mut self, address: u32) -> bool {
         self.accesses += 1;
@@ -122,8 +125,8 @@ impl Xip {
         ways[..=way].rotate_right(1);
     }
 
-    /// A write to a flash address: a matching entry of the cache is given up through the first alias. Returns whether the bus
-    /// accepts it.
+    /// A write to a flash address: a matching entry of the cache is given up through the first
+    /// alias. Returns whether the bus accepts it.
     pub fn invalidate(&mut self, address: u32) -> bool {
         if address & (NO_ALLOCATE | NO_LOOKUP) != 0 {
             return self.control & ERROR_ON_BAD_WRITE == 0;

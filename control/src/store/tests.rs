@@ -98,7 +98,8 @@ fn what_is_kept_already_is_not_written_again() {
     assert_eq!(stored.save(&mut flash, &set, &compiled()), Ok(stored));
 }
 
-/// The supply ends after each bit that changes, in three orders of the bits: the old values or the new ones, never others.
+/// The supply ends after each bit that changes, in three orders of the bits: the old values or the
+/// new ones, never others.
 #[test]
 fn a_power_cut_at_any_bit_leaves_the_old_or_the_new() {
     let (old, new) =

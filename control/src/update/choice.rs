@@ -1,13 +1,16 @@
-//! Which program a board starts with: a record in flash that changes only when an update is confirmed.
+//! Which program a board starts with: a record in flash that changes only when an update is
+//! confirmed.
 //!
 //! ```text
 //!  word    0        1        2              3                4       5
 //!          "PDC1"   number   place, 0 or 1  length, bytes    CRC     CRC-32 of the words before
 //! ```
 //!
-//! Two sectors take turns, as for parameters ([`store`](crate::store)): the record with the highest number whose CRC fits counts, and
-//! until the last word of a new one is there the old one does. Without any record the board starts with the program in the first place,
-//! where a probe or the boot ROM has flashed it. The boot stage reads these words, too, and it may be older than whoever writes them.
+//! Two sectors take turns, as for parameters ([`store`](crate::store)): the record with the highest
+//! number whose CRC fits counts, and until the last word of a new one is there the old one does.
+//! Without any record the board starts with the program in the first place, where a probe or the
+//! boot ROM has flashed it. The boot stage reads these words, too, and it may be older than whoever
+//! writes them.
 
 use pneudrive_protocol::program::crc;
 

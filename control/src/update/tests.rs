@@ -162,7 +162,8 @@ fn a_program_arrives_as_it_was_sent_and_is_given_to_the_runner_once() {
     assert_eq!((bench.state().outcome, bench.received()), (UpdateOutcome::Damaged, Some(0)));
 }
 
-/// Each of its requests: the host falls silent after it, and the board has forgotten the update when a host comes again.
+/// Each of its requests: the host falls silent after it, and the board has forgotten the update
+/// when a host comes again.
 #[test]
 fn a_host_that_stops_after_any_request_leaves_nothing_behind() {
     let sent = program(1, 300);

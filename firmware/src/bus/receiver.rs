@@ -1,14 +1,18 @@
-//! Two DMA channels that take turns for ever: one carries a character from the UART, the next the time from the timer.
+//! Two DMA channels that take turns for ever: one carries a character from the UART, the next the
+//! time from the timer.
 //!
 //! ```text
 //!  UART0 DR --(channel 0, when there is a character)--> CHARACTERS[n]
 //!                                                            | chains to
-//!  TIMERAWL --(channel 1, at once)--------------------> STAMPS[n]     n = n + 1 mod 64, interrupt, chains to channel 0
+//!  TIMERAWL --(channel 1, at once)--------------------> STAMPS[n]
+//!                                                            | n = n + 1 mod 64, interrupt,
+//!                                                            | chains to channel 0
 //! ```
 //!
-//! So every byte has the time at which it came, to the microsecond, however late the interrupt is: gaps between frames
-//! are found from these times. Nothing is lost as long as the interrupt comes within 64 characters (640 us at 1 Mbaud).
-//! RP2040 datasheet 2.5 (DMA: chaining 2.5.2.2 and rings 2.5.2.4), 4.2 (UART), 4.6 (timer).
+//! So every byte has the time at which it came, to the microsecond, however late the interrupt is:
+//! gaps between frames are found from these times. Nothing is lost as long as the interrupt comes
+//! within 64 characters (640 us at 1 Mbaud). RP2040 datasheet 2.5 (DMA: chaining 2.5.2.2 and rings
+//! 2.5.2.4), 4.2 (UART), 4.6 (timer).
 
 use crate::chip::{self, TIMER};
 use core::cell::UnsafeCell;
@@ -23,11 +27,13 @@ const INTERRUPT_LINE: usize = 1;
 
 const RING_LEN: usize = 64;
 
-/// A ring that a DMA channel writes. Aligned to at least its size, as the channel's address wrap needs.
+/// A ring that a DMA channel writes. Aligned to at least its size, as the channel's address wrap
+/// needs.
 #[repr(C, align(256))]
 struct Ring<T>(UnsafeCell<[T; RING_LEN]>);
 
-// SAFETY: written by the DMA only, and read (volatile) only where it has already written, by the one `Receiver`.
+// SAFETY: written by the DMA only, and read (volatile) only where it has already written, by the
+// one `Receiver`.
 unsafe impl<T: Send> Sync for Ring<T> {}
 
 static CHARACTERS: Ring<u16> = Ring(UnsafeCell::new([0; RING_LEN]));
@@ -124,7 +130,8 @@ impl Receiver {
     }
 }
 
-/// Takes back the interrupt request. Before looking for characters, so that none that comes meanwhile is missed.
+/// Takes back the interrupt request. Before looking for characters, so that none that comes
+/// meanwhile is missed.
 pub fn acknowledge() {
     DMA.ints(INTERRUPT_LINE).write_value(1 << STAMPS_CHANNEL);
 }

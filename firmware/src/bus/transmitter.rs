@@ -83,8 +83,8 @@ impl Transmitter {
     }
 }
 
-/// Sets the alarm. An alarm whose time has passed would not go off for 71 minutes (datasheet 4.6.3), so its
-/// interrupt is then raised by hand.
+/// Sets the alarm. An alarm whose time has passed would not go off for 71 minutes (datasheet
+/// 4.6.3), so its interrupt is then raised by hand.
 fn set_alarm(at: Micros) {
     TIMER.alarm(ALARM).write_value(at.get() as u32);
     if crate::shared::now() >= at {

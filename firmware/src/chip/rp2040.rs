@@ -45,10 +45,11 @@ pub fn in_bus_interrupt() -> bool {
     (BUS_INTERRUPTS << 16).checked_shr(super::active_exception()).is_some_and(|shifted| shifted & 1 == 1)
 }
 
-/// Disables every interrupt but the bus's two; gives those that it has disabled. ARMv6-M cannot mask by priority
-/// (it has no BASEPRI), so it is done one by one.
+/// Disables every interrupt but the bus's two; gives those that it has disabled. ARMv6-M cannot
+/// mask by priority (it has no BASEPRI), so it is done one by one.
 pub fn mask_all_but_the_bus() -> u32 {
-    // SAFETY: single registers of the NVIC; an interrupt between the two accesses leaves them as it found them.
+    // SAFETY: single registers of the NVIC; an interrupt between the two accesses leaves them as it
+    // found them.
     let nvic = unsafe { &*NVIC::PTR };
     let enabled = nvic.iser[0].read() & !BUS_INTERRUPTS;
     // SAFETY: ones disable, zeros do nothing.

@@ -1,8 +1,8 @@
 //! The RP2350's Arm cores. All that differs from the RP2040 is here, and where its linker scripts
 //! `rp2350.x` and `memory.x` put things.
 //!
-//! There are no first instructions of ours here as in `rp2040/start.rs`: the pins wait for Embassy's
-//! initialisation, and their pull-ups vent the valves meanwhile.
+//! There are no first instructions of ours here as in `rp2040/start.rs`: the pins wait for
+//! Embassy's initialisation, and their pull-ups vent the valves meanwhile.
 
 use cortex_m::register::basepri;
 use embassy_rp::interrupt;

@@ -42,7 +42,8 @@ impl Lines {
         I2c::new_async(self.block.reborrow(), self.scl.reborrow(), self.sda.reborrow(), Interrupts, config)
     }
 
-    /// Clocks whoever holds SDA in the middle of a byte to its end, and ends the transfer. Gives whether SDA is free.
+    /// Clocks whoever holds SDA in the middle of a byte to its end, and ends the transfer. Gives
+    /// whether SDA is free.
     pub(super) async fn free(&mut self) -> bool {
         let (mut sda, mut scl) = (Flex::new(self.sda.reborrow()), Flex::new(self.scl.reborrow()));
         for line in [&mut sda, &mut scl] {

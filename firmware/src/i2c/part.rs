@@ -15,7 +15,8 @@ pub(super) trait Part {
     /// Where it may be.
     const ADDRESSES: &[u8];
 
-    /// Finds out whether it is at an address, and sets it up. Other parts have these addresses, too: [`Failure::Part`].
+    /// Finds out whether it is at an address, and sets it up. Other parts have these addresses,
+    /// too: [`Failure::Part`].
     async fn set_up(master: &mut Master<'_>, address: u8) -> Result<(), Failure>;
     /// Reads it.
     async fn measure(master: &mut Master<'_>, address: u8) -> Result<Self::Reading, Failure>;

@@ -1,4 +1,5 @@
-//! ADS1115 with a pressure transducer at AIN0 and the transducer's supply at AIN1: the supply pressure.
+//! ADS1115 with a pressure transducer at AIN0 and the transducer's supply at AIN1: the supply
+//! pressure.
 
 use super::part::Part;
 use super::{Failure, Master};
@@ -8,7 +9,8 @@ use pneudrive_control::{I2cSensors, Micros, Transducer};
 use pneudrive_protocol::pages::{GaugePressure, SensorPart, Voltage};
 
 const CONFIG: u8 = 0x01;
-/// Starts no conversion. A thermometer with this address (TMP102) reads two bits of it, its R1 and R0, as 1.
+/// Starts no conversion. A thermometer with this address (TMP102) reads two bits of it, its R1 and
+/// R0, as 1.
 const IDLE: [u8; 2] = [0x41, 0xe3];
 
 const TRANSDUCER: Transducer = Transducer { full_scale_pa: config::SUPPLY_FULL_SCALE_PA };
@@ -17,12 +19,14 @@ const TRANSDUCER: Transducer = Transducer { full_scale_pa: config::SUPPLY_FULL_S
 pub(super) struct Supply;
 
 impl Part for Supply {
-    /// The pressure by the output's share of the transducer's supply, `None` if that is none that it gives; and that supply.
+    /// The pressure by the output's share of the transducer's supply, `None` if that is none that
+    /// it gives; and that supply.
     type Reading = (Option<GaugePressure>, Voltage);
     /// ADDR at ground.
     const ADDRESSES: &[u8] = &[0x48];
 
-    /// An ADS1115 has no register that says what it is: its configuration can be written and read back.
+    /// An ADS1115 has no register that says what it is: its configuration can be written and read
+    /// back.
     async fn set_up(master: &mut Master<'_>, address: u8) -> Result<(), Failure> {
         let [high, low] = IDLE;
         master.write_async(address, [CONFIG, high, low]).await?;
@@ -32,7 +36,8 @@ impl Part for Supply {
         if [read[0] & 0x7f, read[1]] == IDLE { Ok(()) } else { Err(Failure::Part) }
     }
 
-    /// Each conversion is asked for with the whole configuration, so that one that has lost its power meanwhile measures the same.
+    /// Each conversion is asked for with the whole configuration, so that one that has lost its
+    /// power meanwhile measures the same.
     async fn measure(master: &mut Master<'_>, address: u8) -> Result<Self::Reading, Failure> {
         let config = ADS111xConfig::default()
             .pga(ProgramableGainAmplifier::V6_144)

@@ -1,4 +1,5 @@
-//! Updates over the bus: a new program collects in RAM, is checked, and goes into the place that the running one is not in.
+//! Updates over the bus: a new program collects in RAM, is checked, and goes into the place that
+//! the running one is not in.
 //!
 //! While flash is written nothing else runs, and the valve pins are at vent, as for parameters.
 
@@ -120,8 +121,8 @@ impl Updates {
         restart(watchdog)
     }
 
-    /// This program from now on. The one before stays named by the other record, for the day on which flash has lost this one; the
-    /// first update therefore writes two.
+    /// This program from now on. The one before stays named by the other record, for the day on
+    /// which flash has lost this one; the first update therefore writes two.
     fn keep_and_restart(&self, watchdog: &mut Watchdog) -> ! {
         alone();
         watchdog.feed(STEP_TIMEOUT);
@@ -203,7 +204,8 @@ struct Flash(flash::Flash<'static, peripherals::FLASH, Blocking, FLASH_SIZE>);
 
 impl Flash {
     fn new() -> Self {
-        // SAFETY: the parameters have the other one, and belong to the same task, which is here now.
+        // SAFETY: the parameters have the other one, and belong to the same task, which is here
+        // now.
         Self(flash::Flash::new_blocking(unsafe { peripherals::FLASH::steal() }))
     }
 

@@ -41,7 +41,8 @@ pub enum ImageError {
 }
 
 impl FlashImage {
-    /// What is loaded of an ELF file, at the addresses where it is stored (not where start-up copies it).
+    /// What is loaded of an ELF file, at the addresses where it is stored (not where start-up
+    /// copies it).
     ///
     /// # Errors
     /// [`ImageError`]

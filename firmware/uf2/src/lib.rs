@@ -1,7 +1,8 @@
-//! UF2 files: what a chip of the RP2 family takes when it is plugged in with its BOOTSEL button held.
+//! UF2 files: what a chip of the RP2 family takes when it is plugged in with its BOOTSEL button
+//! held.
 //!
-//! The boot ROM then shows itself as a USB drive, and whatever UF2 file is copied to it goes to flash.
-//! A file is a row of blocks of 512 bytes, each with 256 bytes for one page of flash:
+//! The boot ROM then shows itself as a USB drive, and whatever UF2 file is copied to it goes to
+//! flash. A file is a row of blocks of 512 bytes, each with 256 bytes for one page of flash:
 //!
 //! ```text
 //!   0  0x0A324655      16  bytes of data: 256        32  data
@@ -10,8 +11,8 @@
 //!  12  address         28  chip family
 //! ```
 //!
-//! The format is Microsoft's (github.com/microsoft/uf2); what the boot ROM wants of it is in the RP2040
-//! datasheet, 2.8.4.2, and the RP2350 datasheet, 5.5.2.
+//! The format is Microsoft's (github.com/microsoft/uf2); what the boot ROM wants of it is in the
+//! RP2040 datasheet, 2.8.4.2, and the RP2350 datasheet, 5.5.2.
 //!
 //! ```no_run
 //! use pneudrive_uf2::{ChipFamily, FlashImage, encode};

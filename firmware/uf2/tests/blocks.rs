@@ -21,7 +21,8 @@ fn elf(segments: &[(u32, &[u8])]) -> Vec<u8> {
     let mut offset = HEADER + SEGMENT * segments.len();
     for (address, data) in segments {
         let size = data.len() as u32;
-        // Type, offset, address where it runs, address where it is stored, sizes in file and memory, flags, alignment.
+        // Type, offset, address where it runs, address where it is stored, sizes in file and
+        // memory, flags, alignment.
         for word in [PT_LOAD, offset as u32, 0x2000_0000, *address, size, size, 5, 4] {
             file.extend(word.to_le_bytes());
         }

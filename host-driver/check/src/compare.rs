@@ -10,8 +10,8 @@ pub(crate) struct Change {
     pub(crate) note: String,
 }
 
-/// A change of less than so many standard errors is no change: a check makes 44 comparisons a board, and a thousand checks are to
-/// pass.
+/// A change of less than so many standard errors is no change: a check makes 44 comparisons a
+/// board, and a thousand checks are to pass.
 const SIGNIFICANT: f64 = 6.0;
 /// A change so many times as large as one that warns fails.
 const FAILS: f64 = 4.0;

@@ -8,10 +8,11 @@ use crate::{BoardReport, Missing, Quantity, Value, Verdict};
 /// Standard errors to either side of a 95 % interval.
 const NORMAL_95: f64 = 1.96;
 
-/// Judges what was measured of a board; `before` is the same board in an earlier check, if there was one.
+/// Judges what was measured of a board; `before` is the same board in an earlier check, if there
+/// was one.
 ///
-/// For itself each value has limits that any rig should keep. Beside an earlier check it may differ by as much as its noise
-/// allows and rigs differ from day to day; `docs/check.md` has all numbers.
+/// For itself each value has limits that any rig should keep. Beside an earlier check it may differ
+/// by as much as its noise allows and rigs differ from day to day; `docs/check.md` has all numbers.
 pub fn judge(board: u8, measured: Vec<Measured>, before: Option<&BoardReport>) -> BoardReport {
     let ratios: Vec<_> = measured.iter().map(|one| usual(&measured, one)).collect();
     let values = measured.into_iter().zip(ratios).map(|(one, usual)| value(one, usual, before));
@@ -44,7 +45,8 @@ fn value(measured: Measured, usual: Option<f64>, before: Option<&BoardReport>) -
     let (measured, error) = match estimate {
         Ok(estimate) => estimate,
         Err(why) => {
-            // What could be measured before and cannot now is no matter of taste, unless this machine was in the way.
+            // What could be measured before and cannot now is no matter of taste, unless this
+            // machine was in the way.
             if value.before.is_some() && why != Missing::Busy {
                 value.verdict = Verdict::Fail;
             }

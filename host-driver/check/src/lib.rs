@@ -1,12 +1,13 @@
-//! Self-test of a board: commands that show what its valves, chambers and sensors are like, what is measured of the answers, and
-//! whether that is well, for itself and beside an earlier check.
+//! Self-test of a board: commands that show what its valves, chambers and sensors are like, what is
+//! measured of the answers, and whether that is well, for itself and beside an earlier check.
 //!
 //! ```text
-//!   Plan ──set points over time──▶ (somebody's bus) ──readings──▶ Samples ──measure──▶ Value ──judge──▶ BoardReport
-//!                                                                    earlier Report ─────────┘
+//!   Plan ──set points over time──▶ (somebody's bus) ──readings──▶ Samples ──measure──▶ Value
+//!   Value, earlier Report ──judge──▶ BoardReport
 //! ```
 //!
-//! Nothing here knows of a bus or reads a clock. All pressures are kPa gauge, all times seconds of the plan.
+//! Nothing here knows of a bus or reads a clock. All pressures are kPa gauge, all times seconds of
+//! the plan.
 //!
 //! ```
 //! use pneudrive_check::{Plan, Quantity, Samples, judge, measure};

@@ -97,7 +97,8 @@ mod tests {
             means += usize::from(within(mean(&flat).unwrap(), 5.0));
         }
         for hits in [slopes, crossings, means] {
-            // 95 % +- four standard errors; Student's t of 38 degrees of freedom takes away half a percent.
+            // 95 % +- four standard errors; Student's t of 38 degrees of freedom takes away half a
+            // percent.
             assert!((1_850..=1_940).contains(&hits), "{slopes} {crossings} {means} of 2000");
         }
     }

@@ -5,7 +5,8 @@ use crate::missing::Missing;
 use crate::plan::Phases;
 use crate::{CHANNELS, Plan, Quantity, Samples};
 
-/// What was measured of a channel; `estimate` is the value and its standard error, or why there is none.
+/// What was measured of a channel; `estimate` is the value and its standard error, or why there is
+/// none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// What.
@@ -23,7 +24,8 @@ impl Measured {
     }
 }
 
-/// What two tries of the same plan found, as [`measure`] returns it: what was disturbed in the first is taken from the second.
+/// What two tries of the same plan found, as [`measure`] returns it: what was disturbed in the
+/// first is taken from the second.
 pub fn completed(first: Vec<Measured>, second: Vec<Measured>) -> Vec<Measured> {
     let pairs = first.into_iter().zip(second);
     pairs.map(|(first, second)| if first.was_disturbed() { second } else { first }).collect()
@@ -31,13 +33,15 @@ pub fn completed(first: Vec<Measured>, second: Vec<Measured>) -> Vec<Measured> {
 
 /// Error from which on the board's loop drives its valve fully, kPa: 40 counts.
 const FULL_DRIVE_KPA: f64 = 36.0;
-/// Nearer than this to a set point is there: beyond the valve's dead band, before the loop brakes, kPa.
+/// Nearer than this to a set point is there: beyond the valve's dead band, before the loop brakes,
+/// kPa.
 const ARRIVED_KPA: f64 = 8.0;
 /// A set point that takes longer than this to change is ramped, s: rates are then the ramp's.
 const AT_ONCE_S: f64 = 0.02;
 /// Share of its rows that a line needs.
 const ENOUGH: f64 = 0.6;
-/// Longest time without a row where a pressure arrives, s: what the pressure does then is what is measured.
+/// Longest time without a row where a pressure arrives, s: what the pressure does then is what is
+/// measured.
 const UNSEEN_S: f64 = 0.02;
 
 /// Measures everything that the plan is made for; what could not be measured says why.
@@ -99,7 +103,8 @@ impl Channel<'_> {
         seconds * self.plan.stretch()
     }
 
-    /// When the set point changed; an error where it was ramped, or never sent, or sent nobody knows when.
+    /// When the set point changed; an error where it was ramped, or never sent, or sent nobody
+    /// knows when.
     fn step(&self, at_s: f64, to_kpa: f64) -> Result<f64, Missing> {
         match self.samples.commanded(self.channel, at_s, to_kpa) {
             None if self.samples.longest_gap_s(at_s - 0.1, at_s + self.s(1.0)) > 0.5 * self.s(1.0) => {
@@ -143,8 +148,8 @@ impl Channel<'_> {
         Ok(self.crossing((begun, self.phases.end_s), -1.0, -0.9 * half, -bottom)?.slope)
     }
 
-    /// The line through the readings, times `sign`, of a rise: from when they first are above `low` to before they first are above
-    /// `high`.
+    /// The line through the readings, times `sign`, of a rise: from when they first are above `low`
+    /// to before they first are above `high`.
     fn crossing(&self, (from_s, to_s): (f64, f64), sign: f64, low: f64, high: f64) -> Result<Line, Missing> {
         let all: Vec<_> = self.between(from_s, to_s).into_iter().map(|(t, kpa)| (t, sign * kpa)).collect();
         let first = |than: f64| all.iter().position(|(_, y)| *y > than);
@@ -229,8 +234,8 @@ impl Channel<'_> {
         }
     }
 
-    /// How far the channels that are commanded 0 kPa come away from where they were: at the most over 40 ms. The one that was
-    /// tested just before still falls, and is left out.
+    /// How far the channels that are commanded 0 kPa come away from where they were: at the most
+    /// over 40 ms. The one that was tested just before still falls, and is left out.
     fn crosstalk(&self) -> Found {
         const WINDOW_S: f64 = 0.04;
         let Phases { fill_s, vent_s, .. } = self.phases;

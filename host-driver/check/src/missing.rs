@@ -5,8 +5,8 @@ use std::fmt;
 /// Why a quantity has no value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Missing {
-    /// Rows are missing or late where the value depends on when they were: the machine was busy, or answers were lost. That says
-    /// nothing about the board, and another try may do.
+    /// Rows are missing or late where the value depends on when they were: the machine was busy, or
+    /// answers were lost. That says nothing about the board, and another try may do.
     Busy,
     /// The board or its limits did not allow it, in words for people.
     Because(String),

@@ -4,8 +4,9 @@ use crate::line_fit::mean;
 use crate::{CHANNELS, Samples};
 use std::fmt;
 
-/// Set points of one board over time: first all at 0 kPa, then one channel after the other up to its level, to wherever its pressure
-/// then is (so that the valve closes), half way down, and down. The other channels stay at 0 kPa meanwhile.
+/// Set points of one board over time: first all at 0 kPa, then one channel after the other up to
+/// its level, to wherever its pressure then is (so that the valve closes), half way down, and down.
+/// The other channels stay at 0 kPa meanwhile.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Highest set point of each channel, kPa.
@@ -61,7 +62,8 @@ impl fmt::Display for PlanError {
 impl std::error::Error for PlanError {}
 
 impl Plan {
-    /// The lowest level that is worth a check, kPa: the board's loop drives its valve fully only from an error of 34 kPa on.
+    /// The lowest level that is worth a check, kPa: the board's loop drives its valve fully only
+    /// from an error of 34 kPa on.
     pub const LEAST_KPA: f64 = 80.0;
     /// All channels at 0 kPa before anything is measured: boards vent for 2 s after power-up.
     const SETTLE_S: f64 = 2.5;
@@ -76,7 +78,8 @@ impl Plan {
     /// Farther than this from its level a pressure is not held: the chamber has not arrived, kPa.
     const NEAR_LEVEL_KPA: f64 = 10.0;
 
-    /// A plan up to `levels_kpa`; `stretch` is 1 for chambers that fill within a second, more for larger ones.
+    /// A plan up to `levels_kpa`; `stretch` is 1 for chambers that fill within a second, more for
+    /// larger ones.
     ///
     /// # Errors
     /// A level below [`LEAST_KPA`](Self::LEAST_KPA), or times that are out of range.
@@ -96,8 +99,8 @@ impl Plan {
         self.phases(CHANNELS - 1).end_s
     }
 
-    /// What is commanded at `t_s`, kPa; 0 before the beginning and after the end. `so_far` is what was answered before, which
-    /// says where pressures are held.
+    /// What is commanded at `t_s`, kPa; 0 before the beginning and after the end. `so_far` is what
+    /// was answered before, which says where pressures are held.
     pub fn command_kpa(&self, t_s: f64, so_far: &Samples) -> [f64; CHANNELS] {
         std::array::from_fn(|channel| {
             let phases = self.phases(channel);

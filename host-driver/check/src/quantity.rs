@@ -10,7 +10,8 @@ pub enum Quantity {
     Zero,
     /// Standard deviation of single readings at rest, kPa.
     Noise,
-    /// Deviation from the highest set point at the end of its hold, kPa: the supply is too low, or the chamber leaks.
+    /// Deviation from the highest set point at the end of its hold, kPa: the supply is too low, or
+    /// the chamber leaks.
     Reached,
     /// Rise of the pressure with the valve driven fully, kPa/s.
     FillRate,
@@ -18,12 +19,13 @@ pub enum Quantity {
     VentRate,
     /// From the command to the line on which the pressure rises, ms.
     DeadTime,
-    /// Between the pressures at which filling and venting stop, kPa: the valve's dead band in terms of the board's loop.
+    /// Between the pressures at which filling and venting stop, kPa: the valve's dead band in terms
+    /// of the board's loop.
     Threshold,
     /// Where the middle of that dead band is, beside the set point, kPa.
     Centre,
-    /// Fall of the pressure while it is itself the set point, kPa/s, so that the valve is closed: a leak to the air. Below 0 it
-    /// rises: a leak from the supply.
+    /// Fall of the pressure while it is itself the set point, kPa/s, so that the valve is closed: a
+    /// leak to the air. Below 0 it rises: a leak from the supply.
     Leak,
     /// Deviation from half the level at the end of its hold, kPa.
     Hold,
@@ -93,7 +95,8 @@ impl Quantity {
         Unit { name, decimals }
     }
 
-    /// Without an earlier check. The numbers are what a rig can have and still work: `docs/check.md` says why each.
+    /// Without an earlier check. The numbers are what a rig can have and still work:
+    /// `docs/check.md` says why each.
     pub(crate) fn limits(self) -> Limits {
         match self {
             Self::Zero => Limits::Magnitude(7.0, 25.0),
@@ -113,7 +116,8 @@ impl Quantity {
     pub(crate) fn tolerance(self) -> f64 {
         match self {
             Self::Zero | Self::Crosstalk => 1.0,
-            // A count is 0.84 kPa: how much noise it shows depends on where between two counts the pressure is.
+            // A count is 0.84 kPa: how much noise it shows depends on where between two counts the
+            // pressure is.
             Self::Noise => 0.8,
             Self::Reached | Self::Hold => 0.5,
             Self::FillRate | Self::VentRate => 0.05,

@@ -61,7 +61,8 @@ pub struct BoardReport {
     pub values: Vec<Value>,
     /// Why the check was broken off; `None` if it was not.
     pub aborted: Option<String>,
-    /// Whether that says nothing of the board: somebody ended the check, this machine stood still, or another board was the reason.
+    /// Whether that says nothing of the board: somebody ended the check, this machine stood still,
+    /// or another board was the reason.
     #[serde(default)]
     pub unjudged: bool,
 }

@@ -4,8 +4,9 @@ use crate::CHANNELS;
 
 /// Readings of one board over the time of a plan. Rows without a reading are left out.
 ///
-/// When a row was asked for is known only as long as the program ran: where the next row is late, the program may have stood still
-/// between looking at the clock and sending. Such a row's time is not trusted.
+/// When a row was asked for is known only as long as the program ran: where the next row is late,
+/// the program may have stood still between looking at the clock and sending. Such a row's time is
+/// not trusted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Samples {
     t_s: Vec<f64>,
@@ -17,8 +18,8 @@ pub struct Samples {
 const LATE: f64 = 1.6;
 
 impl Samples {
-    /// Adds a row: its time, s, which does not go back; what was commanded in it, kPa; and what the board answered to that command,
-    /// kPa, which it measured before the command had an effect.
+    /// Adds a row: its time, s, which does not go back; what was commanded in it, kPa; and what the
+    /// board answered to that command, kPa, which it measured before the command had an effect.
     pub fn push(&mut self, t_s: f64, command_kpa: [f64; CHANNELS], kpa: [f64; CHANNELS]) {
         self.t_s.push(t_s);
         self.command_kpa.push(command_kpa);
@@ -78,8 +79,8 @@ impl Samples {
         next.is_some_and(|(next, this)| next - this > LATE * period_s)
     }
 
-    /// When a channel's command came within 1 kPa of `kpa`, at `from_s` or later, and how long it was on its way: the first row with
-    /// another command than before, and the first that is there.
+    /// When a channel's command came within 1 kPa of `kpa`, at `from_s` or later, and how long it
+    /// was on its way: the first row with another command than before, and the first that is there.
     pub(crate) fn commanded(&self, channel: usize, from_s: f64, kpa: f64) -> Option<(f64, f64)> {
         const NEAR_KPA: f64 = 1.0;
         let from = self.t_s.partition_point(|&t| t < from_s);

@@ -3,7 +3,8 @@
 use crate::{BoardReport, Report, Value, Verdict};
 use std::fmt::Write as _;
 
-/// One line a quantity and channel, for each board; `name` says what a board and a channel are called.
+/// One line a quantity and channel, for each board; `name` says what a board and a channel are
+/// called.
 pub fn table(report: &Report, name: &dyn Fn(u8, Option<usize>) -> String) -> String {
     let mut text = String::new();
     for board in &report.boards {
@@ -132,7 +133,8 @@ mod tests {
     use super::*;
     use crate::Quantity;
 
-    /// A check of one value that is compared with the day before, and how its problems and its table read.
+    /// A check of one value that is compared with the day before, and how its problems and its
+    /// table read.
     fn told(value: Value) -> (Vec<String>, String) {
         let board = BoardReport { board: 0, values: vec![value], aborted: None, unjudged: false };
         let report = Report {

@@ -1,5 +1,5 @@
-//! The self-test on virtual rigs: healthy ones pass, hidden faults are found and named. docs/check.md has the whole table, from
-//! `cargo run -p system-tests --bin check_table`.
+//! The self-test on virtual rigs: healthy ones pass, hidden faults are found and named.
+//! docs/check.md has the whole table, from `cargo run -p system-tests --bin check_table`.
 
 #![allow(clippy::unwrap_used)]
 
@@ -29,7 +29,8 @@ fn healthy_rigs_pass_for_themselves_and_beside_their_first_check() {
 /// A fault's size at which docs/check.md says that all are found, and what it shows in.
 const FAULTS: [(&str, &str, Quantity); 8] = [
     ("exhaust_leak", "=0.02", Quantity::Leak),
-    // It fills the dead band before the fall could be measured, and shows in a chamber that cannot be emptied.
+    // It fills the dead band before the fall could be measured, and shows in a chamber that cannot
+    // be emptied.
     ("fill_leak", "=0.02", Quantity::Zero),
     ("valve_gain", "=0.8", Quantity::FillRate),
     ("valve_centre", "=0.04", Quantity::Centre),

@@ -125,8 +125,8 @@ async function sendSetPoint(board, channel, kpa) {
   try {
     await act("/api/set", { board, channel, kpa, page: deadman.page });
   } finally {
-    // With a deadman for everybody, whoever commands is watched, also where the answer is lost. Where the host has
-    // refused it, the next heartbeat's answer says that nobody is.
+    // With a deadman for everybody, whoever commands is watched, also where the answer is lost.
+    // Where the host has refused it, the next heartbeat's answer says that nobody is.
     if (page.hello.deadman_required) deadman.set(true);
   }
 }

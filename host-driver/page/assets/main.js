@@ -1,7 +1,8 @@
 // Puts together what the host sends and what the page shows.
 
 const at = (id) => document.getElementById(id);
-// Exchanges lost from this share on are marked; fewer cost a reading now and then, and healthy boards lose some on a busy machine.
+// Exchanges lost from this share on are marked; fewer cost a reading now and then, and healthy
+// boards lose some on a busy machine.
 const LOST_SHARE = 0.01;
 const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, venting: null, hovered: null, recordingFailed: null };
 

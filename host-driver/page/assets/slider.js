@@ -11,7 +11,8 @@ class Slider {
     this.fill = element("div", { className: "fill" });
     this.thumb = element("div", { className: "thumb" });
     this.track = element("div", { className: "track" }, this.fill, this.thumb);
-    // Where the set point is, of the highest that the page may command: another source may command more, which stands at the stop, too.
+    // Where the set point is, of the highest that the page may command: another source may command
+    // more, which stands at the stop, too.
     this.reading = element("div", { className: "reading", title: "set point, of the highest that this page may command" });
     // The number field beside it says the same to people who cannot see or drag.
     this.track.setAttribute("aria-hidden", "true");

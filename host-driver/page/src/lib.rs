@@ -1,8 +1,8 @@
 //! The live page of a run: an HTTP server, and what browsers get from it.
 //!
 //! ```text
-//!   a run ──newest cycle──▶ one thread, 30 Hz ──text──▶ hub ──▶ one thread for all clients ──▶ browsers
-//!     ▲                                                                 │
+//!   a run ──newest cycle──▶ one thread, 30 Hz ──text──▶ hub ──▶ one for all clients ──▶ browsers
+//!     ▲                                                                   │
 //!     └──────────── Run::vent, Run::set, Recordings::start ◀── POST /api/...
 //! ```
 //!

@@ -97,7 +97,8 @@ pub struct BoardMoment {
     /// Set points towards which the commands go, kPa gauge. The same as `command_kpa` where nothing
     /// limits the rate of change.
     pub target_kpa: [f64; CHANNELS],
-    /// Supply pressure that it has measured lately, kPa gauge; `None` where it has no such sensor, or is not asked.
+    /// Supply pressure that it has measured lately, kPa gauge; `None` where it has no such sensor,
+    /// or is not asked.
     pub supply_kpa: Option<f64>,
     /// Temperature of its chip, degrees Celsius; `None` where it does not tell, or is not asked.
     pub chip_c: Option<f64>,

@@ -1,6 +1,7 @@
 //! How late the answers of a board really are.
 
-/// The times from request to answer that a board keeps to: those of its last 500 to 1000 answers, and of 100 at least.
+/// The times from request to answer that a board keeps to: those of its last 500 to 1000 answers,
+/// and of 100 at least.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Delays {
     current: Range,
@@ -40,7 +41,8 @@ impl Delays {
     const ENOUGH: u32 = 100;
     /// After so many the ones before them are forgotten.
     const KEPT: u32 = 500;
-    /// What is added to both ends, besides a quarter of the longest delay to the far one: the scheduler, and what few answers show.
+    /// What is added to both ends, besides a quarter of the longest delay to the far one: the
+    /// scheduler, and what few answers show.
     const MARGIN_NS: u64 = 200_000;
 
     /// An answer came so long after its request.

@@ -6,12 +6,14 @@ use serde::Serialize;
 /// Which packet formats may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FrameMode {
-    /// Checked with boards that understand it, unchecked with the original kind. Found out for each board.
+    /// Checked with boards that understand it, unchecked with the original kind. Found out for each
+    /// board.
     #[default]
     Negotiate,
     /// Only the original's format.
     Unchecked,
-    /// Only the format with CRC and sequence number: boards of the original kind answer in their own, and obey nothing.
+    /// Only the format with CRC and sequence number: boards of the original kind answer in their
+    /// own, and obey nothing.
     Checked,
 }
 
@@ -21,8 +23,8 @@ pub enum FrameMode {
 pub enum Frames {
     /// It has not answered yet.
     Unknown,
-    /// It understands checked packets. It is never asked otherwise again: what looks like an unchecked answer of such a board
-    /// can only be a damaged one.
+    /// It understands checked packets. It is never asked otherwise again: what looks like an
+    /// unchecked answer of such a board can only be a damaged one.
     Checked,
     /// It is of the original kind.
     Unchecked,
@@ -39,12 +41,15 @@ pub(super) struct Dialect {
 }
 
 impl Dialect {
-    /// A board that does not answer checked requests so often in a row is asked once in the original's format.
+    /// A board that does not answer checked requests so often in a row is asked once in the
+    /// original's format.
     ///
-    /// A board of the original kind answers a checked request, in its own format, and drops the commands: that answer tells its kind
-    /// at once, without this. A damaged answer of a board that checks can be taken for it only if all of its 20 spare bits have
-    /// become 0. Then the board is asked in the original's format, which it ignores, because it has heard a checked request; after
-    /// [`FORGOTTEN_AFTER`](Self::FORGOTTEN_AFTER) such requests it is unknown again. No answer of it is believed meanwhile.
+    /// A board of the original kind answers a checked request, in its own format, and drops the
+    /// commands: that answer tells its kind at once, without this. A damaged answer of a board that
+    /// checks can be taken for it only if all of its 20 spare bits have become 0. Then the board is
+    /// asked in the original's format, which it ignores, because it has heard a checked request;
+    /// after [`FORGOTTEN_AFTER`](Self::FORGOTTEN_AFTER) such requests it is unknown again. No
+    /// answer of it is believed meanwhile.
     pub(super) const CHECKED_TRIES: u32 = 2;
     /// An original board that has been silent so often may have been exchanged for another.
     const FORGOTTEN_AFTER: u32 = 3;

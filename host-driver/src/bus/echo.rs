@@ -1,7 +1,7 @@
 //! Whether the adapter returns what it sends.
 //!
-//! Content cannot tell: a board that holds its set points answers with the very bytes of the request. So a board is asked that
-//! does not exist; whatever comes back then is an echo.
+//! Content cannot tell: a board that holds its set points answers with the very bytes of the
+//! request. So a board is asked that does not exist; whatever comes back then is an echo.
 
 use super::{BusOptions, FrameMode, HeardBytes, OpenBusError};
 use crate::line::{Line, LineError};

@@ -41,8 +41,9 @@ pub enum ExchangeError {
         /// How long it was waited, us.
         waited_us: u64,
     },
-    /// The host's own bytes came back changed: somebody spoke at the same time, or the line is noisy. An answer is not believed,
-    /// because the board may have heard something else than was sent.
+    /// The host's own bytes came back changed: somebody spoke at the same time, or the line is
+    /// noisy. An answer is not believed, because the board may have heard something else than was
+    /// sent.
     #[error("{asked}: the echo of the request came back damaged: {heard}; two speakers at a time, or noise")]
     EchoDamaged {
         /// The board that was asked.
@@ -86,8 +87,8 @@ pub enum ExchangeError {
         /// How long it was waited, us.
         waited_us: u64,
     },
-    /// A board of which nothing was known was asked in checked packets and answered in the original's format: it is of the original
-    /// kind, and has dropped the commands.
+    /// A board of which nothing was known was asked in checked packets and answered in the
+    /// original's format: it is of the original kind, and has dropped the commands.
     #[error(
         "{asked}: it answered in the original's packet format, and drops checked requests; it is of the original kind"
     )]
@@ -97,7 +98,8 @@ pub enum ExchangeError {
         /// From the request until the answer, us.
         waited_us: u64,
     },
-    /// The board is in a session, with another host or with this one before it was started anew, and obeys nobody else.
+    /// The board is in a session, with another host or with this one before it was started anew,
+    /// and obeys nobody else.
     #[error(
         "{asked}: it is in a session with another host, or with this one before it was restarted; it is free when that has \
          been silent for the board's command timeout"
@@ -106,7 +108,8 @@ pub enum ExchangeError {
         /// The board that was asked.
         asked: Address,
     },
-    /// The answer came, but the host read it only now: it was stopped, or the machine is overloaded. Its pressures are history.
+    /// The answer came, but the host read it only now: it was stopped, or the machine is
+    /// overloaded. Its pressures are history.
     #[error(
         "{asked}: its answer was read only after {waited_us} us, too old to be used; the host was stopped, or the machine is overloaded"
     )]
@@ -153,8 +156,8 @@ impl ExchangeError {
         !matches!(self, Self::NoAnswer { .. } | Self::InSession { .. } | Self::Line(_))
     }
 
-    /// Whether the board can be assumed to have said what it had to say: as many bytes came as its answer has. If not, it may
-    /// still answer.
+    /// Whether the board can be assumed to have said what it had to say: as many bytes came as its
+    /// answer has. If not, it may still answer.
     pub(super) fn answer_consumed(&self) -> bool {
         match self {
             Self::Garbled { heard, .. } => heard.count() >= PACKET_LEN,

@@ -9,12 +9,13 @@ use pneudrive_protocol::{AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo};
 const TRIES: usize = 3;
 
 impl<L: Line> Bus<L> {
-    /// The commands that [`exchange`](Self::exchange) sends for `commands`, as things stand: the same, but channel 3's is one
-    /// count (0.84 kPa) lower if it is 255, 511, 767 or 1023 and board 0 may be of the original kind. Such a board would take
-    /// the request's last byte and the first one of what follows for its own address.
+    /// The commands that [`exchange`](Self::exchange) sends for `commands`, as things stand: the
+    /// same, but channel 3's is one count (0.84 kPa) lower if it is 255, 511, 767 or 1023 and board
+    /// 0 may be of the original kind. Such a board would take the request's last byte and the first
+    /// one of what follows for its own address.
     ///
-    /// Four commands of 0 counts have a meaning of their own ([`leave`](Self::leave)): then the first one is sent as 1 count, which
-    /// vents as well.
+    /// Four commands of 0 counts have a meaning of their own ([`leave`](Self::leave)): then the
+    /// first one is sent as 1 count, which vents as well.
     pub fn commands_on_the_wire(&self, mut commands: [Counts; CHANNELS]) -> [Counts; CHANNELS] {
         if commands == CheckedPacket::LEAVE {
             commands[0] = Counts::saturating(1);
@@ -22,13 +23,14 @@ impl<L: Line> Bus<L> {
         if self.board_0_may_misread() { false_address::without_false_address(commands) } else { commands }
     }
 
-    /// Whether board 0 may be of the original kind: only a board that has answered in checked packets is not.
+    /// Whether board 0 may be of the original kind: only a board that has answered in checked
+    /// packets is not.
     fn board_0_may_misread(&self) -> bool {
         self.frames(0) != Frames::Checked
     }
 
-    /// Makes the line ready for a request: nothing that came unasked is left, and no 0xFF stands before it. Says whether the echo
-    /// of a guard byte may still come.
+    /// Makes the line ready for a request: nothing that came unasked is left, and no 0xFF stands
+    /// before it. Says whether the echo of a guard byte may still come.
     pub(super) fn prepare(&mut self) -> Result<bool, ExchangeError> {
         let mut echo_due = false;
         for _ in 0..TRIES {

@@ -111,7 +111,8 @@ impl<L: Line> Bus<L> {
     /// silent for up to 100 ms.
     ///
     /// # Errors
-    /// What keeps them from it. Host and boards are at the compiled rate then, or will be after 100 ms.
+    /// What keeps them from it. Host and boards are at the compiled rate then, or will be after 100
+    /// ms.
     pub fn raise_line_rate(&mut self, boards: &[u8], rate: LineRate) -> Result<(), LineRateError> {
         self.ask_adapter(rate)?;
         let raised = self.ask_for_rate(boards, rate).and_then(|()| self.try_rate(boards, rate));

@@ -1,23 +1,28 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
-//! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC guards the values, and a
-//! sequence number tells whose answer an answer is (it repeats after 16 requests; no board answers the first of them after the last).
-//! A board that knows sessions gives one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the original kind answer unchecked packets, which do not say
-//! which request they belong to. With those, three rules keep a late answer from being taken for that to a later request:
+//! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC
+//! guards the values, and a sequence number tells whose answer an answer is (it repeats after 16
+//! requests; no board answers the first of them after the last). A board that knows sessions gives
+//! one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the
+//! original kind answer unchecked packets, which do not say which request they belong to. With
+//! those, three rules keep a late answer from being taken for that to a later request:
 //!
-//! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the line is idle.
+//! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the
+//!    line is idle.
 //! 2. After a failed exchange, what still comes is discarded until the line is idle.
-//! 3. A board that did not answer may still do so: it is left alone until its answer would be too late to be believed
-//!    ([`BusOptions::late_answer_limit_ns`]; twice the longest delay seen from this board lately, if that is more). Other
-//!    boards can be asked meanwhile, because answers carry their board's address. When 100 answers have told how late this board's
-//!    answers really are, it is asked again within that time. As long as the limit lasts, its answers are then believed only if
-//!    they come when this board's answers come, and no other follows.
+//! 3. A board that did not answer may still do so: it is left alone until its answer would be too
+//!    late to be believed ([`BusOptions::late_answer_limit_ns`]; twice the longest delay seen from
+//!    this board lately, if that is more). Other boards can be asked meanwhile, because answers
+//!    carry their board's address. When 100 answers have told how late this board's answers really
+//!    are, it is asked again within that time. As long as the limit lasts, its answers are then
+//!    believed only if they come when this board's answers come, and no other follows.
 //!
 //! What a board can be asked besides its pressures is in [`pages`](Bus::page).
 //!
-//! As long as board 0 may be of the original kind, nothing on the wire can be taken for its address where that is not meant
-//! ([`false_address`](pneudrive_protocol::false_address)): some set points of channel 3 are sent one count lower
-//! ([`Bus::commands_on_the_wire`]), and a byte 0x00 goes before a request that would follow 0xFF.
+//! As long as board 0 may be of the original kind, nothing on the wire can be taken for its address
+//! where that is not meant ([`false_address`](pneudrive_protocol::false_address)): some set points
+//! of channel 3 are sent one count lower ([`Bus::commands_on_the_wire`]), and a byte 0x00 goes
+//! before a request that would follow 0xFF.
 
 mod delays;
 mod dialect;
@@ -61,8 +66,8 @@ use transaction::Question;
 pub struct Answer {
     /// Measured pressures of channels 0 to 3, ADC counts.
     pub pressures: [Counts; CHANNELS],
-    /// When the request was handed to the line, ns on the line's clock. The board measured after at most one of its
-    /// loops before this: a value's age counts from here.
+    /// When the request was handed to the line, ns on the line's clock. The board measured after at
+    /// most one of its loops before this: a value's age counts from here.
     pub sent_ns: u64,
     /// When the last byte of the answer had been read, ns on the line's clock.
     pub answered_ns: u64,
@@ -133,8 +138,9 @@ impl<L: Line> Bus<L> {
         })
     }
 
-    /// After the line failed: tries once to open it again. What was known of the boards' packet formats and of the echo is found out
-    /// anew, because the adapter or the boards may be others now; what has been counted stays.
+    /// After the line failed: tries once to open it again. What was known of the boards' packet
+    /// formats and of the echo is found out anew, because the adapter or the boards may be others
+    /// now; what has been counted stays.
     ///
     /// # Errors
     /// As for [`new`](Self::new); it can be tried again.
@@ -153,8 +159,9 @@ impl<L: Line> Bus<L> {
         Ok(())
     }
 
-    /// Asks `board` whether it is there, and which packets it understands if that is not known yet: then up to three times, in
-    /// both formats. There is no other request than one with commands: a ping commands 0 kPa, which vents.
+    /// Asks `board` whether it is there, and which packets it understands if that is not known yet:
+    /// then up to three times, in both formats. There is no other request than one with commands: a
+    /// ping commands 0 kPa, which vents.
     ///
     /// # Errors
     /// As for [`exchange`](Self::exchange).
@@ -171,7 +178,8 @@ impl<L: Line> Bus<L> {
             }
             result = self.exchange(board, [self.options.vent; CHANNELS]);
         }
-        // Firmware of before pages does not answer when it is asked for a session: found out here, it costs no command its time.
+        // Firmware of before pages does not answer when it is asked for a session: found out here,
+        // it costs no command its time.
         while result.is_ok() && self.session_is_due(board) {
             self.wait_until_quiet(board)?;
             self.ask_for_session(board)?;
@@ -179,13 +187,16 @@ impl<L: Line> Bus<L> {
         result
     }
 
-    /// Sends four commands to `board` and waits for its four pressures, at most [`BusOptions::answer_timeout_ns`]. What is sent
-    /// are the [`commands_on_the_wire`](Self::commands_on_the_wire).
+    /// Sends four commands to `board` and waits for its four pressures, at most
+    /// [`BusOptions::answer_timeout_ns`]. What is sent are the
+    /// [`commands_on_the_wire`](Self::commands_on_the_wire).
     ///
-    /// Waits first where the board may still answer an earlier request; [`ready_at_ns`](Self::ready_at_ns) tells until when.
+    /// Waits first where the board may still answer an earlier request;
+    /// [`ready_at_ns`](Self::ready_at_ns) tells until when.
     ///
     /// # Errors
-    /// What came instead of the answer, or that nothing came. The bus can be used on after any of them but a line error.
+    /// What came instead of the answer, or that nothing came. The bus can be used on after any of
+    /// them but a line error.
     pub fn exchange(&mut self, board: u8, commands: [Counts; CHANNELS]) -> Result<Answer, ExchangeError> {
         self.request(board, self.commands_on_the_wire(commands))
     }
@@ -217,8 +228,9 @@ impl<L: Line> Bus<L> {
                 if error.something_came() {
                     self.drain()?;
                 }
-                // What the boards heard may not be what the host heard, and a board of the original kind that has waited in vain
-                // for the rest of a request goes on with the byte before.
+                // What the boards heard may not be what the host heard, and a board of the original
+                // kind that has waited in vain for the rest of a request goes on with the byte
+                // before.
                 self.last_byte = None;
             }
         }

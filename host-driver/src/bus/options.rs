@@ -20,16 +20,17 @@ pub enum EchoMode {
 pub struct BusOptions {
     /// Line rate. 1 Mbaud on the original's boards.
     pub baud: Baud,
-    /// How long a board may think before it answers, adapters and the scheduler included. The original's host waited nominally
-    /// 2 ms, its board's loop took 0.86 ms.
+    /// How long a board may think before it answers, adapters and the scheduler included. The
+    /// original's host waited nominally 2 ms, its board's loop took 0.86 ms.
     pub answer_allowance_ns: u64,
-    /// How long after its timeout an answer may still come, and a board that did not answer is left alone. An answer later
-    /// than this can be taken for that to the next request. The original's boards were seen to be 1 ms late at most.
+    /// How long after its timeout an answer may still come, and a board that did not answer is left
+    /// alone. An answer later than this can be taken for that to the next request. The original's
+    /// boards were seen to be 1 ms late at most.
     pub late_answer_limit_ns: u64,
     /// Which packet formats may be used.
     pub frames: FrameMode,
-    /// Whether to ask boards that check for a session, in which each request is obeyed once. Boards of before sessions go on without.
-    /// On by default.
+    /// Whether to ask boards that check for a session, in which each request is obeyed once. Boards
+    /// of before sessions go on without. On by default.
     pub sessions: bool,
     /// Whether the adapter echoes.
     pub echo: EchoMode,
@@ -44,8 +45,8 @@ pub struct BusOptions {
 impl BusOptions {
     /// How often 0 kPa is commanded to each board when a run ends.
     pub const SAFE_STATE_REPEATS: usize = 3;
-    /// How long the line must be silent to count as idle after a disturbance, beyond the protocol's idle gap: the time in which
-    /// bytes on their way through kernel and adapter should have come.
+    /// How long the line must be silent to count as idle after a disturbance, beyond the protocol's
+    /// idle gap: the time in which bytes on their way through kernel and adapter should have come.
     const IDLE_MARGIN_NS: u64 = 200_000;
     /// What a busy machine may hold the host up for without its answers being refused.
     const OLDEST_MARGIN_NS: u64 = 50_000_000;
@@ -59,19 +60,20 @@ impl BusOptions {
         Self { safe_state, vent: calibration.vent(boards), ..self }
     }
 
-    /// A board's timeout: request and answer on the wire, and the allowance. What a missing board costs the others.
+    /// A board's timeout: request and answer on the wire, and the allowance. What a missing board
+    /// costs the others.
     pub const fn answer_timeout_ns(&self) -> u64 {
         self.baud.exchange_ns() + self.answer_allowance_ns
     }
 
-    /// An answer that the host reads later than this after the request is not believed: the host stood still, and the pressures in
-    /// it are from before.
+    /// An answer that the host reads later than this after the request is not believed: the host
+    /// stood still, and the pressures in it are from before.
     pub const fn oldest_answer_ns(&self) -> u64 {
         self.answer_timeout_ns() + self.late_answer_limit_ns + Self::OLDEST_MARGIN_NS
     }
 
-    /// What an exchange takes at most as long as the host is not held up: bytes that nobody asked for before it, its timeout, and
-    /// bytes that are no answer.
+    /// What an exchange takes at most as long as the host is not held up: bytes that nobody asked
+    /// for before it, its timeout, and bytes that are no answer.
     pub const fn longest_exchange_ns(&self) -> u64 {
         self.answer_timeout_ns() + 2 * (self.drain_limit_ns() + self.idle_ns())
     }
@@ -92,8 +94,9 @@ impl BusOptions {
 }
 
 impl BusOptions {
-    /// What virtual boards are allowed before they answer, ns: they share the machine's cores with the host and whatever else runs
-    /// there, and an answer that is late costs more than an exchange that waits.
+    /// What virtual boards are allowed before they answer, ns: they share the machine's cores with
+    /// the host and whatever else runs there, and an answer that is late costs more than an
+    /// exchange that waits.
     pub const VIRTUAL_ALLOWANCE_NS: u64 = 20_000_000;
 }
 

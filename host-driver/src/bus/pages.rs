@@ -16,7 +16,8 @@ pub enum PageError {
     /// No answer came, or something else.
     #[error(transparent)]
     Exchange(#[from] ExchangeError),
-    /// The board is spoken to in unchecked packets: it is of the original kind, or is not to be spoken to otherwise.
+    /// The board is spoken to in unchecked packets: it is of the original kind, or is not to be
+    /// spoken to otherwise.
     #[error("{asked}: pages need checked packets; it is of the original kind, or --frames forbids them")]
     NotChecked {
         /// The board that was to be asked.
@@ -48,14 +49,16 @@ pub struct PageReply {
 }
 
 impl<L: Line> Bus<L> {
-    /// Asks `board` for an entry of a page and waits for it, at most [`BusOptions::answer_timeout_ns`](super::BusOptions::answer_timeout_ns).
+    /// Asks `board` for an entry of a page and waits for it, at most
+    /// [`BusOptions::answer_timeout_ns`](super::BusOptions::answer_timeout_ns).
     ///
-    /// Nothing is commanded: the board goes on with the set points it has, and its command timeout runs on. A board of
-    /// which nothing is known is asked in checked packets; one of the original kind drops them and answers in its own.
+    /// Nothing is commanded: the board goes on with the set points it has, and its command timeout
+    /// runs on. A board of which nothing is known is asked in checked packets; one of the original
+    /// kind drops them and answers in its own.
     ///
     /// # Errors
-    /// What came instead; that the board is not spoken to in checked packets; or that it does not have the entry. Firmware of
-    /// before pages does not answer.
+    /// What came instead; that the board is not spoken to in checked packets; or that it does not
+    /// have the entry. Firmware of before pages does not answer.
     pub fn page(&mut self, board: u8, entry: PageEntry) -> Result<PageReply, PageError> {
         let asked = Address::of_board(board);
         if self.frames(board) == Frames::Unchecked {
@@ -95,7 +98,8 @@ impl<L: Line> Bus<L> {
         }
     }
 
-    /// The drives that `board`'s last control step gave its valves, and when it was asked, ns on the line's clock.
+    /// The drives that `board`'s last control step gave its valves, and when it was asked, ns on
+    /// the line's clock.
     ///
     /// # Errors
     /// As for [`page`](Self::page).
@@ -137,7 +141,8 @@ impl<L: Line> Bus<L> {
         self.sensor(board, SensorEntry::AngularRate, AngularRate::from_entry)
     }
 
-    /// Temperature of the chip and voltage of the I2C connector at `board`, and when it was asked, ns on the line's clock.
+    /// Temperature of the chip and voltage of the I2C connector at `board`, and when it was asked,
+    /// ns on the line's clock.
     ///
     /// # Errors
     /// As for [`page`](Self::page); [`PageError::NoSuchEntry`] from firmware of before this page.
@@ -185,8 +190,8 @@ impl<L: Line> Bus<L> {
         read(board, entry, number_in(reply.words))
     }
 
-    /// Why `board`'s watchdog has reset it, if it has since power-on and the board knows. Each word that is lost is asked for
-    /// up to `tries` times, at least once.
+    /// Why `board`'s watchdog has reset it, if it has since power-on and the board knows. Each word
+    /// that is lost is asked for up to `tries` times, at least once.
     ///
     /// # Errors
     /// As for [`page`](Self::page).

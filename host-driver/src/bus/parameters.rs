@@ -8,7 +8,8 @@ use pneudrive_protocol::pages::{
 };
 use thiserror::Error;
 
-/// Parameters that could not be changed. The board goes on with those it had, except where [`Lost`](Self::Lost) says otherwise.
+/// Parameters that could not be changed. The board goes on with those it had, except where
+/// [`Lost`](Self::Lost) says otherwise.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ParameterError {
     /// It could not be asked.
@@ -84,7 +85,8 @@ pub enum ParameterChange {
         /// Its number now.
         board: u8,
     },
-    /// The board has taken the change and has gone back to the address of its switch, which the host does not know.
+    /// The board has taken the change and has gone back to the address of its switch, which the
+    /// host does not know.
     AtSwitchAddress,
 }
 
@@ -99,7 +101,8 @@ pub enum ChangeFrom {
 
 /// A request that is lost is sent again so often.
 const TRIES: u32 = 5;
-/// From a commit to the answer after the restart: half a second for flash at its slowest, 0.2 s for the start, and as much again.
+/// From a commit to the answer after the restart: half a second for flash at its slowest, 0.2 s for
+/// the start, and as much again.
 const RESTART_NS: u64 = 3_000_000_000;
 /// Between two questions whether it is there again.
 const ASK_AGAIN_NS: u64 = 10_000_000;
@@ -136,8 +139,8 @@ impl<L: Line> Bus<L> {
         number_in(words).ok_or(PageError::NoSuchEntry { asked: Address::of_board(board), entry })
     }
 
-    /// Changes parameters of `board`, all or none, and waits until it has restarted with them: a fifth of a second, and its power-up
-    /// vent follows. Commands 0 kPa; the board must be vented.
+    /// Changes parameters of `board`, all or none, and waits until it has restarted with them: a
+    /// fifth of a second, and its power-up vent follows. Commands 0 kPa; the board must be vented.
     ///
     /// # Errors
     /// Why nothing was changed, or [`ParameterError::Lost`].
@@ -191,7 +194,8 @@ impl<L: Line> Bus<L> {
         result.map(drop)
     }
 
-    /// The number that the board will have; `None` if its switch says it and the host does not know the switch.
+    /// The number that the board will have; `None` if its switch says it and the host does not know
+    /// the switch.
     fn wanted_address(
         &mut self,
         board: u8,
@@ -248,7 +252,8 @@ impl<L: Line> Bus<L> {
         let until_ns = self.line.now_ns() + RESTART_NS;
         let mut taken = false;
         while self.line.now_ns() < until_ns {
-            // What is lost is sent again until it is known to have arrived: then it is answered with Busy or NotBegun.
+            // What is lost is sent again until it is known to have arrived: then it is answered
+            // with Busy or NotBegun.
             if !taken {
                 match self.change(board, Change::Commit) {
                     Ok(ChangeAnswer::NeedsSession) => {

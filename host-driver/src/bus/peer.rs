@@ -5,7 +5,8 @@ use super::session::HostSession;
 use super::usual_delay::UsualDelay;
 use pneudrive_protocol::{CHANNELS, Counts, Format};
 
-/// What has happened between the host and one board. Every request is in `asked`, and in exactly one of the seven below it.
+/// What has happened between the host and one board. Every request is in `asked`, and in exactly
+/// one of the seven below it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Requests sent (or meant to be, where the line was busy).
@@ -20,12 +21,13 @@ pub struct Counters {
     pub echo: u64,
     /// Only another board answered.
     pub other_board: u64,
-    /// Only an answer to an earlier request, or one in the other format, came from it; its answer was read too late; or it is in a
-    /// session with another host.
+    /// Only an answer to an earlier request, or one in the other format, came from it; its answer
+    /// was read too late; or it is in a session with another host.
     pub stale: u64,
     /// The line was busy or failed.
     pub line: u64,
-    /// Packets from this board that came when it was not its turn: late answers. Not requests, so beside the others.
+    /// Packets from this board that came when it was not its turn: late answers. Not requests, so
+    /// beside the others.
     pub late: u64,
     /// Page requests. They are not in `asked`.
     pub pages_asked: u64,
@@ -44,8 +46,8 @@ impl Counters {
         self.answered + self.garbled + self.stale + self.late + self.pages_answered > 0
     }
 
-    /// Answers that came and were not accepted: damaged, or late. One that came while another board was asked counts with the
-    /// board that sent it.
+    /// Answers that came and were not accepted: damaged, or late. One that came while another board
+    /// was asked counts with the board that sent it.
     pub fn rejected(&self) -> u64 {
         self.garbled + self.echo + self.late
     }
@@ -61,7 +63,8 @@ pub(super) struct Peer {
     /// Last request that may still be answered, ns.
     owes_since_ns: Option<u64>,
     quiet_until_ns: u64,
-    /// How long after its timeout an answer may still come: the configured limit, or more for a board that was later.
+    /// How long after its timeout an answer may still come: the configured limit, or more for a
+    /// board that was later.
     late_limit_ns: u64,
     usual_late_limit_ns: u64,
     /// How late its answers really are.
@@ -81,7 +84,8 @@ impl Peer {
     const LATEST_NS: u64 = 200_000_000;
     /// After so many prompt answers in a row a delay is history.
     const FORGIVEN_AFTER: u32 = 100;
-    /// After so many failures in a row the whole limit is waited for: by then more is wrong than a lost packet.
+    /// After so many failures in a row the whole limit is waited for: by then more is wrong than a
+    /// lost packet.
     const EARLY_TRIES: u32 = 3;
 
     pub(super) fn new(late_limit_ns: u64, dialect: Dialect, sessions: bool) -> Self {
@@ -154,8 +158,8 @@ impl Peer {
         }
     }
 
-    /// An exchange failed. `owed_since_ns` is when the request was sent, if it may still be answered; `timeout_ns` is how long an
-    /// answer is waited for.
+    /// An exchange failed. `owed_since_ns` is when the request was sent, if it may still be
+    /// answered; `timeout_ns` is how long an answer is waited for.
     pub(super) fn failed(&mut self, error: &ExchangeError, owed_since_ns: Option<u64>, timeout_ns: u64) {
         self.counters.asked += 1;
         let counter = match error {
@@ -190,15 +194,17 @@ impl Peer {
         }
     }
 
-    /// If at `now_ns` an answer may be that to an earlier request: when the answer to a request sent now can come.
+    /// If at `now_ns` an answer may be that to an earlier request: when the answer to a request
+    /// sent now can come.
     pub(super) fn doubt(&self, now_ns: u64) -> Option<Window> {
         self.delays.window().filter(|_| now_ns < self.doubtful_until_ns)
     }
 
     /// A packet of this board came when it was not its turn.
     ///
-    /// If it took more than half the time that such packets are waited for, the next one may take longer still: the
-    /// limit becomes twice the delay. The board stays quiet for the whole time, because it may owe more than one answer.
+    /// If it took more than half the time that such packets are waited for, the next one may take
+    /// longer still: the limit becomes twice the delay. The board stays quiet for the whole time,
+    /// because it may owe more than one answer.
     pub(super) fn heard_late(&mut self, now_ns: u64) {
         self.counters.late += 1;
         let Some(since) = self.owes_since_ns else { return };
@@ -267,7 +273,8 @@ mod tests {
         assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
     }
 
-    /// Learnt: it is asked again after its timeout, three times; then it is left alone for the limit as before.
+    /// Learnt: it is asked again after its timeout, three times; then it is left alone for the
+    /// limit as before.
     #[test]
     fn a_board_whose_delays_are_known_is_asked_again_soon() {
         let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);

@@ -2,24 +2,28 @@
 //!
 //! What confirms it depends on the board:
 //!
-//! - A checked answer: it has the number of the request, and a board answers in checked packets only what it obeys.
-//! - Of a board of the original kind an answer says nothing: it answers requests whose commands it drops. Such a board is
-//!   commanded again and again until its channels *read* that they are vented ([`SafeStateOptions`]). It has no command
-//!   timeout, so what is left in it stays.
-//! - A board that this bus has never commanded anything but 0 kPa has nothing of this host's in it: its answer is enough.
+//! - A checked answer: it has the number of the request, and a board answers in checked packets
+//!   only what it obeys.
+//! - Of a board of the original kind an answer says nothing: it answers requests whose commands it
+//!   drops. Such a board is commanded again and again until its channels *read* that they are
+//!   vented ([`SafeStateOptions`]). It has no command timeout, so what is left in it stays.
+//! - A board that this bus has never commanded anything but 0 kPa has nothing of this host's in it:
+//!   its answer is enough.
 
 use super::{Bus, BusOptions, ExchangeError, Frames};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{CHANNELS, CheckedPacket, Counts};
 
-/// When a board of the original kind counts as vented at the end, and how long is waited for it. Times are ns.
+/// When a board of the original kind counts as vented at the end, and how long is waited for it.
+/// Times are ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SafeStateOptions {
-    /// The highest reading of a vented channel, ADC counts. Default 114: just below 10 kPa on the original's sensor.
+    /// The highest reading of a vented channel, ADC counts. Default 114: just below 10 kPa on the
+    /// original's sensor.
     pub vented: Counts,
-    /// How long all channels have to read so, and not to rise: as long as a set point that is still regulated would need to
-    /// be seen in a chamber. Default 0.2 s.
+    /// How long all channels have to read so, and not to rise: as long as a set point that is still
+    /// regulated would need to be seen in a chamber. Default 0.2 s.
     pub settled_ns: u64,
     /// A board of which no channel has fallen by a count for so long is given up. Default 1 s.
     pub stalled_ns: u64,
@@ -54,8 +58,8 @@ struct Venting {
 }
 
 impl Venting {
-    /// What a reading goes up and down by of itself, ADC counts. A chamber that fills rises by more in
-    /// [`SafeStateOptions::settled_ns`].
+    /// What a reading goes up and down by of itself, ADC counts. A chamber that fills rises by more
+    /// in [`SafeStateOptions::settled_ns`].
     const NOISE: u16 = 3;
 
     fn new(board: u8, now_ns: u64) -> Self {
@@ -100,9 +104,10 @@ impl Venting {
 }
 
 impl<L: Line> Bus<L> {
-    /// Commands 0 kPa to `boards`, each [`BusOptions::SAFE_STATE_REPEATS`] times at least, so that a lost packet does not matter, and
-    /// boards of the original kind until they read that they are vented ([`BusOptions::safe_state`] says how long). Then tells
-    /// boards that check that the host leaves: see [`leave`](Self::leave). Returns the boards that confirmed none of it; those
+    /// Commands 0 kPa to `boards`, each [`BusOptions::SAFE_STATE_REPEATS`] times at least, so that
+    /// a lost packet does not matter, and boards of the original kind until they read that they are
+    /// vented ([`BusOptions::safe_state`] says how long). Then tells boards that check that the
+    /// host leaves: see [`leave`](Self::leave). Returns the boards that confirmed none of it; those
     /// of them that are of the original kind may be under pressure for ever.
     ///
     /// # Errors
@@ -142,8 +147,9 @@ impl<L: Line> Bus<L> {
         Ok(boards.iter().filter(|board| !board.confirmed).map(|board| board.board).collect())
     }
 
-    /// Tells `board` that this host leaves, if it is a board that checks: it vents, and obeys another host, of whichever kind, at
-    /// once ([`CheckedPacket::leave`]). Does nothing to other boards. Tried three times.
+    /// Tells `board` that this host leaves, if it is a board that checks: it vents, and obeys
+    /// another host, of whichever kind, at once ([`CheckedPacket::leave`]). Does nothing to other
+    /// boards. Tried three times.
     ///
     /// # Errors
     /// Only when the line failed.
@@ -164,14 +170,15 @@ impl<L: Line> Bus<L> {
         Ok(())
     }
 
-    /// Whether `board` may go on regulating a set point of this host for ever when nobody speaks to it any more: it has been
-    /// commanded more than 0 kPa and is not known to check, so it may be of the original kind, without a command timeout.
+    /// Whether `board` may go on regulating a set point of this host for ever when nobody speaks to
+    /// it any more: it has been commanded more than 0 kPa and is not known to check, so it may be
+    /// of the original kind, without a command timeout.
     pub fn may_hold_for_ever(&self, board: u8) -> bool {
         self.peers[usize::from(board)].was_pressurised() && self.frames(board) != Frames::Checked
     }
 
-    /// Whether `board` may hold a set point of this host whatever it answers: it has answered, and may hold
-    /// it for ever.
+    /// Whether `board` may hold a set point of this host whatever it answers: it has answered, and
+    /// may hold it for ever.
     fn holds_set_points(&self, board: u8) -> bool {
         self.counters(board).answered > 0 && self.may_hold_for_ever(board)
     }

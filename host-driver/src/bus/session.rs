@@ -1,4 +1,5 @@
-//! The host's side of a session with one board: asked for when the board is known to check, and again when it has not answered.
+//! The host's side of a session with one board: asked for when the board is known to check, and
+//! again when it has not answered.
 
 use super::transaction::Question;
 use super::{Bus, ExchangeError, Frames};
@@ -35,14 +36,15 @@ enum State {
 }
 
 impl HostSession {
-    /// After so many failures in a row the board may have been switched off and on, and know nothing of the session.
+    /// After so many failures in a row the board may have been switched off and on, and know
+    /// nothing of the session.
     const FAILURES: u32 = 2;
     /// Firmware of before pages does not answer. After so many tries it is asked again only after
     /// [`PLAIN`](Self::PLAIN) requests, because each costs a timeout.
     const TRIES: u32 = 3;
     const PLAIN: u32 = 1_000;
-    /// A board that has heard nothing for its command timeout, 0.5 s unless its owner changed it, has ended the session. The host
-    /// asks rather than lose the request that would find it out.
+    /// A board that has heard nothing for its command timeout, 0.5 s unless its owner changed it,
+    /// has ended the session. The host asks rather than lose the request that would find it out.
     const SILENCE_NS: u64 = 400_000_000;
 
     pub(super) fn new(wanted: bool) -> Self {
@@ -91,8 +93,9 @@ impl HostSession {
         next
     }
 
-    /// The same for a page request. Those that are lost must not use up the window; and a board that has given a session is in it only
-    /// when it has obeyed a command in it, and does not hear pages of it before.
+    /// The same for a page request. Those that are lost must not use up the window; and a board
+    /// that has given a session is in it only when it has obeyed a command in it, and does not hear
+    /// pages of it before.
     pub(super) fn seal_page(&mut self, now_ns: u64) -> Option<Seal> {
         let State::Begun { sent, answered, .. } = self.state else { return None };
         if answered == RequestNumber::default() {
@@ -127,7 +130,8 @@ impl HostSession {
 }
 
 impl<L: Line> Bus<L> {
-    /// Whether `board` and this host are in a session: the board obeys each request once, and no other host's.
+    /// Whether `board` and this host are in a session: the board obeys each request once, and no
+    /// other host's.
     pub fn in_session(&self, board: u8) -> bool {
         self.peers[usize::from(board)].session.current().is_some()
     }
@@ -141,7 +145,8 @@ impl<L: Line> Bus<L> {
     /// Asks `board` for a session if that is due. A board that is in one already goes on with it.
     ///
     /// # Errors
-    /// Nothing can be sent now: the board is in a session with another host, or it was in one with this host and does not answer.
+    /// Nothing can be sent now: the board is in a session with another host, or it was in one with
+    /// this host and does not answer.
     pub(super) fn ask_for_session(&mut self, board: u8) -> Result<(), ExchangeError> {
         if !self.session_is_due(board) {
             return Ok(());
@@ -237,7 +242,8 @@ mod tests {
         assert!(!HostSession::new(false).is_due(0));
     }
 
-    /// Two seconds of silence, as in a script that waits for something: the next request is not lost.
+    /// Two seconds of silence, as in a script that waits for something: the next request is not
+    /// lost.
     #[test]
     fn after_its_own_silence_a_host_asks_before_it_commands() {
         let mut session = begun();

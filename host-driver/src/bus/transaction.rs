@@ -9,8 +9,8 @@ use pneudrive_protocol::{
     Packet, PageRequest, Session,
 };
 
-/// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an adapter may have held back. Of
-/// those the last one counts, so they must be seen together.
+/// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an
+/// adapter may have held back. Of those the last one counts, so they must be seen together.
 const BUFFER: usize = 512;
 
 /// Bytes that come back for a request.
@@ -92,9 +92,9 @@ impl<L: Line> Bus<L> {
         }
     }
 
-    /// An answer came at `answered_ns`, but an earlier request to the same board may still be answered. Listens for as long as the
-    /// answer to this one may need to follow that to the earlier one. The last answer is believed, if it came when this board's
-    /// answers come.
+    /// An answer came at `answered_ns`, but an earlier request to the same board may still be
+    /// answered. Listens for as long as the answer to this one may need to follow that to the
+    /// earlier one. The last answer is believed, if it came when this board's answers come.
     fn answer_in_doubt(
         &mut self,
         mut ear: Ear,
@@ -131,7 +131,8 @@ impl<L: Line> Bus<L> {
 
     /// Discards what came while nobody had been asked.
     ///
-    /// Right after an answer there is nothing to look for: since the line was read empty, no character has had the time to come.
+    /// Right after an answer there is nothing to look for: since the line was read empty, no
+    /// character has had the time to come.
     pub(super) fn expect_silence(&mut self) -> Result<(), ExchangeError> {
         let character_ns = self.options.baud.characters_ns(1);
         let emptied_ns = self.emptied_ns.take();
@@ -231,7 +232,8 @@ impl Ear {
 
     /// Takes a byte; gives a packet that is not the answer.
     ///
-    /// Two answers of the board that was asked, one behind the other: the first was late, the second is the answer.
+    /// Two answers of the board that was asked, one behind the other: the first was late, the
+    /// second is the answer.
     fn push(&mut self, byte: u8) -> Option<Packet> {
         self.heard.push(byte);
         match self.decoder.push(byte)? {

@@ -1,7 +1,8 @@
 //! A new program for a board, over the bus.
 //!
-//! The board collects it in RAM while it goes on as before, writes it to flash when all of it is there, and starts it on trial.
-//! It stays only if this host finds it, in a session, and confirms it: see [`Update`].
+//! The board collects it in RAM while it goes on as before, writes it to flash when all of it is
+//! there, and starts it on trial. It stays only if this host finds it, in a session, and confirms
+//! it: see [`Update`].
 
 mod end;
 mod error;
@@ -26,7 +27,8 @@ const VENTED_MARGIN: u16 = 20;
 const PIECE: usize = 3;
 /// Requests that fail one after the other before the transfer does.
 const TRIES: u32 = 20;
-/// Commands between, so that the board does not take this host for dead: its command timeout can be as short as 10 ms.
+/// Commands between, so that the board does not take this host for dead: its command timeout can be
+/// as short as 10 ms.
 const COMMAND_NS: u64 = 4_000_000;
 /// Progress is told so often.
 const TELL_PIECES: usize = 256;
@@ -57,9 +59,9 @@ impl<L: Line> Bus<L> {
         number_in(words).ok_or(PageError::NoSuchEntry { asked: Address::of_board(board), entry })
     }
 
-    /// Brings `board` a new program and waits until it runs for good; tells `progress` meanwhile. Commands 0 kPa; the board must be
-    /// vented when all has come, and vents until the end. A program of 64 KB takes some 6 s to send, and the board is away for
-    /// a second and a half.
+    /// Brings `board` a new program and waits until it runs for good; tells `progress` meanwhile.
+    /// Commands 0 kPa; the board must be vented when all has come, and vents until the end. A
+    /// program of 64 KB takes some 6 s to send, and the board is away for a second and a half.
     ///
     /// # Errors
     /// Why the board goes on with the program that it had, or [`UpdateError::Lost`].
@@ -104,7 +106,8 @@ impl<L: Line> Bus<L> {
         }
     }
 
-    /// Whether the board would refuse the commit for it. It looks itself then; this is to save the time until then.
+    /// Whether the board would refuse the commit for it. It looks itself then; this is to save the
+    /// time until then.
     fn has_pressure(&mut self, board: u8) -> Result<bool, UpdateError> {
         let channels = again(|| self.board_state(board))?.channels;
         let answer = self.ping(board)?;
@@ -114,7 +117,8 @@ impl<L: Line> Bus<L> {
         }))
     }
 
-    /// All pieces of the program and its CRC, each once: after a request that failed the board is asked how many have come.
+    /// All pieces of the program and its CRC, each once: after a request that failed the board is
+    /// asked how many have come.
     fn send_program(
         &mut self,
         board: u8,

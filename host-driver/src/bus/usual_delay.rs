@@ -1,4 +1,5 @@
-/// How soon a board's answer is complete after its request, as a rule: the lower edge of what was seen lately.
+/// How soon a board's answer is complete after its request, as a rule: the lower edge of what was
+/// seen lately.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct UsualDelay {
     ns: Option<u64>,
@@ -10,7 +11,8 @@ impl UsualDelay {
         self.ns
     }
 
-    /// An answer was complete so long after its request, ns. Shorter ones count at once, longer ones bit by bit.
+    /// An answer was complete so long after its request, ns. Shorter ones count at once, longer
+    /// ones bit by bit.
     pub(super) fn seen(&mut self, delay_ns: u64) {
         let usual_ns = self.ns.unwrap_or(delay_ns);
         self.ns = Some(delay_ns.min(usual_ns + delay_ns.saturating_sub(usual_ns) / 64));

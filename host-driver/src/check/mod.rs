@@ -1,9 +1,11 @@
 //! A self-test on a bus: what [`pneudrive_check`] plans and measures, with the boards of a poller.
 //!
-//! One board after the other goes through its plan while all others are at 0 kPa. Anything that is not as it should be ends it: the
-//! source of commands then ends, and the poller commands 0 kPa until all boards have confirmed it.
+//! One board after the other goes through its plan while all others are at 0 kPa. Anything that is
+//! not as it should be ends it: the source of commands then ends, and the poller commands 0 kPa
+//! until all boards have confirmed it.
 //!
-//! A board whose values depend on rows that came late, because the machine was busy, goes through its plan again at the end.
+//! A board whose values depend on rows that came late, because the machine was busy, goes through
+//! its plan again at the end.
 
 mod source;
 mod watch;
@@ -67,7 +69,8 @@ struct Try {
 }
 
 impl SelfTest {
-    /// The test, what commands it and what listens to it: the latter two are for the poller. `calibration` is the poller's.
+    /// The test, what commands it and what listens to it: the latter two are for the poller.
+    /// `calibration` is the poller's.
     pub fn new(
         plans: Vec<BoardPlan>,
         calibration: &Calibration,
@@ -85,12 +88,14 @@ impl SelfTest {
         self.plans.iter().map(|plan| plan.plan.seconds()).sum()
     }
 
-    /// Breaks it off for a reason that is not the boards': 0 kPa is commanded and the poller ends. The first reason counts.
+    /// Breaks it off for a reason that is not the boards': 0 kPa is commanded and the poller ends.
+    /// The first reason counts.
     pub fn abort(&self, why: impl Into<String>) {
         self.break_off(Aborted { number: self.begun(), why: why.into(), failed: false });
     }
 
-    /// What was found, board by board; `earlier` is compared with. A board that was not done says why.
+    /// What was found, board by board; `earlier` is compared with. A board that was not done says
+    /// why.
     pub fn reports(&self, earlier: Option<&Report>) -> Vec<BoardReport> {
         let shared = self.locked();
         let report = |(place, BoardPlan { board, plan, .. }): (usize, &BoardPlan)| match &shared.aborted {
@@ -111,7 +116,8 @@ impl SelfTest {
         self.plans.iter().enumerate().map(report).collect()
     }
 
-    /// Which try it is at `t_s`, and the time within it, s; `None` after the end. When all have ended, what was disturbed is tried again.
+    /// Which try it is at `t_s`, and the time within it, s; `None` after the end. When all have
+    /// ended, what was disturbed is tried again.
     fn at(&self, t_s: f64) -> Option<(usize, f64)> {
         let mut shared = self.locked();
         let mut begin_s = 0.0;

@@ -16,16 +16,19 @@ pub(super) struct Watch {
 impl Watch {
     /// So long without an answer is no lost packet, ns; well before a board's own command timeout.
     const SILENT_NS: u64 = 300_000_000;
-    /// As long a silence in which the board was asked less often is this machine's, unless the poller has given it up.
+    /// As long a silence in which the board was asked less often is this machine's, unless the
+    /// poller has given it up.
     const ASKED: u32 = 10;
-    /// Above the highest level by this much, kPa: more than any loop overshoots. A valve that stays open goes on beyond it.
+    /// Above the highest level by this much, kPa: more than any loop overshoots. A valve that stays
+    /// open goes on beyond it.
     const TOO_HIGH_KPA: f64 = 40.0;
 
     pub(super) fn new(test: SelfTest, calibration: Calibration) -> Self {
         Self { test, calibration, answered_ns: 0, in_vain: 0 }
     }
 
-    /// What is wrong with a board that is tested; `highest_kpa` is what its channels may be commanded in the test.
+    /// What is wrong with a board that is tested; `highest_kpa` is what its channels may be
+    /// commanded in the test.
     fn wrong(row: &BoardRow, highest_kpa: [f64; CHANNELS]) -> Option<String> {
         let reading = row.fresh()?;
         (0..CHANNELS).find_map(|channel| {
@@ -52,7 +55,8 @@ impl Observer for Watch {
         match board.fresh() {
             Some(reading) => {
                 (self.answered_ns, self.in_vain) = (row.since_start_ns, 0);
-                // The board was asked a little after the cycle began, later where others come before it.
+                // The board was asked a little after the cycle began, later where others come
+                // before it.
                 let t_s = t_s + reading.asked_ns.saturating_sub(row.at_ns) as f64 * 1e-9;
                 let command = self.calibration.command_kpa(plan.board, board.command);
                 self.test.locked().tries[number].samples.push(t_s, command, reading.kpa);
@@ -65,7 +69,8 @@ impl Observer for Watch {
                 }
             }
         }
-        // A chamber may still be under pressure when its plan begins; by then it has had time to vent.
+        // A chamber may still be under pressure when its plan begins; by then it has had time to
+        // vent.
         let seen = t_s > 0.1 * plan.plan.seconds();
         if let Some(why) = Self::wrong(board, plan.plan.levels_kpa()).filter(|_| seen) {
             self.test.fail(number, why);

@@ -1,4 +1,5 @@
-//! The paper's table: mean and standard deviation of the loop rate over 2044 cycles for 1 to 4 boards.
+//! The paper's table: mean and standard deviation of the loop rate over 2044 cycles for 1 to 4
+//! boards.
 
 use crate::cli::args::{BenchArgs, BusArgs};
 use crate::cli::bench_table;
@@ -17,7 +18,8 @@ use pneudrive_host::statistics::{HistogramBin, Statistics};
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
 use serde::Serialize;
 
-/// Exchanges before what is measured: in them the bus learns how soon boards answer, and which way of waiting suits the machine.
+/// Exchanges before what is measured: in them the bus learns how soon boards answer, and which way
+/// of waiting suits the machine.
 const WARM_UP: usize = 1300;
 
 #[derive(Serialize)]
@@ -80,7 +82,8 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
         if report.runs.is_empty() && !args.json {
             bench_table::print_header(&report.port, report.baud, report.cycles);
         }
-        // A thread of its own, because the virtual boards would inherit what it asks of the scheduler.
+        // A thread of its own, because the virtual boards would inherit what it asks of the
+        // scheduler.
         let measured = std::thread::scope(|scope| {
             let body = || {
                 SerialPort::precise_sleeps();

@@ -33,7 +33,8 @@ pub fn print_row(run: &BenchRun) {
     );
 }
 
-/// What stands below the table: the original client's figures, what virtual boards took off, the histogram of the round trips.
+/// What stands below the table: the original client's figures, what virtual boards took off, the
+/// histogram of the round trips.
 pub fn below(runs: &[BenchRun], original: Option<&OriginalClient>) -> String {
     let mut text = original.map_or_else(String::new, |original| beside_the_original(runs, original));
     let dated: Vec<_> = runs.iter().filter_map(|run| Some(format!("{:.0}", run.dated_back_us?))).collect();
@@ -67,8 +68,8 @@ fn beside_the_original(runs: &[BenchRun], original: &OriginalClient) -> String {
     text
 }
 
-/// A column for each number of boards: how many exchanges took how long from request to answer. The bars' lengths are
-/// logarithmic too, because the rare long ones are what matters.
+/// A column for each number of boards: how many exchanges took how long from request to answer. The
+/// bars' lengths are logarithmic too, because the rare long ones are what matters.
 fn histogram(runs: &[BenchRun]) -> String {
     let bins = || runs.iter().flat_map(|run| &run.round_trip_us);
     let mut edges: Vec<(f64, f64)> = bins().map(|bin| (bin.from_us, bin.to_us)).collect();

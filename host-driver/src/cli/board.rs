@@ -25,7 +25,8 @@ struct StatusReport {
     firmware: String,
     /// `power_up_vent`, `running`, `hold`, `vent` or `damage_vent`.
     state: &'static str,
-    /// Of each channel: `regulating`, `venting`, `sensor_below_range`, `sensor_above_range` or `disabled`.
+    /// Of each channel: `regulating`, `venting`, `sensor_below_range`, `sensor_above_range` or
+    /// `disabled`.
     channels: [&'static str; 4],
     /// Of each valve: -1 (vent fully) to 1 (fill fully).
     drives: [f64; 4],
@@ -33,13 +34,15 @@ struct StatusReport {
     counters: BTreeMap<&'static str, u32>,
     /// What is on its I2C connector; null where its firmware does not tell.
     sensors: Option<SensorReport>,
-    /// Of its chip, degrees Celsius; null where its firmware does not tell, and in its first second.
+    /// Of its chip, degrees Celsius; null where its firmware does not tell, and in its first
+    /// second.
     chip_c: Option<f64>,
     /// The 5 V of its I2C connector; null without a supply sensor, which measures it.
     rail_v: Option<f64>,
     #[serde(skip)]
     tells_electronics: bool,
-    /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing is known.
+    /// Why its watchdog reset it last, in words; null where it has not since power-on, or nothing
+    /// is known.
     post_mortem: Option<String>,
 }
 

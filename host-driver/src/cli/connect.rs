@@ -22,7 +22,8 @@ pub struct Behind {
 }
 
 impl Behind {
-    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real port, and where nothing is dated.
+    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real
+    /// port, and where nothing is dated.
     pub fn dated_back_us(&self) -> Option<f64> {
         #[cfg(feature = "sim")]
         return self
@@ -97,7 +98,8 @@ pub fn connect(args: &BusArgs, devices: u16, calibration: &Calibration) -> Resul
     open(args, devices, calibration, Punctuality::Usual)
 }
 
-/// The same, with virtual boards that are as punctual as they can be. `dated` takes the pty's round trip off each request.
+/// The same, with virtual boards that are as punctual as they can be. `dated` takes the pty's round
+/// trip off each request.
 pub fn connect_for_measurement(args: &BusArgs, devices: u16, dated: bool) -> Result<Connection, Failure> {
     open(args, devices, &Calibration::default(), Punctuality::Best { dated })
 }

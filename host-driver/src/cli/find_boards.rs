@@ -11,8 +11,8 @@ pub struct NoBoards {
     pub last: ExchangeError,
 }
 
-/// Pings `boards` until all have answered or the time is up: a single lost packet does not matter. Returns those that
-/// did not answer, with what their last try said.
+/// Pings `boards` until all have answered or the time is up: a single lost packet does not matter.
+/// Returns those that did not answer, with what their last try said.
 pub fn find<L: Line>(
     bus: &mut Bus<L>,
     boards: &[u8],

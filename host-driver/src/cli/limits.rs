@@ -13,8 +13,8 @@ use pneudrive_host::rig::{self, Rig};
 pub struct LimitArgs {
     /// Highest set point of every channel, kPa
     ///
-    /// What is above it is refused, on the command line, in trajectories and on the page. A rig file may have others; of several
-    /// limits the strictest holds.
+    /// What is above it is refused, on the command line, in trajectories and on the page. A rig
+    /// file may have others; of several limits the strictest holds.
     #[arg(long, value_name = "KPA", value_parser = number)]
     pub max_kpa: Option<f64>,
     /// Fastest change of every set point, kPa/s

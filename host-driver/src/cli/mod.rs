@@ -44,17 +44,20 @@ use failure::Failure;
 use std::ffi::OsString;
 use std::sync::OnceLock;
 
-/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter may run this.
+/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter
+/// may run this.
 static LINE: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Does what a command line says, the program's name first; once in a process. Returns the exit status: 0 done, 1 failed while
-/// running, 2 unusable input. Help and arguments that are none end the process.
+/// Does what a command line says, the program's name first; once in a process. Returns the exit
+/// status: 0 done, 1 failed while running, 2 unusable input. Help and arguments that are none end
+/// the process.
 pub fn main(line: Vec<OsString>) -> u8 {
     logger::install();
     let line = LINE.get_or_init(|| line);
     let mut cli = command_line::parse(line.iter().cloned()).unwrap_or_else(|error| error.exit());
     match dispatch(&mut cli) {
-        // What a run is for are the boards and the recording: a terminal that closes does not make it a failure.
+        // What a run is for are the boards and the recording: a terminal that closes does not make
+        // it a failure.
         Ok(()) if matches!(cli.command, None | Some(Command::Replay(_))) => 0,
         Ok(()) => u8::from(output::failed()),
         Err(failure) => {

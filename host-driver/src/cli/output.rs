@@ -16,7 +16,8 @@ macro_rules! outln {
     ($($arg:tt)*) => { $crate::cli::output::put(format_args!("{}\n", format_args!($($arg)*))) };
 }
 
-/// `eprintln!` without its panic: a terminal that has closed must not keep the boards from being vented.
+/// `eprintln!` without its panic: a terminal that has closed must not keep the boards from being
+/// vented.
 macro_rules! errln {
     ($($arg:tt)*) => { $crate::cli::output::put_error(format_args!("{}\n", format_args!($($arg)*))) };
 }
@@ -36,8 +37,9 @@ pub fn failed() -> bool {
     FAILED.load(Ordering::Relaxed)
 }
 
-/// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else is said, once, and ends nothing,
-/// because what has been measured or recorded is not less for it. Other commands than runs have it in their exit status: see [`failed`].
+/// Writes to standard output. A reader that has seen enough (`| head`) is no failure; anything else
+/// is said, once, and ends nothing, because what has been measured or recorded is not less for it.
+/// Other commands than runs have it in their exit status: see [`failed`].
 pub fn put(text: std::fmt::Arguments<'_>) {
     match std::io::stdout().write_fmt(text) {
         Err(error)

@@ -30,7 +30,8 @@ struct BoardReport {
     error: Option<String>,
 }
 
-/// Asks each board some times, until Ctrl-C, and prints how it answered. Fails if any board that was asked did not answer at all.
+/// Asks each board some times, until Ctrl-C, and prints how it answered. Fails if any board that
+/// was asked did not answer at all.
 pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     args.real_time().check()?;

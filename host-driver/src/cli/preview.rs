@@ -11,7 +11,8 @@ use ratatui::symbols::Marker;
 use ratatui::text::Line;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Widget};
 
-/// Moments that are drawn: several for each dot, so that no level is passed over that lasts a thousandth of the time.
+/// Moments that are drawn: several for each dot, so that no level is passed over that lasts a
+/// thousandth of the time.
 const MOMENTS: usize = 4000;
 const HEIGHT: u16 = 8;
 /// Where the width of the terminal is not known.
@@ -152,7 +153,8 @@ mod tests {
         let lines = picture(&points, 100.0, 80.0, ["0.0".into(), "80.0".into()], 60);
         assert!(lines[0].starts_with("80.0"), "{lines:#?}");
         let filled = |line: &str| line.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
-        // The upper level takes the right half of the first line, the lower one the left half of the last above the axis.
+        // The upper level takes the right half of the first line, the lower one the left half of
+        // the last above the axis.
         let upper = filled(&lines[0]);
         let lower = lines.iter().rev().map(|line| filled(line)).find(|&dots| dots > 0).unwrap();
         assert!((20..40).contains(&upper) && (20..40).contains(&lower), "{lines:#?}");

@@ -44,7 +44,8 @@ struct RecordingReport {
     bytes: u64,
 }
 
-/// Polls until something ends it. Everything in the arguments is checked before the first byte is sent.
+/// Polls until something ends it. Everything in the arguments is checked before the first byte is
+/// sent.
 pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> {
     let devices = devices(args, 1)?;
     let calibration = &setup.calibration;

@@ -18,8 +18,8 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Reads the file that the command line names, and puts its port, boards, line rate and rate where
-    /// the command line has none.
+    /// Reads the file that the command line names, and puts its port, boards, line rate and rate
+    /// where the command line has none.
     pub fn load(cli: &mut Cli) -> Result<Self, Failure> {
         let Some(path) = &cli.bus.rig else {
             return Ok(Self { unit: cli.bus.unit.unwrap_or_default(), ..Self::default() });

@@ -9,8 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct StopSignal(Arc<AtomicBool>);
 
 impl StopSignal {
-    /// A second Ctrl-C or SIGTERM ends the process at once, in case something hangs. SIGHUP never does: a terminal that closes may
-    /// send several, and the boards shall be vented. With `keep_running` it is ignored.
+    /// A second Ctrl-C or SIGTERM ends the process at once, in case something hangs. SIGHUP never
+    /// does: a terminal that closes may send several, and the boards shall be vented. With
+    /// `keep_running` it is ignored.
     pub fn install(keep_running: bool) -> Result<Self, Failure> {
         let (stop, asked) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
         let ignored = Arc::default();

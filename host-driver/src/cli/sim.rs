@@ -1,4 +1,5 @@
-//! `--port sim`: virtual boards in a thread of this process. They are talked to through their pty's bytes only.
+//! `--port sim`: virtual boards in a thread of this process. They are talked to through their pty's
+//! bytes only.
 
 use crate::cli::args::{BusArgs, SimTiming};
 use crate::cli::connect::Punctuality;

@@ -22,7 +22,8 @@ pub struct Source {
     pub time_is_over: Arc<AtomicBool>,
     /// When the trajectory's first row is due, s after the start; `None` without a trajectory.
     pub first_row_s: Option<f64>,
-    /// When it ends, s after the start; `None` if it does not. A repeated trajectory: when it begins anew.
+    /// When it ends, s after the start; `None` if it does not. A repeated trajectory: when it
+    /// begins anew.
     pub ends_s: Option<f64>,
 }
 

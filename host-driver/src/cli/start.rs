@@ -66,7 +66,8 @@ pub fn description(
     description
 }
 
-/// What the rig file calls boards and channels: `board` or a channel's number, by the board's number.
+/// What the rig file calls boards and channels: `board` or a channel's number, by the board's
+/// number.
 fn names(rig: &Rig, devices: u16) -> BTreeMap<u8, BTreeMap<String, String>> {
     let of = |board: u8| {
         let own = rig.board_name(board).map(|name| ("board".to_owned(), name.to_owned()));

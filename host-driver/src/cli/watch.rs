@@ -11,7 +11,8 @@ use pneudrive_host::watch::{Watch, WatchError, WatchOptions};
 /// A watch with what sits on the bus for it.
 type Watching = (Watch, Box<dyn Observer>);
 
-/// Starts the watch, if there is to be one. What it finds is shown wherever `events` are, and recorded.
+/// Starts the watch, if there is to be one. What it finds is shown wherever `events` are, and
+/// recorded.
 pub fn start(
     run: &RunArgs,
     boards: &[u8],

@@ -1,8 +1,8 @@
 use rustix::thread::ClockId;
 use rustix::time::{Timespec, clock_gettime};
 
-/// The clock of a [`SerialPort`](super::SerialPort), CLOCK_MONOTONIC, for other threads to tell a reading's age by. Setting the system's time does not
-/// touch it.
+/// The clock of a [`SerialPort`](super::SerialPort), CLOCK_MONOTONIC, for other threads to tell a
+/// reading's age by. Setting the system's time does not touch it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Clock;
 

@@ -3,14 +3,16 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// FTDI adapters wait up to this long (ms) for more bytes; 1 ms is the least they can be told. The kernel's default is 16.
+/// FTDI adapters wait up to this long (ms) for more bytes; 1 ms is the least they can be told. The
+/// kernel's default is 16.
 const LATENCY_TIMER_MS: u32 = 1;
 
 /// Asks the adapter behind `port` to pass bytes on at once, and says in the log what came of it.
 ///
-/// The kernel's own flag for this, `ASYNC_LOW_LATENCY` (ioctl `TIOCSSERIAL`), has no safe interface in the crates
-/// used here and this workspace has no `unsafe`; for FTDI adapters, the only common ones that hold bytes back for ms,
-/// the driver offers the same setting as a file. `setserial PORT low_latency` sets the flag for others.
+/// The kernel's own flag for this, `ASYNC_LOW_LATENCY` (ioctl `TIOCSSERIAL`), has no safe interface
+/// in the crates used here and this workspace has no `unsafe`; for FTDI adapters, the only common
+/// ones that hold bytes back for ms, the driver offers the same setting as a file.
+/// `setserial PORT low_latency` sets the flag for others.
 pub(super) fn request(port: &Path) {
     let Some(timer) = latency_timer(port) else {
         log::debug!("{}: the driver offers no latency timer; nothing to set", port.display());

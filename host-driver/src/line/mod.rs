@@ -21,13 +21,14 @@ use pneudrive_protocol::Baud;
 
 /// A half-duplex byte line with a clock.
 ///
-/// Times are ns on a clock of the line's own that never goes back; deadlines belong to the line, so that the same
-/// bus runs on a serial port and, in tests, in virtual time.
+/// Times are ns on a clock of the line's own that never goes back; deadlines belong to the line, so
+/// that the same bus runs on a serial port and, in tests, in virtual time.
 pub trait Line {
     /// Now, ns.
     fn now_ns(&self) -> u64;
 
-    /// Hands `bytes` over to be sent back to back. Returns when they are handed over, not when they are sent.
+    /// Hands `bytes` over to be sent back to back. Returns when they are handed over, not when they
+    /// are sent.
     ///
     /// # Errors
     /// The line is gone or the device failed.
@@ -35,9 +36,9 @@ pub trait Line {
 
     /// Waits for bytes: until `wanted` of them are there, or until `deadline_ns`.
     ///
-    /// Returns how many were put into `into` (which may be more than `wanted`). Bytes that are there when the deadline
-    /// has passed are returned all the same, so nothing that arrived is reported missing for lack of a look. A deadline in
-    /// the past means: what is there now.
+    /// Returns how many were put into `into` (which may be more than `wanted`). Bytes that are
+    /// there when the deadline has passed are returned all the same, so nothing that arrived is
+    /// reported missing for lack of a look. A deadline in the past means: what is there now.
     ///
     /// # Errors
     /// The line is gone or the device failed.
@@ -46,13 +47,14 @@ pub trait Line {
     /// Sleeps until `at_ns`.
     fn sleep_until(&mut self, at_ns: u64);
 
-    /// From now on, most answers have this many bytes: a line that can wake the host once instead of once a byte may
-    /// use it. Only a hint.
+    /// From now on, most answers have this many bytes: a line that can wake the host once instead
+    /// of once a byte may use it. Only a hint.
     fn expect_bytes(&mut self, count: usize) {
         let _ = count;
     }
 
-    /// The next bytes are due at `at_ns`, not earlier: a line that would rather not be woken for them may use it. Only a hint.
+    /// The next bytes are due at `at_ns`, not earlier: a line that would rather not be woken for
+    /// them may use it. Only a hint.
     fn expect_answer_at(&mut self, at_ns: u64) {
         let _ = at_ns;
     }
@@ -73,8 +75,8 @@ pub trait Line {
         false
     }
 
-    /// After a failure: lets go of what failed and tries once to open the line again by its name. Does not wait for it to come
-    /// back.
+    /// After a failure: lets go of what failed and tries once to open the line again by its name.
+    /// Does not wait for it to come back.
     ///
     /// # Errors
     /// It is not there, not usable, or has no name.
@@ -82,8 +84,8 @@ pub trait Line {
         Err(OpenError::NoName)
     }
 
-    /// A number for a host's sessions: another one whenever a program is started, so that boards do not
-    /// give a session number twice. By default it comes from the line's clock, so that runs in
+    /// A number for a host's sessions: another one whenever a program is started, so that boards do
+    /// not give a session number twice. By default it comes from the line's clock, so that runs in
     /// virtual time are the same every time.
     fn random(&mut self) -> u32 {
         (self.now_ns() / 1_000) as u32

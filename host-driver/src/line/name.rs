@@ -16,8 +16,9 @@ pub(super) fn is_pty(file: &OwnedFd) -> bool {
 
 /// How a lost port's name can be trusted.
 ///
-/// The name of a serial port belongs to its socket or, in /dev/serial/by-id, to the adapter. The name of a pseudo-terminal is given to
-/// the next one that anybody opens, a shell perhaps: there a link that was made anew is the sign that the other end is back.
+/// The name of a serial port belongs to its socket or, in /dev/serial/by-id, to the adapter. The
+/// name of a pseudo-terminal is given to the next one that anybody opens, a shell perhaps: there a
+/// link that was made anew is the sign that the other end is back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Name {
     /// A device's own name.

@@ -1,6 +1,7 @@
 //! How long to sleep between looks at a line that holds fewer bytes than it can wake the host for.
 
-/// Naps that grow from one character time to a limit: the rest of a packet is there soon, or not at all.
+/// Naps that grow from one character time to a limit: the rest of a packet is there soon, or not at
+/// all.
 #[derive(Debug, Clone)]
 pub(super) struct Naps {
     next_ns: u64,

@@ -12,7 +12,8 @@ use rustix::termios::{
 use std::os::fd::OwnedFd;
 use std::path::Path;
 
-/// Opens `port` for this process alone and sets it to raw 8N1 at `baud`. Returns the file and its settings.
+/// Opens `port` for this process alone and sets it to raw 8N1 at `baud`. Returns the file and its
+/// settings.
 pub(super) fn open_exclusive(port: &Path, baud: Baud) -> Result<(OwnedFd, Termios), OpenError> {
     let failed = |what| move |errno: Errno| explain(port, what, errno);
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
@@ -40,8 +41,9 @@ pub(super) fn wake_at(settings: &mut Termios, bytes: u8) {
     settings.special_codes[SpecialCodeIndex::VTIME] = 0;
 }
 
-/// Both locks: `flock` keeps out another PneuDrive host, on ptys too and whoever runs it; TIOCEXCL keeps out programs that
-/// do not ask. A pty outlives its users (the simulator holds it open), and would keep TIOCEXCL after a kill -9.
+/// Both locks: `flock` keeps out another PneuDrive host, on ptys too and whoever runs it; TIOCEXCL
+/// keeps out programs that do not ask. A pty outlives its users (the simulator holds it open), and
+/// would keep TIOCEXCL after a kill -9.
 fn lock(port: &Path, file: &OwnedFd) -> Result<(), OpenError> {
     flock(file, FlockOperation::NonBlockingLockExclusive).map_err(|errno| match errno {
         Errno::WOULDBLOCK => OpenError::InUse { port: port.to_owned() },
@@ -62,7 +64,8 @@ pub(super) fn unlock(file: &OwnedFd) {
     }
 }
 
-/// Drivers round the line rate; 8N1 tolerates about 2 % in all (half a bit in ten, shared by both ends).
+/// Drivers round the line rate; 8N1 tolerates about 2 % in all (half a bit in ten, shared by both
+/// ends).
 fn check_speed(port: &Path, file: &OwnedFd, baud: Baud) -> Result<(), OpenError> {
     let set = tcgetattr(file).map_err(|errno| explain(port, "reading the settings", errno))?;
     let (asked, got) = (baud.get(), set.output_speed());

@@ -15,8 +15,8 @@ pub struct PortInfo {
     pub adapter: String,
     /// Serial number of a USB adapter.
     pub serial: Option<String>,
-    /// How long an FTDI adapter holds bytes back at most, ms. `pneudrive-host` sets it to 1 where it
-    /// may; `None` where the driver has no such setting.
+    /// How long an FTDI adapter holds bytes back at most, ms. `pneudrive-host` sets it to 1 where
+    /// it may; `None` where the driver has no such setting.
     pub latency_timer_ms: Option<u32>,
 }
 

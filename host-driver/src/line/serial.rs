@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 pub struct SerialOptions {
     /// Line rate; 8 data bits, no parity, one stop bit always.
     pub baud: Baud,
-    /// Whether to look for bytes without sleeping: it saves the time that the kernel needs to wake a thread, at the price of that
-    /// much CPU in each exchange.
+    /// Whether to look for bytes without sleeping: it saves the time that the kernel needs to wake
+    /// a thread, at the price of that much CPU in each exchange.
     pub spin: Spin,
 }
 
@@ -46,7 +46,8 @@ pub struct SerialPort {
 }
 
 impl SerialPort {
-    /// How long `send` waits for room. A request is 10 bytes and the kernel buffers 4096: only a dead device is full.
+    /// How long `send` waits for room. A request is 10 bytes and the kernel buffers 4096: only a
+    /// dead device is full.
     const SEND_PATIENCE_NS: u64 = 100_000_000;
 
     /// Opens `port` exclusively: raw, 8N1, no flow control, old bytes discarded.
@@ -81,8 +82,8 @@ impl SerialPort {
         Clock
     }
 
-    /// Lets the calling thread's sleeps end on time: the kernel otherwise adds up to 50 us to save power. Only for the thread
-    /// that will use the port.
+    /// Lets the calling thread's sleeps end on time: the kernel otherwise adds up to 50 us to save
+    /// power. Only for the thread that will use the port.
     pub fn precise_sleeps() {
         if let Err(error) = set_current_timer_slack(NonZeroU64::new(1)) {
             log::debug!("timer slack not set ({error}); sleeps may end 50 us late");
@@ -103,7 +104,8 @@ impl SerialPort {
         }
     }
 
-    /// Whether the other end still holds what is open here: the failure was one of being full, not of being gone.
+    /// Whether the other end still holds what is open here: the failure was one of being full, not
+    /// of being gone.
     fn is_alive(&self) -> bool {
         let Some(file) = &self.file else { return false };
         let mut files = [PollFd::new(file, PollFlags::IN)];
@@ -122,7 +124,8 @@ impl SerialPort {
         }
     }
 
-    /// Looks again and again for as long as the options allow; not at all where the deadline has passed or spinning is off.
+    /// Looks again and again for as long as the options allow; not at all where the deadline has
+    /// passed or spinning is off.
     fn spin(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let end_ns = match (self.options.spin, self.due_ns) {
             (Spin::Never, _) | (Spin::Auto, None) => return Ok(0),
@@ -132,7 +135,8 @@ impl SerialPort {
             (Spin::Auto, Some(due_ns)) => {
                 let wake_ns = due_ns.saturating_sub(self.lead.ns()).min(deadline_ns);
                 if self.now_ns() < wake_ns {
-                    // An answer that is earlier than usual wakes it, or it would never be seen to be earlier.
+                    // An answer that is earlier than usual wakes it, or it would never be seen to
+                    // be earlier.
                     self.wait(PollFlags::IN, wake_ns)?;
                     self.lead.woke(self.now_ns().saturating_sub(wake_ns));
                 }
@@ -143,7 +147,8 @@ impl SerialPort {
         let overdue_ns = self.due_ns.map(|due_ns| due_ns.saturating_add(Lead::AFTER_NS));
         let mut have = 0;
         while have < wanted && self.now_ns() < end_ns {
-            // A `read` that finds nothing waits for the kernel thread that carries a pty's or an adapter's bytes; asking does not.
+            // A `read` that finds nothing waits for the kernel thread that carries a pty's or an
+            // adapter's bytes; asking does not.
             match ioctl_fionread(self.file()?) {
                 // An overdue answer's thread may wait for this core.
                 Ok(0) if overdue_ns.is_some_and(|at_ns| self.now_ns() > at_ns) => sched_yield(),
@@ -295,8 +300,8 @@ impl Line for SerialPort {
         Ok(())
     }
 
-    /// From the kernel's generator (getrandom); from the clock only where that has not been seeded yet,
-    /// early in a boot: nobody must wait for it.
+    /// From the kernel's generator (getrandom); from the clock only where that has not been seeded
+    /// yet, early in a boot: nobody must wait for it.
     fn random(&mut self) -> u32 {
         let mut bytes = [0; 4];
         match getrandom(&mut bytes, GetRandomFlags::NONBLOCK) {

@@ -11,13 +11,15 @@ pub enum Spin {
         /// How long, ns.
         ns: u64,
     },
-    /// On the first 3072 answers it tries three ways in turn: to sleep, to sleep until shortly before an answer is due and look from
-    /// then on, and to look all the time. It keeps the one with which answers come soonest; a dearer one has to save 1 %. After
-    /// 65,536 answers it asks again, on 1536.
+    /// On the first 3072 answers it tries three ways in turn: to sleep, to sleep until shortly
+    /// before an answer is due and look from then on, and to look all the time. It keeps the one
+    /// with which answers come soonest; a dearer one has to save 1 %. After 65,536 answers it asks
+    /// again, on 1536.
     Auto,
 }
 
-/// How long before an answer is due the thread has to be woken, learnt from how late it was woken before.
+/// How long before an answer is due the thread has to be woken, learnt from how late it was woken
+/// before.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lead {
     ns: u64,

@@ -7,13 +7,14 @@ pub(super) enum Way {
     Sleep,
     /// The thread sleeps until shortly before the answer is due, and looks from then on.
     LookWhenDue,
-    /// The thread looks from the request on. It keeps its core awake, which on a virtual machine or with a deep idle state saves
-    /// more than a wake-up: the kernel's own threads, which carry a pty's or an adapter's bytes, start sooner too.
+    /// The thread looks from the request on. It keeps its core awake, which on a virtual machine or
+    /// with a deep idle state saves more than a wake-up: the kernel's own threads, which carry a
+    /// pty's or an adapter's bytes, start sooner too.
     Look,
 }
 
-/// The ways, tried in turn on the first answers, and shortly again from time to time: one trial can fall into another program's busy
-/// second.
+/// The ways, tried in turn on the first answers, and shortly again from time to time: one trial can
+/// fall into another program's busy second.
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
     /// How long answers took, ns, by way.
@@ -32,13 +33,16 @@ impl Default for Trial {
 }
 
 impl Trial {
-    /// Answers to a turn, of which the second half counts: how soon cores wake up follows from how long they slept lately.
+    /// Answers to a turn, of which the second half counts: how soon cores wake up follows from how
+    /// long they slept lately.
     const TURN: usize = 512;
     /// Turns of each way; their order takes slow changes of the machine out of the comparison.
     const TURNS: usize = 2;
-    /// A choice holds for so many answers, 15 s of a busy bus; trying the three ways again takes 1536 more, one turn of each.
+    /// A choice holds for so many answers, 15 s of a busy bus; trying the three ways again takes
+    /// 1536 more, one turn of each.
     const HOLDS: usize = 64 * 1024;
-    /// What a dearer way has to save to be chosen: less is within what one trial and the next differ by.
+    /// What a dearer way has to save to be chosen: less is within what one trial and the next
+    /// differ by.
     const WORTHWHILE: f64 = 0.01;
     const WAYS: [Way; 3] = [Way::Sleep, Way::LookWhenDue, Way::Look];
 
@@ -104,7 +108,8 @@ fn usual_delay(delays_ns: Vec<u64>) -> f64 {
 mod tests {
     use super::{Trial, Way};
 
-    /// What a trial chooses on a machine where answers take so long, ns, by way, and every tenth ten times as long.
+    /// What a trial chooses on a machine where answers take so long, ns, by way, and every tenth
+    /// ten times as long.
     fn choice(delay_ns: [u64; 3]) -> (Option<Way>, usize) {
         let mut trial = Trial::default();
         let mut answers = 0;

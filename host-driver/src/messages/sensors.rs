@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct FluidPressure {
     /// When it was measured, and where: `joint_0_supply`; `joint_0_chamber_1_gauge` of a chamber.
     pub header: Header,
-    /// Pa. **Absolute**, as the message's definition wants it, of a supply; gauge where the frame says so.
+    /// Pa. **Absolute**, as the message's definition wants it, of a supply; gauge where the frame
+    /// says so.
     pub fluid_pressure: f64,
     /// 0: not known.
     pub variance: f64,
@@ -40,7 +41,8 @@ uint32 nanosec
         Self { header, ..Self::default() }
     }
 
-    /// The same message with other content: a pressure above that of the atmosphere, kPa, where that has `ambient_kpa`.
+    /// The same message with other content: a pressure above that of the atmosphere, kPa, where
+    /// that has `ambient_kpa`.
     pub fn fill(&mut self, stamp: Time, gauge_kpa: f64, ambient_kpa: f64) {
         self.header.stamp = stamp;
         self.fluid_pressure = 1e3 * (gauge_kpa + ambient_kpa);
@@ -84,7 +86,8 @@ impl Default for Quaternion {
     }
 }
 
-/// `sensor_msgs/msg/Imu`, without an orientation: `orientation_covariance[0]` is -1, as the definition wants it.
+/// `sensor_msgs/msg/Imu`, without an orientation: `orientation_covariance[0]` is -1, as the
+/// definition wants it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Imu {
     /// When the board was asked, and in whose axes: `joint_0_imu`.
@@ -170,7 +173,8 @@ mod tests {
         cdr_encoding::to_vec::<_, byteorder::LittleEndian>(message).unwrap()
     }
 
-    /// Header of 8 + 4 + 14 + 1 bytes, padding to 8, then 37 numbers of 8 bytes: no array of fixed length has its length before it.
+    /// Header of 8 + 4 + 14 + 1 bytes, padding to 8, then 37 numbers of 8 bytes: no array of fixed
+    /// length has its length before it.
     #[test]
     fn an_imu_is_serialised_as_ros_does() {
         let mut message = Imu::of_joint(3);

@@ -52,7 +52,8 @@ pub enum StartError {
 }
 
 impl<L: Line + Send + 'static> Poller<L> {
-    /// Begins a poller of this bus: of no boards yet, as fast as possible, with 0 kPa for all of them.
+    /// Begins a poller of this bus: of no boards yet, as fast as possible, with 0 kPa for all of
+    /// them.
     pub fn builder(bus: Bus<L>) -> PollerBuilder<L> {
         PollerBuilder {
             bus,
@@ -72,7 +73,8 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
         self
     }
 
-    /// Polls all boards so many times a second, Hz, 0.1 to 10,000; starts that were missed are left out. Without it: as fast as possible.
+    /// Polls all boards so many times a second, Hz, 0.1 to 10,000; starts that were missed are left
+    /// out. Without it: as fast as possible.
     #[must_use]
     pub fn rate_hz(mut self, rate_hz: f64) -> Self {
         self.rate_hz = Some(rate_hz);

@@ -24,15 +24,17 @@ pub enum Supply {
 
 /// Gives the commands of each cycle. Called on the bus thread: it must not block.
 pub trait CommandSource: Send {
-    /// Fills in the commands of all polled boards, in the poller's order, for a cycle that starts `since_start_ns` after the first.
+    /// Fills in the commands of all polled boards, in the poller's order, for a cycle that starts
+    /// `since_start_ns` after the first.
     fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply;
 }
 
-/// Set points that any thread may change while the poller runs, without a lock: the four of one board change together.
+/// Set points that any thread may change while the poller runs, without a lock: the four of one
+/// board change together.
 ///
-/// They hold until they are changed. A program that computes set points and may get stuck should say how long they are good for:
-/// [`vent_after`](Self::vent_after). Otherwise the bus thread goes on sending the last ones, and the boards, which hear from
-/// their host all the time, keep to them.
+/// They hold until they are changed. A program that computes set points and may get stuck should
+/// say how long they are good for: [`vent_after`](Self::vent_after). Otherwise the bus thread goes
+/// on sending the last ones, and the boards, which hear from their host all the time, keep to them.
 #[derive(Debug, Clone)]
 pub struct SetPoints {
     /// Four 16-bit counts a board.
@@ -56,14 +58,16 @@ impl SetPoints {
         }
     }
 
-    /// Commands 0 kPa to all boards when no [`set`](Self::set) or [`renew`](Self::renew) has been called for `timeout`, until
-    /// the next one. To be called before the set points are given to a poller.
+    /// Commands 0 kPa to all boards when no [`set`](Self::set) or [`renew`](Self::renew) has been
+    /// called for `timeout`, until the next one. To be called before the set points are given to a
+    /// poller.
     #[must_use]
     pub fn vent_after(self, timeout: Duration) -> Self {
         Self { good_for_ns: Some(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)), ..self }
     }
 
-    /// Sets the four commands of the board at `index` in the poller's order, from its next exchange on.
+    /// Sets the four commands of the board at `index` in the poller's order, from its next exchange
+    /// on.
     ///
     /// # Errors
     /// There is no such board.
@@ -168,7 +172,8 @@ mod tests {
         assert_eq!(points.fill(u64::MAX, &mut [VENTED]), Supply::Continues);
     }
 
-    /// While another thread changes them all the time, the four commands of a board are always of one change.
+    /// While another thread changes them all the time, the four commands of a board are always of
+    /// one change.
     #[test]
     fn a_boards_commands_change_together() {
         let points = SetPoints::new(1);

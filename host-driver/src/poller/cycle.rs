@@ -16,8 +16,9 @@ use crate::line::{Line, LineError};
 use crate::statistics::{CycleStatistics, Durations};
 use pneudrive_protocol::{CHANNELS, SensorScale};
 
-/// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other. [`Poller`](super::Poller) runs it on a thread
-/// of its own; benchmarks and tests, in virtual time, call it themselves.
+/// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other.
+/// [`Poller`](super::Poller) runs it on a thread of its own; benchmarks and tests, in virtual time,
+/// call it themselves.
 pub struct Polling<L: Line> {
     pub(super) bus: Bus<L>,
     pub(super) options: PollerOptions,
@@ -63,9 +64,11 @@ pub struct Polling<L: Line> {
 }
 
 impl<L: Line> Polling<L> {
-    /// Standing still for so long is worth a line, ns: boards are taken for vented then, and filled again by a ramp.
+    /// Standing still for so long is worth a line, ns: boards are taken for vented then, and filled
+    /// again by a ramp.
     const STALL_NS: u64 = SlewOptions::PAUSE_NS;
-    /// From here on being late is more than the scheduler's usual jitter, and may have cost answers, ns.
+    /// From here on being late is more than the scheduler's usual jitter, and may have cost
+    /// answers, ns.
     const LATE_NS: u64 = 10_000_000;
     /// It explains what happens within so long after it, ns.
     const LATE_FOR_NS: u64 = 1_000_000_000;
@@ -120,7 +123,8 @@ impl<L: Line> Polling<L> {
         }
     }
 
-    /// When the next cycle is due, ns on the line's clock: by the pace, and not before a board can be asked.
+    /// When the next cycle is due, ns on the line's clock: by the pace, and not before a board can
+    /// be asked.
     pub fn next_cycle_ns(&mut self) -> u64 {
         let now_ns = self.bus.line().now_ns();
         let Some(_) = self.start_ns else {
@@ -146,10 +150,12 @@ impl<L: Line> Polling<L> {
         self.cpu_before_ns = self.bus.line().cpu_time_ns();
     }
 
-    /// Asks every board that can be asked, then tells the observers. While the line is gone, tries to open it again first.
+    /// Asks every board that can be asked, then tells the observers. While the line is gone, tries
+    /// to open it again first.
     ///
     /// # Errors
-    /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong is in the row.
+    /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong
+    /// is in the row.
     pub fn cycle(&mut self) -> Result<Supply, LineError> {
         let now_ns = self.bus.line().now_ns();
         if self.start_ns.is_none() {

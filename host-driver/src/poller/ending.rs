@@ -41,8 +41,8 @@ impl<L: Line> Polling<L> {
         }
     }
 
-    /// How long answers took, from the request to the answer's last byte as the host saw them: counts in bins evenly spaced on a
-    /// logarithmic scale.
+    /// How long answers took, from the request to the answer's last byte as the host saw them:
+    /// counts in bins evenly spaced on a logarithmic scale.
     pub fn round_trips(&self) -> Vec<HistogramBin> {
         self.round_trips.bins()
     }
@@ -64,9 +64,10 @@ impl<L: Line> Polling<L> {
         self.options.pace == Pace::AsFastAsPossible && self.askable_from_ns() <= now_ns
     }
 
-    /// Commands 0 kPa to all boards until they have confirmed it, as [`Bus::make_safe`](crate::bus::Bus::make_safe) does, which can
-    /// take seconds with boards of the original kind. Boards that are missing are told once. A line that is gone gets a last try
-    /// to come back.
+    /// Commands 0 kPa to all boards until they have confirmed it, as
+    /// [`Bus::make_safe`](crate::bus::Bus::make_safe) does, which can take seconds with boards of
+    /// the original kind. Boards that are missing are told once. A line that is gone gets a last
+    /// try to come back.
     ///
     /// Returns the boards that did not confirm it.
     ///

@@ -2,7 +2,8 @@ use pneudrive_protocol::CHANNELS;
 
 /// The original host's low-pass: new = weight sample + (1 - weight) old.
 ///
-/// Unlike the original's it starts at the first sample, not at 0, and starts again when a board was away.
+/// Unlike the original's it starts at the first sample, not at 0, and starts again when a board was
+/// away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PressureFilter {
     weight: f64,

@@ -11,8 +11,9 @@ pub struct Finished {
     pub statistics: Statistics,
     /// Why it ended, if the line failed; otherwise it was stopped, or its commands ended.
     pub error: Option<LineError>,
-    /// Boards that did not confirm the final 0 kPa command. Those that check vent by their own command timeout; those of the
-    /// original kind have none and may stay under pressure: see [`conclusion`](Self::conclusion).
+    /// Boards that did not confirm the final 0 kPa command. Those that check vent by their own
+    /// command timeout; those of the original kind have none and may stay under pressure: see
+    /// [`conclusion`](Self::conclusion).
     pub not_safe: Vec<u8>,
     /// Those of them from which nothing ever came, so most likely nobody is there.
     pub never_heard: Vec<u8>,
@@ -46,7 +47,8 @@ impl Finished {
         self
     }
 
-    /// What a user has to know: whether it failed, which boards did not confirm 0 kPa, and what becomes of them.
+    /// What a user has to know: whether it failed, which boards did not confirm 0 kPa, and what
+    /// becomes of them.
     pub fn conclusion(&self) -> Conclusion {
         self.conclusion_of("board(s)", |board| board.to_string())
     }

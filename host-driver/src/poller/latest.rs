@@ -17,23 +17,26 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// How long ago the cycle started, ns; `None` before the first. It grows while the bus thread stands still.
+    /// How long ago the cycle started, ns; `None` before the first. It grows while the bus thread
+    /// stands still.
     pub fn age_ns(&self, now_ns: u64) -> Option<u64> {
         self.cycle.map(|_| now_ns.saturating_sub(self.at_ns))
     }
 
-    /// The reading of the board at `index` in the poller's order, unless it is older than `oldest_ns` at `now_ns`: what a control
-    /// loop should use. `now_ns` is on the line's clock ([`SerialPort::clock`](crate::line::SerialPort::clock)).
+    /// The reading of the board at `index` in the poller's order, unless it is older than
+    /// `oldest_ns` at `now_ns`: what a control loop should use. `now_ns` is on the line's clock
+    /// ([`SerialPort::clock`](crate::line::SerialPort::clock)).
     ///
-    /// [`BoardRow::fresh`] says that a reading is of its row's cycle; this says that the row itself is not old.
+    /// [`BoardRow::fresh`] says that a reading is of its row's cycle; this says that the row itself
+    /// is not old.
     pub fn reading(&self, index: usize, now_ns: u64, oldest_ns: u64) -> Option<&Reading> {
         let reading = self.boards.get(index)?.reading.as_ref()?;
         (reading.age_ns(now_ns) <= oldest_ns).then_some(reading)
     }
 }
 
-/// Where the bus thread leaves its newest row. Neither side waits for the other: the bus thread writes into whichever of two places
-/// nobody is reading.
+/// Where the bus thread leaves its newest row. Neither side waits for the other: the bus thread
+/// writes into whichever of two places nobody is reading.
 #[derive(Debug, Clone, Default)]
 pub struct Latest {
     places: Arc<[Mutex<Snapshot>; 2]>,
@@ -49,7 +52,8 @@ impl Latest {
     }
 
     fn put(&self, row: &Row<'_>) {
-        // The place used last time comes second, so that a reader finds at least one complete row at any time.
+        // The place used last time comes second, so that a reader finds at least one complete row
+        // at any time.
         let first = usize::from(row.cycle % 2 == 1);
         for place in [first, 1 - first] {
             let Ok(mut snapshot) = self.places[place].try_lock() else { continue };

@@ -4,7 +4,8 @@ use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// Limits of one channel's set point. Infinite by default: then the sensor's full scale is the limit.
+/// Limits of one channel's set point. Infinite by default: then the sensor's full scale is the
+/// limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelLimit {
     /// Highest set point, kPa gauge.
@@ -27,7 +28,8 @@ impl ChannelLimit {
         }
     }
 
-    /// The highest count whose pressure is not above the limit; any count where the limit is not below the sensor's full scale.
+    /// The highest count whose pressure is not above the limit; any count where the limit is not
+    /// below the sensor's full scale.
     pub(super) fn highest(&self, scale: SensorScale) -> Counts {
         if self.max_kpa >= scale.full_scale_kpa() {
             return Counts::MAX;

@@ -10,8 +10,9 @@ use pneudrive_protocol::pages::LineRate;
 /// They are asked when all boards of the bus answer. If they agree, and answer at the new rate, it
 /// is kept until a board fails [`PresencePolicy::failures`](super::PresencePolicy::failures) times
 /// in a row or [`lost_in_a_second`](Self::lost_in_a_second) exchanges are lost; then all are back
-/// at the compiled rate. They are asked again after `first_pause_ns`, and after twice as long each time up to
-/// `longest_pause_ns`: for the next lower rate where one has lost too much, or has failed twice otherwise.
+/// at the compiled rate. They are asked again after `first_pause_ns`, and after twice as long each
+/// time up to `longest_pause_ns`: for the next lower rate where one has lost too much, or has
+/// failed twice otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineRatePolicy {
     /// The fastest to ask for.
@@ -49,7 +50,8 @@ pub(super) struct LineRateSchedule {
     pause_ns: u64,
     /// What is asked for next, at most.
     ceiling: LineRate,
-    /// Has that failed before? One failure may be a passing one: of a machine that was busy, of a plug.
+    /// Has that failed before? One failure may be a passing one: of a machine that was busy, of a
+    /// plug.
     has_failed: bool,
     /// What was told last.
     reason: String,

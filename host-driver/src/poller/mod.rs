@@ -1,13 +1,13 @@
 //! All boards in turn, on a thread of their own.
 //!
 //! ```text
-//!   SetPoints / Trajectory ──fill──▶ ┌────────────┐ ──row, event──▶ observers: Latest, Recorder, ROS, ...
-//!                                    │ bus thread │
+//!   SetPoints / Trajectory ──fill──▶ ┌────────────┐ ──row, event──▶ observers:
+//!                                    │ bus thread │                   Latest, Recorder, ROS ..
 //!                 stop, statistics ─▶└────────────┘ ◀──bytes──▶ boards
 //! ```
 //!
-//! Nobody holds a lock that the bus thread waits for: set points are atomics, the newest row is left in whichever of two places
-//! nobody reads, and observers must not block.
+//! Nobody holds a lock that the bus thread waits for: set points are atomics, the newest row is
+//! left in whichever of two places nobody reads, and observers must not block.
 
 mod baud_choice;
 mod builder;
@@ -70,11 +70,13 @@ pub struct PollerOptions {
     pub filter: Option<PressureFilter>,
     /// When a board counts as missing.
     pub presence: PresencePolicy,
-    /// Whether to go on when the line has failed and comes back (an adapter that was unplugged); `None` ends the poller. While the
-    /// line is gone its boards are missing, and vent by their own command timeout (those of the original kind have none).
+    /// Whether to go on when the line has failed and comes back (an adapter that was unplugged);
+    /// `None` ends the poller. While the line is gone its boards are missing, and vent by their own
+    /// command timeout (those of the original kind have none).
     pub reopen: Option<ReopenPolicy>,
-    /// What happens when the line is back: `false` closes [`vent`](Self::vent), so that the boards stay at 0 kPa until somebody
-    /// releases them; `true` returns to the set points of that time, by a ramp.
+    /// What happens when the line is back: `false` closes [`vent`](Self::vent), so that the boards
+    /// stay at 0 kPa until somebody releases them; `true` returns to the set points of that time,
+    /// by a ramp.
     pub resume: bool,
     /// Closed by whoever wants all boards at 0 kPa.
     pub vent: VentLatch,
@@ -82,11 +84,12 @@ pub struct PollerOptions {
     pub limits: Limits,
     /// Fastest rise of a set point after a pause, kPa/s: see [`Slew`].
     pub return_rate_kpa_s: f64,
-    /// After which share of its polls a board is asked for its valves' drives as well; `None`, the default, for none. Each such
-    /// request takes the bus as long as a poll.
+    /// After which share of its polls a board is asked for its valves' drives as well; `None`, the
+    /// default, for none. Each such request takes the bus as long as a poll.
     pub drives: Option<PageShare>,
-    /// After which share of its polls a board is asked for a page of the sensors on its I2C connector as well; `None`, the default,
-    /// for none. What it has is asked for in turn: the supply pressure takes a page, an IMU two.
+    /// After which share of its polls a board is asked for a page of the sensors on its I2C
+    /// connector as well; `None`, the default, for none. What it has is asked for in turn: the
+    /// supply pressure takes a page, an IMU two.
     pub sensors: Option<PageShare>,
     /// Whether to ask the boards for a faster line rate; `None`, the default, is not.
     pub line_rate: Option<LineRatePolicy>,
@@ -95,11 +98,12 @@ pub struct PollerOptions {
 }
 
 impl PollerOptions {
-    /// A chamber that is to return to 300 kPa does so in 3 s: slow enough to step back from, fast enough not to be waited for.
+    /// A chamber that is to return to 300 kPa does so in 3 s: slow enough to step back from, fast
+    /// enough not to be waited for.
     pub const RETURN_RATE_KPA_S: f64 = 100.0;
 
-    /// What a board's [`Slew`] is made of. `timeout_ns` is how long an answer is waited for: where boards are missing, a cycle takes as
-    /// many of them, and is no pause of the others.
+    /// What a board's [`Slew`] is made of. `timeout_ns` is how long an answer is waited for: where
+    /// boards are missing, a cycle takes as many of them, and is no pause of the others.
     pub(crate) fn slew(&self, board: u8, timeout_ns: u64) -> Slew {
         let period_ns = match self.pace {
             Pace::AsFastAsPossible => 0,
@@ -115,7 +119,8 @@ impl PollerOptions {
         Slew::new(self.limits.of(board), options)
     }
 
-    /// Boards 0 to `devices - 1`, as fast as possible, unfiltered; goes on when a lost line comes back.
+    /// Boards 0 to `devices - 1`, as fast as possible, unfiltered; goes on when a lost line comes
+    /// back.
     pub fn for_devices(devices: u16) -> Self {
         Self {
             boards: (0..=u8::MAX).take(usize::from(devices)).collect(),

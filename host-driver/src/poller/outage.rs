@@ -6,8 +6,8 @@ use crate::line::Line;
 /// What to do when the line fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReopenPolicy {
-    /// Time between two tries to open it again, ns; less than 1 ms counts as 1 ms. Meanwhile there is a row without fresh readings
-    /// for each try.
+    /// Time between two tries to open it again, ns; less than 1 ms counts as 1 ms. Meanwhile there
+    /// is a row without fresh readings for each try.
     pub every_ns: u64,
 }
 

@@ -27,12 +27,14 @@ pub enum Commanding {
 
 /// A handle for venting and commanding by hand. Clones are handles for the same boards.
 ///
-/// Venting is one store and waits for nobody. It holds until it is released, also for boards that are missing and come back, and
-/// what was commanded before does not return: after the release all set points are 0 kPa, so nothing moves by itself. Where only
-/// the poller vented, because the port was gone, the release returns to what was commanded before, by a ramp.
-/// The source that was overridden is still asked, so a trajectory ends (and with it the run) when it would have ended.
+/// Venting is one store and waits for nobody. It holds until it is released, also for boards that
+/// are missing and come back, and what was commanded before does not return: after the release all
+/// set points are 0 kPa, so nothing moves by itself. Where only the poller vented, because the port
+/// was gone, the release returns to what was commanded before, by a ramp. The source that was
+/// overridden is still asked, so a trajectory ends (and with it the run) when it would have ended.
 ///
-/// Its latch is to be the poller's ([`latch`](Self::latch), [`PollerOptions::vent`](super::PollerOptions::vent)).
+/// Its latch is to be the poller's ([`latch`](Self::latch),
+/// [`PollerOptions::vent`](super::PollerOptions::vent)).
 #[derive(Debug, Clone)]
 pub struct Override {
     latch: VentLatch,
@@ -79,7 +81,8 @@ pub enum OverrideError {
 }
 
 impl Override {
-    /// Over a source that goes on commanding until somebody vents. `boards` as in the poller's order.
+    /// Over a source that goes on commanding until somebody vents. `boards` as in the poller's
+    /// order.
     pub fn following(boards: usize) -> Self {
         Self::new(SetPoints::new(boards), boards, false)
     }
@@ -105,15 +108,16 @@ impl Override {
         }
     }
 
-    /// Refuses set points by hand above these limits; `boards` are the boards' numbers in the poller's order. To be called before
-    /// handles are given away.
+    /// Refuses set points by hand above these limits; `boards` are the boards' numbers in the
+    /// poller's order. To be called before handles are given away.
     #[must_use]
     pub fn with_limits(self, boards: &[u8], limits: Limits, calibration: impl Into<Calibration>) -> Self {
         let (boards, calibration) = (boards.to_vec(), calibration.into());
         Self { limits: Arc::new(Guard { boards, limits, calibration }), ..self }
     }
 
-    /// For [`PollerOptions::vent`](super::PollerOptions::vent): the poller closes it too, when a port comes back.
+    /// For [`PollerOptions::vent`](super::PollerOptions::vent): the poller closes it too, when a
+    /// port comes back.
     pub fn latch(&self) -> VentLatch {
         self.latch.clone()
     }
@@ -123,13 +127,14 @@ impl Override {
         Box::new(Overridden { source, handle: self.clone() })
     }
 
-    /// Commands 0 kPa to all channels, from the next exchange with each board on, until [`release`](Self::release).
+    /// Commands 0 kPa to all channels, from the next exchange with each board on, until
+    /// [`release`](Self::release).
     pub fn vent(&self) {
         self.latch.vent();
     }
 
-    /// Ends venting: set points by hand, all at 0 kPa; after an outage in which nobody vented, those of before. Does nothing if the
-    /// boards are not vented.
+    /// Ends venting: set points by hand, all at 0 kPa; after an outage in which nobody vented,
+    /// those of before. Does nothing if the boards are not vented.
     pub fn release(&self) {
         let _hands = self.hands.lock().unwrap_or_else(PoisonError::into_inner);
         if self.commanding() != Commanding::Vented {

@@ -36,7 +36,8 @@ impl PageShare {
 #[derive(Debug, Clone)]
 pub(super) struct PageSchedule {
     share: Option<PageShare>,
-    /// Polls that have not been followed by such a request, weighted by the share, in millionths: at a million one is due.
+    /// Polls that have not been followed by such a request, weighted by the share, in millionths:
+    /// at a million one is due.
     credit: u32,
     /// Requests beyond one that a poll was followed by: as many are left out.
     debt: u32,
@@ -50,8 +51,8 @@ pub(super) struct PageSchedule {
 
 impl PageSchedule {
     const DUE: u32 = 1_000_000;
-    /// Failures in a row after which a board that has never answered gets pauses: its firmware may be of before such pages, and
-    /// each request costs a timeout.
+    /// Failures in a row after which a board that has never answered gets pauses: its firmware may
+    /// be of before such pages, and each request costs a timeout.
     const FAILURES: u32 = 3;
     /// The same for one that has: on a noisy line three in a row are lost now and then.
     const FAILURES_OF_KNOWN: u32 = 100;

@@ -10,7 +10,8 @@ pub enum BoardState {
     Unseen,
     /// Its last exchange succeeded.
     Present,
-    /// Its last exchange failed, but it has not been given up: it is asked again at once, then after growing pauses.
+    /// Its last exchange failed, but it has not been given up: it is asked again at once, then
+    /// after growing pauses.
     Doubtful,
     /// It failed too often in a row and is only asked now and then.
     Missing,
@@ -18,24 +19,27 @@ pub enum BoardState {
 
 /// When a board is given up, and how often it is asked until then and afterwards.
 ///
-/// A board that falls silent is asked in every cycle up to `failures` times, then after pauses of `first_pause_ns` and twice
-/// as much each time, and every `probe_every_ns` when they have grown to that. So a board that chance has silenced is back
-/// after about as long as it was away, and a dead one costs the others `failures` and seven more timeouts by default (22 ms
-/// of the first 0.16 s), then one in each 0.1 s. A board that has not answered since the start, or has been given up, gets no
-/// short pauses.
+/// A board that falls silent is asked in every cycle up to `failures` times, then after pauses of
+/// `first_pause_ns` and twice as much each time, and every `probe_every_ns` when they have grown to
+/// that. So a board that chance has silenced is back after about as long as it was away, and a dead
+/// one costs the others `failures` and seven more timeouts by default (22 ms of the first 0.16 s),
+/// then one in each 0.1 s. A board that has not answered since the start, or has been given up,
+/// gets no short pauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PresencePolicy {
     /// Failures in a row after which a board is not asked in every cycle any more.
     pub failures: u32,
     /// The first pause after that, ns.
     pub first_pause_ns: u64,
-    /// Time between two requests to a missing board, ns. Each costs the others at most its timeout, 2.2 ms at 1 Mbaud.
+    /// Time between two requests to a missing board, ns. Each costs the others at most its timeout,
+    /// 2.2 ms at 1 Mbaud.
     pub probe_every_ns: u64,
 }
 
 impl Default for PresencePolicy {
-    /// On a bus that damages one character in a hundred an exchange in five fails, and three in a row are lost several times a
-    /// second; ten in a row once in hours. Ten probes a second find a missing board soon and cost the others about 2 % of their rate.
+    /// On a bus that damages one character in a hundred an exchange in five fails, and three in a
+    /// row are lost several times a second; ten in a row once in hours. Ten probes a second find a
+    /// missing board soon and cost the others about 2 % of their rate.
     fn default() -> Self {
         Self { failures: 3, first_pause_ns: 1_000_000, probe_every_ns: 100_000_000 }
     }
@@ -58,7 +62,8 @@ impl Presence {
         self.state
     }
 
-    /// Whether it has been silent for so long that its last readings say nothing about the next one.
+    /// Whether it has been silent for so long that its last readings say nothing about the next
+    /// one.
     pub(super) fn was_away(&self) -> bool {
         self.state == BoardState::Missing || self.failures >= self.policy.failures
     }

@@ -10,7 +10,8 @@ pub struct SupplyPressure {
 }
 
 impl SupplyPressure {
-    /// An older one is not shown to people, ns: longer than the seconds between two questions where boards are asked seldom.
+    /// An older one is not shown to people, ns: longer than the seconds between two questions where
+    /// boards are asked seldom.
     pub const OLD_NS: u64 = 10_000_000_000;
 
     /// How old it is at `now_ns`, ns.
@@ -47,7 +48,8 @@ pub struct ElectronicsReading {
 }
 
 impl ElectronicsReading {
-    /// The chip's temperature that people are shown at `now_ns`, degrees Celsius: none that is as old as a supply pressure may not be.
+    /// The chip's temperature that people are shown at `now_ns`, degrees Celsius: none that is as
+    /// old as a supply pressure may not be.
     pub fn shown_chip_c(&self, now_ns: u64) -> Option<f64> {
         self.chip_c.filter(|_| now_ns.saturating_sub(self.asked_ns) <= SupplyPressure::OLD_NS)
     }

@@ -6,14 +6,16 @@ use crate::line::LineError;
 use pneudrive_protocol::pages::SensorStatus;
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
 
-/// What the last answer of a board said. It does not get newer by being looked at: see [`Reading::age_ns`].
+/// What the last answer of a board said. It does not get newer by being looked at: see
+/// [`Reading::age_ns`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Pressures as the board sent them, ADC counts.
     pub counts: [Counts; CHANNELS],
     /// The same in kPa gauge, through the poller's filter if it has one.
     pub kpa: [f64; CHANNELS],
-    /// When the board was asked, ns on the line's clock: the board measured at most one of its loops before.
+    /// When the board was asked, ns on the line's clock: the board measured at most one of its
+    /// loops before.
     pub asked_ns: u64,
 }
 
@@ -31,7 +33,8 @@ pub enum Outcome {
     Fresh,
     /// It was asked and gave no valid answer: the reading, if any, is old.
     Lost,
-    /// It was not asked: it is missing, or an earlier answer may still come. The reading, if any, is old.
+    /// It was not asked: it is missing, or an earlier answer may still come. The reading, if any,
+    /// is old.
     NotAsked,
 }
 
@@ -46,11 +49,14 @@ pub struct BoardRow {
     pub wanted: BoardCommand,
     /// What happened to it in this cycle.
     pub outcome: Outcome,
-    /// Its last answer, of this cycle only if `outcome` is [`Outcome::Fresh`]; `None` before the first.
+    /// Its last answer, of this cycle only if `outcome` is [`Outcome::Fresh`]; `None` before the
+    /// first.
     pub reading: Option<Reading>,
-    /// Its valves' drives, if it was asked for them in this cycle and answered ([`PollerOptions::drives`](super::PollerOptions::drives)).
+    /// Its valves' drives, if it was asked for them in this cycle and answered
+    /// ([`PollerOptions::drives`](super::PollerOptions::drives)).
     pub drives: Option<DriveReading>,
-    /// The last readings of the sensors on its I2C connector ([`PollerOptions::sensors`](super::PollerOptions::sensors)).
+    /// The last readings of the sensors on its I2C connector
+    /// ([`PollerOptions::sensors`](super::PollerOptions::sensors)).
     pub sensors: BoardSensors,
     /// How it has answered lately.
     pub state: BoardState,
@@ -88,15 +94,17 @@ pub enum Event<'a> {
         state: BoardState,
         /// Why.
         error: Option<&'a ExchangeError>,
-        /// By how much the host itself was late at most in the second before, ns; `None` if it was punctual within 10 ms. Answers that it
-        /// was too late to read look like those of a board that is gone.
+        /// By how much the host itself was late at most in the second before, ns; `None` if it was
+        /// punctual within 10 ms. Answers that it was too late to read look like those of a board
+        /// that is gone.
         host_late_ns: Option<u64>,
     },
     /// The line failed. No board is asked until it is back.
     LineLost {
         /// Why.
         error: &'a LineError,
-        /// Boards that may go on regulating their last set points for ever, because they are of the original kind, or may be.
+        /// Boards that may go on regulating their last set points for ever, because they are of the
+        /// original kind, or may be.
         holding: &'a [u8],
     },
     /// The line is not back yet, for this reason; told once for each reason in a row.
@@ -114,15 +122,18 @@ pub enum Event<'a> {
         /// For how long beyond what was planned, ns. The boards may have held or vented meanwhile.
         by_ns: u64,
     },
-    /// The vent latch was closed, by whomever: 0 kPa is commanded to all boards until it is released.
+    /// The vent latch was closed, by whomever: 0 kPa is commanded to all boards until it is
+    /// released.
     Vented,
     /// The vent latch was released.
     Released,
-    /// Whoever sets the commands has stopped, so 0 kPa is commanded instead: see [`SetPoints::vent_after`](super::SetPoints::vent_after).
+    /// Whoever sets the commands has stopped, so 0 kPa is commanded instead: see
+    /// [`SetPoints::vent_after`](super::SetPoints::vent_after).
     CommandsStale,
     /// The commands are renewed again, and are sent.
     CommandsBack,
-    /// A board answers polls but does not tell its valves' drives. It is asked once a second from now on. Told once a run.
+    /// A board answers polls but does not tell its valves' drives. It is asked once a second from
+    /// now on. Told once a run.
     NoDrives {
         /// The board's number.
         board: u8,
@@ -136,7 +147,8 @@ pub enum Event<'a> {
         /// What it has.
         status: &'a SensorStatus,
     },
-    /// A board answers polls but does not tell its sensors. It is asked once a second from now on. Told once a run.
+    /// A board answers polls but does not tell its sensors. It is asked once a second from now on.
+    /// Told once a run.
     NoSensors {
         /// The board's number.
         board: u8,
@@ -179,8 +191,9 @@ pub enum Event<'a> {
         /// They are asked again after this time, ns.
         pause_ns: u64,
     },
-    /// A set point of channel 3 is sent one count lower, because board 0 could take it for its address
-    /// ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a run; rows have what was sent.
+    /// A set point of channel 3 is sent one count lower, because board 0 could take it for its
+    /// address ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a
+    /// run; rows have what was sent.
     CommandLowered {
         /// The board that is commanded.
         board: u8,

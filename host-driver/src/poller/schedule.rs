@@ -18,10 +18,12 @@ pub enum Pace {
 /// What happens to starts that were missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum MissedTick {
-    /// They are left out; the next cycle starts on the grid again. Set points and rows stay in phase with the clock.
+    /// They are left out; the next cycle starts on the grid again. Set points and rows stay in
+    /// phase with the clock.
     #[default]
     Skip,
-    /// They are made up for, one cycle right after the other, until the grid is reached. The number of cycles stays right.
+    /// They are made up for, one cycle right after the other, until the grid is reached. The number
+    /// of cycles stays right.
     CatchUp,
     /// The grid moves: the next cycle starts at once and the following ones a period after it.
     Shift,
@@ -44,7 +46,8 @@ impl Schedule {
         self.missed
     }
 
-    /// A cycle starts at `now_ns` (at or after the last result of this function): when the one after it should.
+    /// A cycle starts at `now_ns` (at or after the last result of this function): when the one
+    /// after it should.
     pub(super) fn next_start(&mut self, now_ns: u64) -> u64 {
         let Pace::Every { period_ns, missed } = self.pace else { return now_ns };
         let start_ns = self.next_ns;

@@ -15,7 +15,8 @@ enum Turn {
     Electronics,
 }
 
-/// Decides for one board: what it has is asked for in turn, and now and then what it has, and how warm it is.
+/// Decides for one board: what it has is asked for in turn, and now and then what it has, and how
+/// warm it is.
 #[derive(Debug, Clone)]
 pub(super) struct SensorSchedule {
     pages: PageSchedule,

@@ -7,9 +7,9 @@ use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 ///
 /// - No set point is above its channel's [`ChannelLimit::max_kpa`].
 /// - It changes by at most [`ChannelLimit::max_rate_kpa_s`].
-/// - After a pause it rises by at most [`SlewOptions::return_rate_kpa_s`] until what is wanted has been
-///   reached. A pause is a vent, or a time without answers that is long enough for the board's own
-///   command timeout. The ramp starts at the pressure that the board reports.
+/// - After a pause it rises by at most [`SlewOptions::return_rate_kpa_s`] until what is wanted has
+///   been reached. A pause is a vent, or a time without answers that is long enough for the board's
+///   own command timeout. The ramp starts at the pressure that the board reports.
 ///
 /// Venting is immediate: no rate applies to it.
 #[derive(Debug, Clone)]
@@ -44,17 +44,19 @@ pub struct SlewOptions {
 enum State {
     /// What is wanted is followed.
     Following,
-    /// The board has not answered for so long that it may have vented: it is sent 0 kPa until it answers.
+    /// The board has not answered for so long that it may have vented: it is sent 0 kPa until it
+    /// answers.
     Away,
     /// After a pause, below what is wanted.
     Returning,
 }
 
 impl SlewOptions {
-    /// A board that has not been heard for this long has been away, ns: a little less than the 500 ms after
-    /// which a board's own command timeout begins.
+    /// A board that has not been heard for this long has been away, ns: a little less than the 500
+    /// ms after which a board's own command timeout begins.
     pub(super) const PAUSE_NS: u64 = 400_000_000;
-    /// The most time that one step of a ramp makes up for, ns: a host that stood still does not jump.
+    /// The most time that one step of a ramp makes up for, ns: a host that stood still does not
+    /// jump.
     const LONGEST_STEP_NS: u64 = 50_000_000;
 }
 
@@ -86,7 +88,8 @@ impl Slew {
         if wanted <= Counts::ATMOSPHERE { wanted.min(self.vent) } else { wanted }
     }
 
-    /// What to send at `now_ns` when `wanted` is wanted. `vented` is for 0 kPa at once, whatever is wanted.
+    /// What to send at `now_ns` when `wanted` is wanted. `vented` is for 0 kPa at once, whatever is
+    /// wanted.
     pub fn step(&mut self, now_ns: u64, wanted: BoardCommand, vented: bool) -> BoardCommand {
         let since_ns = self.stepped_ns.replace(now_ns).map_or(0, |then| now_ns.saturating_sub(then));
         let answered_ns = *self.answered_ns.get_or_insert(now_ns);
@@ -160,7 +163,8 @@ mod tests {
         Slew::new([ChannelLimit { max_kpa, max_rate_kpa_s }; CHANNELS], OPTIONS)
     }
 
-    /// Steps every millisecond over `ms`, answered each time with `pressure`; what is sent on channel 0.
+    /// Steps every millisecond over `ms`, answered each time with `pressure`; what is sent on
+    /// channel 0.
     fn run(slew: &mut Slew, ms: std::ops::Range<u64>, wanted: u16, pressure: u16) -> Vec<u16> {
         ms.map(|ms| {
             let sent = slew.step(ms * MS, counts(wanted), false);
@@ -225,7 +229,8 @@ mod tests {
         }
     }
 
-    /// The zero of channel 1 was found at 95 counts: what everybody calls 0 kPa would be 6 kPa there.
+    /// The zero of channel 1 was found at 95 counts: what everybody calls 0 kPa would be 6 kPa
+    /// there.
     #[test]
     fn zero_is_zero_and_a_limit_is_one_with_each_channels_own_scale() {
         let low = SensorScale::new(95.0, 0.8, 600.0).unwrap();

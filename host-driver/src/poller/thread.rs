@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
-/// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all of them.
+/// Polls boards on a thread of its own until it is stopped or dropped; then commands 0 kPa to all
+/// of them.
 #[derive(Debug)]
 pub struct Poller<L: Line = SerialPort> {
     shared: Arc<Shared>,
@@ -38,8 +39,8 @@ impl<L: Line + Send + 'static> Poller<L> {
     /// Starts polling.
     ///
     /// # Errors
-    /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for: then the source of the error is a
-    /// [`RealTimeError`](crate::real_time::RealTimeError).
+    /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for: then
+    /// the source of the error is a [`RealTimeError`](crate::real_time::RealTimeError).
     pub fn start(
         bus: Bus<L>,
         options: PollerOptions,
@@ -100,8 +101,8 @@ impl<L: Line> Poller<L> {
         self.shared.statistics()
     }
 
-    /// Closes it to vent all boards, opens it to follow the set points again. The poller closes it itself when a port comes back,
-    /// unless [`PollerOptions::resume`] is set.
+    /// Closes it to vent all boards, opens it to follow the set points again. The poller closes it
+    /// itself when a port comes back, unless [`PollerOptions::resume`] is set.
     pub fn vent(&self) -> &VentLatch {
         &self.vent
     }
@@ -111,12 +112,14 @@ impl<L: Line> Poller<L> {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Ends polling, commands 0 kPa to all boards until they have confirmed it ([`Polling::make_safe`]), closes the line. `None` if an observer panicked.
+    /// Ends polling, commands 0 kPa to all boards until they have confirmed it
+    /// ([`Polling::make_safe`]), closes the line. `None` if an observer panicked.
     pub fn stop(mut self) -> Option<Finished> {
         self.join().map(|(finished, _)| finished)
     }
 
-    /// As [`stop`](Self::stop), and hands back the bus, its line still open: for another poller, or for questions to single boards.
+    /// As [`stop`](Self::stop), and hands back the bus, its line still open: for another poller, or
+    /// for questions to single boards.
     pub fn into_bus(mut self) -> Option<(Finished, Bus<L>)> {
         self.join()
     }
@@ -163,8 +166,9 @@ impl Monitor {
         self.latest.get()
     }
 
-    /// What the run has been like, as of the last time somebody asked; the bus thread then makes new figures at the end of its
-    /// cycle. Called twice a second it gives figures that are half a second old.
+    /// What the run has been like, as of the last time somebody asked; the bus thread then makes
+    /// new figures at the end of its cycle. Called twice a second it gives figures that are half a
+    /// second old.
     pub fn statistics(&self) -> Option<Statistics> {
         self.shared.statistics()
     }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// While it is closed, the poller commands 0 kPa to all boards, whatever its source says. Clones are the same latch.
+/// While it is closed, the poller commands 0 kPa to all boards, whatever its source says. Clones
+/// are the same latch.
 ///
-/// Closing it is one store and waits for nobody. The poller closes it by itself when a port that was
-/// gone comes back: nobody may be at the rig any more.
+/// Closing it is one store and waits for nobody. The poller closes it by itself when a port that
+/// was gone comes back: nobody may be at the rig any more.
 #[derive(Debug, Clone, Default)]
 pub struct VentLatch(Arc<AtomicU8>);
 

@@ -6,7 +6,8 @@ use crate::bus::{Answer, ExchangeError};
 use crate::line::{Line, LineError};
 
 impl<L: Line> Polling<L> {
-    /// When the board at `index` can be asked: not while it is missing and not probed, nor while it may still answer.
+    /// When the board at `index` can be asked: not while it is missing and not probed, nor while it
+    /// may still answer.
     pub(super) fn askable_ns(&self, index: usize) -> u64 {
         self.presence[index].due_ns().max(self.bus.ready_at_ns(self.rows[index].board))
     }
@@ -52,7 +53,8 @@ impl<L: Line> Polling<L> {
         Ok(())
     }
 
-    /// The command as it stands on the wire: the bus sends some set points a count lower. Told once.
+    /// The command as it stands on the wire: the bus sends some set points a count lower. Told
+    /// once.
     fn command_sent(&mut self, board: u8, wanted: BoardCommand) -> BoardCommand {
         let sent = self.bus.commands_on_the_wire(wanted);
         if sent != wanted && !std::mem::replace(&mut self.lowered_told, true) {

@@ -1,11 +1,16 @@
-//! What a thread can ask of Linux so that others disturb it less: SCHED_FIFO, locked memory, a core.
+//! What a thread can ask of Linux so that others disturb it less: SCHED_FIFO, locked memory, a
+//! core.
 //!
-//! Each of them is refused rather than left out where it cannot be had: who asks for real time wants to know. What each is good for:
+//! Each of them is refused rather than left out where it cannot be had: who asks for real time
+//! wants to know. What each is good for:
 //!
-//! - **SCHED_FIFO**: the thread runs before everything without a real-time priority. The kernel keeps 5 % of each core for the others
-//!   (sched(7), `sched_rt_runtime_us`), so that a thread that spins does not freeze the machine.
-//! - **Locked memory**: no page of the process is read from disk in the middle of a cycle. It is of the whole process.
-//! - **A core**: the thread is not moved. It does not keep others off that core; `isolcpus` on the kernel's command line does.
+//! - **SCHED_FIFO**: the thread runs before everything without a real-time priority. The kernel
+//!   keeps 5 % of each core for the others (sched(7), `sched_rt_runtime_us`), so that a thread that
+//!   spins does not freeze the machine.
+//! - **Locked memory**: no page of the process is read from disk in the middle of a cycle. It is of
+//!   the whole process.
+//! - **A core**: the thread is not moved. It does not keep others off that core; `isolcpus` on the
+//!   kernel's command line does.
 
 mod error;
 
@@ -30,7 +35,8 @@ pub struct RealTime {
 }
 
 impl RealTime {
-    /// Priority if none is named: below the interrupt threads of a PREEMPT_RT kernel, which the serial port needs.
+    /// Priority if none is named: below the interrupt threads of a PREEMPT_RT kernel, which the
+    /// serial port needs.
     pub const PRIORITY: u8 = 40;
 
     /// Gives it to the calling thread (memory: to the process).
@@ -50,7 +56,8 @@ impl RealTime {
         Ok(())
     }
 
-    /// Finds out on a thread of its own whether it can be had, so that it is known before anything moves. Memory stays locked.
+    /// Finds out on a thread of its own whether it can be had, so that it is known before anything
+    /// moves. Memory stays locked.
     ///
     /// # Errors
     /// As for [`apply`](Self::apply).

@@ -19,9 +19,11 @@ pub struct Description {
 /// What boards are asked for in pages, and recordings have columns for.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PageColumns {
-    /// The valves' drives: of a run with [`PollerOptions::drives`](crate::poller::PollerOptions::drives).
+    /// The valves' drives: of a run with
+    /// [`PollerOptions::drives`](crate::poller::PollerOptions::drives).
     pub drives: bool,
-    /// Supply pressure and IMU: of a run with [`PollerOptions::sensors`](crate::poller::PollerOptions::sensors).
+    /// Supply pressure and IMU: of a run with
+    /// [`PollerOptions::sensors`](crate::poller::PollerOptions::sensors).
     pub sensors: bool,
 }
 
@@ -37,8 +39,8 @@ pub struct RecorderOptions {
     pub overwrite: bool,
     /// What it has beside commands and pressures.
     pub pages: PageColumns,
-    /// Pressure of the atmosphere, kPa absolute: added to supply pressures where ROS wants them absolute. `None` is the standard
-    /// atmosphere.
+    /// Pressure of the atmosphere, kPa absolute: added to supply pressures where ROS wants them
+    /// absolute. `None` is the standard atmosphere.
     pub ambient_kpa: Option<f64>,
     /// What the recording shall say of itself.
     pub description: Description,

@@ -74,7 +74,8 @@ impl BlockFile {
         Ok(())
     }
 
-    /// Writes another file into the same folder, unless there is one of that name that does not belong to this file.
+    /// Writes another file into the same folder, unless there is one of that name that does not
+    /// belong to this file.
     pub(super) fn write_beside(&self, name: &str, content: &str) -> io::Result<()> {
         let path = self.path.with_file_name(name);
         let own_name = self.path.file_name().unwrap_or_default().to_string_lossy();

@@ -36,7 +36,8 @@ impl FileFormat {
     }
 }
 
-/// Turns rows into blocks of bytes. Blocks can be put one behind the other, and each can be read without those behind it.
+/// Turns rows into blocks of bytes. Blocks can be put one behind the other, and each can be read
+/// without those behind it.
 pub(super) trait Form: Send {
     /// Takes rows and what happened between them.
     fn add(&mut self, batch: &Batch) -> io::Result<()>;

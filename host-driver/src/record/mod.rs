@@ -3,8 +3,9 @@
 //! One row per bus cycle: `t_s`, `b{n}_cmd{k}_kpa`, `b{n}_p{k}_kpa`. Pressures are what the boards
 //! sent, unfiltered; a board that gave no answer in a cycle leaves its pressure cells empty,
 //! because an old value is no measurement. A command is the one last sent, as it was sent: rounded
-//! to a count. What boards are asked for in pages ([`PageColumns`]) stands behind, in the rows of the
-//! cycles in which they were asked. In a file named `.mcap` (feature `mcap`) the same rows are messages of a ROS 2 bag.
+//! to a count. What boards are asked for in pages ([`PageColumns`]) stands behind, in the rows of
+//! the cycles in which they were asked. In a file named `.mcap` (feature `mcap`) the same rows are
+//! messages of a ROS 2 bag.
 //!
 //! A recording says of itself when, with what and how it was made ([`Description`]), and holds what
 //! happened meanwhile: in a table as comment lines `# key: value` whose values are JSON, in a bag

@@ -33,7 +33,8 @@ pub struct RecordedBus {
     pub boards: Vec<u8>,
     /// Number of the joint that board 0 moves; board n moves joint `first_joint + n`.
     pub first_joint: u16,
-    /// What makes ns since 1970 of the times of its line: see [`Clock::unix_offset_ns`](crate::line::Clock::unix_offset_ns).
+    /// What makes ns since 1970 of the times of its line: see
+    /// [`Clock::unix_offset_ns`](crate::line::Clock::unix_offset_ns).
     pub unix_offset_ns: u64,
 }
 
@@ -66,7 +67,8 @@ struct Tap {
 }
 
 impl Recorder {
-    /// Rows are handed over in batches of this length: waking the writer for each would cost the bus thread some us a cycle.
+    /// Rows are handed over in batches of this length: waking the writer for each would cost the
+    /// bus thread some us a cycle.
     const BATCH_NS: u64 = 20_000_000;
     /// Batches that may wait for the disk: 5 s of one bus.
     const QUEUE: usize = 250;
@@ -74,7 +76,8 @@ impl Recorder {
     #[cfg(feature = "mcap")]
     const TOPICS: &str = "/pneudrive";
 
-    /// What [`create`](Self::create) would refuse without touching the disk: so that it is known before anything moves.
+    /// What [`create`](Self::create) would refuse without touching the disk: so that it is known
+    /// before anything moves.
     ///
     /// # Errors
     /// A name that says no format, a file that exists (unless `overwrite`).
@@ -82,11 +85,13 @@ impl Recorder {
         BlockFile::check(path, overwrite).map(drop)
     }
 
-    /// Creates the file and writes its header. The observer is to be given to the poller; the recording ends when the poller has
-    /// ended (and dropped it) and [`finish`](Self::finish) is called.
+    /// Creates the file and writes its header. The observer is to be given to the poller; the
+    /// recording ends when the poller has ended (and dropped it) and [`finish`](Self::finish) is
+    /// called.
     ///
     /// # Errors
-    /// A name that says no format, a file that exists (unless `overwrite`), a disk that takes no header.
+    /// A name that says no format, a file that exists (unless `overwrite`), a disk that takes no
+    /// header.
     pub fn create(
         path: &Path,
         boards: &[u8],
@@ -145,11 +150,12 @@ impl Recorder {
         Self::start(path, Writer::new(file, form)?, 1, failed)
     }
 
-    /// Creates a bag of several buses, with topics `{prefix}/joint_{n}/...`, and an observer for each bus's poller.
+    /// Creates a bag of several buses, with topics `{prefix}/joint_{n}/...`, and an observer for
+    /// each bus's poller.
     ///
     /// # Errors
-    /// As [`create`](Self::create), and a name that does not end in `.mcap`: rows of several buses have no common time, so they
-    /// have no place in one table.
+    /// As [`create`](Self::create), and a name that does not end in `.mcap`: rows of several buses
+    /// have no common time, so they have no place in one table.
     #[cfg(feature = "mcap")]
     pub fn create_bag(
         path: &Path,
@@ -266,8 +272,9 @@ impl Recorder {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Rows that have been handed over and not been taken by the writing thread yet. Rows are lost when it is behind by 5 s:
-    /// whoever polls faster than real time, in virtual time, waits for it.
+    /// Rows that have been handed over and not been taken by the writing thread yet. Rows are lost
+    /// when it is behind by 5 s: whoever polls faster than real time, in virtual time, waits for
+    /// it.
     pub fn rows_waiting(&self) -> u64 {
         self.waiting.load(Ordering::Relaxed)
     }

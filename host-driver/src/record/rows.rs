@@ -119,7 +119,8 @@ impl Batch {
     }
 }
 
-/// Makes text of rows. There are only 1024 commands and 1024 pressures of a channel, so their text is made once.
+/// Makes text of rows. There are only 1024 commands and 1024 pressures of a channel, so their text
+/// is made once.
 pub(crate) struct Formatter {
     boards: Vec<u8>,
     commands: Codes<String>,
@@ -131,7 +132,8 @@ impl Formatter {
     pub(crate) fn new(boards: &[u8], calibration: &Calibration, pages: PageColumns) -> Self {
         Self {
             boards: boards.to_vec(),
-            // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
+            // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does
+            // not exist.
             commands: Codes::new(boards, calibration, |kpa| format!("{:.3}", kpa.max(0.0))),
             pressures: Codes::new(boards, calibration, |kpa| format!("{kpa:.3}")),
             pages,

@@ -8,7 +8,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 
-/// Starts and stops recordings of a run, one at a time. The times in them are those of the run, not of the recording.
+/// Starts and stops recordings of a run, one at a time. The times in them are those of the run, not
+/// of the recording.
 pub struct RecordSwitch {
     boards: Vec<u8>,
     calibration: Calibration,
@@ -92,8 +93,8 @@ impl RecordSwitch {
         self
     }
 
-    /// The same switch, whose recordings have these columns, too, and this pressure of the atmosphere, kPa absolute
-    /// ([`RecorderOptions::ambient_kpa`]).
+    /// The same switch, whose recordings have these columns, too, and this pressure of the
+    /// atmosphere, kPa absolute ([`RecorderOptions::ambient_kpa`]).
     #[must_use]
     pub fn with_pages(mut self, pages: PageColumns, ambient_kpa: Option<f64>) -> Self {
         (self.options.pages, self.options.ambient_kpa) = (pages, ambient_kpa);
@@ -116,7 +117,8 @@ impl RecordSwitch {
     /// Starts recording to a new file, from the next cycle on.
     ///
     /// # Errors
-    /// A recording is in progress, or the file cannot be made: see [`Recorder::create`]. Nothing is ever replaced.
+    /// A recording is in progress, or the file cannot be made: see [`Recorder::create`]. Nothing is
+    /// ever replaced.
     pub fn start(&self, path: &Path) -> Result<(), SwitchError> {
         let mut state = self.settled();
         if let Some((file, _)) = &state.running {
@@ -133,7 +135,8 @@ impl RecordSwitch {
         Ok(())
     }
 
-    /// Stops recording with the next cycle. [`status`](Self::status) tells when the file is complete.
+    /// Stops recording with the next cycle. [`status`](Self::status) tells when the file is
+    /// complete.
     ///
     /// # Errors
     /// Nothing is being recorded.
@@ -156,7 +159,8 @@ impl RecordSwitch {
         }
     }
 
-    /// Waits for the recording in progress, if there is one. To be called when the poller has ended.
+    /// Waits for the recording in progress, if there is one. To be called when the poller has
+    /// ended.
     ///
     /// # Errors
     /// One of the run's recordings failed: this one, or the first of those before it.

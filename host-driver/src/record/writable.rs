@@ -16,7 +16,8 @@ pub fn file_is_writable(path: &Path) -> io::Result<()> {
     folder_is_writable(folder.unwrap_or(Path::new(".")))
 }
 
-/// Whether files can be made in `folder`. It is tried: modes are not all that forbids it, and do not forbid it to root.
+/// Whether files can be made in `folder`. It is tried: modes are not all that forbids it, and do
+/// not forbid it to root.
 ///
 /// # Errors
 /// What the system says.

@@ -19,7 +19,8 @@ use crate::record::Contents;
 use pneudrive_protocol::{CHANNELS, SensorScale};
 use std::io;
 
-/// What the counts of a recording meant when it was made: its `sensor` and `calibration`, and the nominal sensor where it has none.
+/// What the counts of a recording meant when it was made: its `sensor` and `calibration`, and the
+/// nominal sensor where it has none.
 ///
 /// # Errors
 /// Numbers that no sensor has.

@@ -17,7 +17,8 @@ pub(super) struct Moments {
 }
 
 impl Moments {
-    /// A board that has not answered for so long was missing, s: the commands of boards whose host is silent for so long expire.
+    /// A board that has not answered for so long was missing, s: the commands of boards whose host
+    /// is silent for so long expire.
     const MISSING_S: f64 = 0.5;
 
     pub(super) fn new(boards: &[u8], calibration: Calibration) -> Self {

@@ -43,7 +43,8 @@ enum Control {
 }
 
 impl Player {
-    /// Starts with the first row. `happened` gets the recording's events when their time comes, and what keeps rows from being read.
+    /// Starts with the first row. `happened` gets the recording's events when their time comes, and
+    /// what keeps rows from being read.
     ///
     /// # Errors
     /// The recording cannot be opened, has no rows, or the system has no thread to give.
@@ -80,7 +81,8 @@ impl Player {
         Ok(Self { monitor, control: Some(control), thread: Some(thread) })
     }
 
-    /// The row that is shown, and figures of those that were. Whoever looks at readings finds them as old as they were then.
+    /// The row that is shown, and figures of those that were. Whoever looks at readings finds them
+    /// as old as they were then.
     pub fn monitor(&self) -> Monitor {
         self.monitor.clone()
     }
@@ -249,7 +251,8 @@ impl Show {
                 Err(RecvTimeoutError::Disconnected) => return Left::Dropped,
                 Ok(Control::Pause) => {
                     self.paused = !self.paused;
-                    // The row that was waited for is shown; the pause begins with the next one, or ends here.
+                    // The row that was waited for is shown; the pause begins with the next one, or
+                    // ends here.
                     return Left::Over;
                 }
                 Ok(Control::Skip(by_s)) => return Left::To(self.t_s + by_s),

@@ -32,11 +32,13 @@ pub struct RecordedBoard {
     pub supply_kpa: Option<f64>,
 }
 
-/// The rows of a recording. It is read while it is gone through, so that its length does not matter.
+/// The rows of a recording. It is read while it is gone through, so that its length does not
+/// matter.
 pub struct Rows(Box<dyn Iterator<Item = io::Result<RecordedRow>>>);
 
 impl Rows {
-    /// Opens a table in the measured-data format, also a compressed one, or a bag: what it is its first bytes say.
+    /// Opens a table in the measured-data format, also a compressed one, or a bag: what it is its
+    /// first bytes say.
     ///
     /// # Errors
     /// The file cannot be opened, or has no columns of a board.

@@ -1,4 +1,5 @@
-//! Boards that a rig file describes and nobody polls: their limits would hold for nothing, without a word.
+//! Boards that a rig file describes and nobody polls: their limits would hold for nothing, without
+//! a word.
 
 use pneudrive_protocol::CHANNELS;
 use pneudrive_rig::Rig;
@@ -26,11 +27,13 @@ pub struct LeftOut {
     pub boards: u16,
 }
 
-/// What `rig` says of boards that are not polled. `given` are the boards of the bus and where their number was said, if it was said
-/// beside the file: who does so may leave some out, and is to be told where those have limits.
+/// What `rig` says of boards that are not polled. `given` are the boards of the bus and where their
+/// number was said, if it was said beside the file: who does so may leave some out, and is to be
+/// told where those have limits.
 ///
 /// # Errors
-/// The file describes a board that its own number of boards excludes, or more than board 0 where nobody says how many there are.
+/// The file describes a board that its own number of boards excludes, or more than board 0 where
+/// nobody says how many there are.
 pub fn left_out(rig: &Rig, given: Option<(u16, &str)>) -> Result<Option<LeftOut>, LeftOut> {
     match (given, rig.bus().boards) {
         (Some((boards, said)), _) => Ok(first(rig, boards, said).filter(|left_out| left_out.limits)),

@@ -21,8 +21,9 @@ pub struct TooMany {
     pub option: String,
 }
 
-/// Checks the number of boards that `rig` says. A number that is mistyped polls addresses where nobody is, which takes longer than all
-/// boards that are there: more than `most` are for who says so by `option`.
+/// Checks the number of boards that `rig` says. A number that is mistyped polls addresses where
+/// nobody is, which takes longer than all boards that are there: more than `most` are for who says
+/// so by `option`.
 ///
 /// # Errors
 /// There are more.

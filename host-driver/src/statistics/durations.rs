@@ -9,7 +9,8 @@ pub(crate) struct Durations {
 }
 
 impl Durations {
-    /// Longest duration that the histogram resolves, ns; longer ones count as this long in quantiles and bins only.
+    /// Longest duration that the histogram resolves, ns; longer ones count as this long in
+    /// quantiles and bins only.
     const LONGEST_NS: u64 = 100_000_000_000;
     /// 0.1 %.
     const SIGNIFICANT_FIGURES: u8 = 3;
@@ -47,7 +48,8 @@ impl Durations {
         }
     }
 
-    /// Counts in bins whose edges are evenly spaced on a logarithmic scale, from the first bin that is not empty to the last.
+    /// Counts in bins whose edges are evenly spaced on a logarithmic scale, from the first bin that
+    /// is not empty to the last.
     pub(crate) fn bins(&self) -> Vec<HistogramBin> {
         let Some(histogram) = self.histogram.as_ref().filter(|histogram| !histogram.is_empty()) else {
             return Vec::new();
@@ -76,7 +78,8 @@ mod tests {
     fn bins_are_evenly_spaced_on_a_logarithmic_scale() {
         let mut durations = Durations::new();
         assert!(durations.bins().is_empty());
-        // 10 us to 12.59 us is the bin of 10 and 12 us; 15.85 us to 19.95 us that of 16 us; the one between is empty.
+        // 10 us to 12.59 us is the bin of 10 and 12 us; 15.85 us to 19.95 us that of 16 us; the one
+        // between is empty.
         [10_000, 12_000, 12_000, 16_000].into_iter().for_each(|ns| durations.add(ns));
         let bins: Vec<_> =
             durations.bins().iter().map(|bin| (bin.from_us.round(), bin.to_us.round(), bin.count)).collect();

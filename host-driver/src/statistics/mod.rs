@@ -101,14 +101,15 @@ pub struct BoardStatistics {
     pub rejected: u64,
     /// How it answered last.
     pub state: BoardState,
-    /// Age of its last answer when these figures were made, us: since it was asked. `None` if it never answered.
+    /// Age of its last answer when these figures were made, us: since it was asked. `None` if it
+    /// never answered.
     pub age_us: Option<u64>,
     /// Cycles of which it has no reading: it was not asked, or gave no valid answer in time.
     pub rows_without_reading: u64,
     /// Which packets it is spoken to in.
     pub frames: Frames,
-    /// Whether it confirmed 0 kPa at the end: by a checked answer, or (a board of the original kind) by its readings. `None` as
-    /// long as the run lasts.
+    /// Whether it confirmed 0 kPa at the end: by a checked answer, or (a board of the original
+    /// kind) by its readings. `None` as long as the run lasts.
     pub zero_kpa_confirmed: Option<bool>,
     /// Its sensors' last readings; `None` where it is not asked for them.
     pub sensors: Option<SensorFigures>,

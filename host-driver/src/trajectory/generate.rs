@@ -27,7 +27,8 @@ pub struct Plan {
     pub seconds: f64,
     /// Lowest and highest set point of each channel, kPa gauge.
     pub channels: Vec<(f64, f64)>,
-    /// Steps and APRBS: how long a level is held, on the mean, s. Sine: its period, s. Sweep: the period at its beginning, s.
+    /// Steps and APRBS: how long a level is held, on the mean, s. Sine: its period, s. Sweep: the
+    /// period at its beginning, s.
     pub hold_s: f64,
     /// Sweep: the period at its end, s.
     pub last_period_s: f64,
@@ -37,11 +38,13 @@ pub struct Plan {
 
 /// Levels of [`Shape::Steps`] on the way up, the lowest included.
 const LEVELS: usize = 6;
-/// Time between rows of sines, s. Rates of set points are limited by the boards' loops, not by this.
+/// Time between rows of sines, s. Rates of set points are limited by the boards' loops, not by
+/// this.
 const ROW_S: f64 = 0.02;
 
 impl Plan {
-    /// Rows: the time, s, and a set point for each channel, kPa gauge. The last row goes back to the lowest.
+    /// Rows: the time, s, and a set point for each channel, kPa gauge. The last row goes back to
+    /// the lowest.
     pub fn rows(&self) -> Vec<(f64, Vec<f64>)> {
         let mut rows = match self.shape {
             Shape::Steps => self.steps(),
@@ -78,7 +81,8 @@ impl Plan {
         times.map(|t| (t, self.at(0.5 + 0.5 * (2.0 * PI * turns(t)).sin()))).collect()
     }
 
-    /// In whole milliseconds, as tables have their times: two steps less than one apart would be two rows at the same time.
+    /// In whole milliseconds, as tables have their times: two steps less than one apart would be
+    /// two rows at the same time.
     fn aprbs(&self) -> Vec<(f64, Vec<f64>)> {
         let mut random = Pcg32::seed_from_u64(self.seed);
         let mut now: Vec<f64> = self.at(0.0);
@@ -89,7 +93,8 @@ impl Plan {
             for (channel, (low, high)) in self.channels.iter().enumerate() {
                 if until_ms[channel] <= at_ms {
                     now[channel] = low + random.random::<f64>() * (high - low);
-                    // From half to one and a half of the mean, so that channels do not step together.
+                    // From half to one and a half of the mean, so that channels do not step
+                    // together.
                     let held_ms = 1e3 * self.hold_s * (0.5 + random.random::<f64>());
                     until_ms[channel] = at_ms + (held_ms.round() as u64).max(1);
                 }

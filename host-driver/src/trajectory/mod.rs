@@ -40,7 +40,8 @@ pub enum AtEnd {
     Stop,
     /// The last row's commands stay.
     Hold,
-    /// The first row follows, and so on for ever: a row at the last row's time is the first one again.
+    /// The first row follows, and so on for ever: a row at the last row's time is the first one
+    /// again.
     Repeat,
 }
 
@@ -91,7 +92,8 @@ impl Trajectory {
         self
     }
 
-    /// The same trajectory `factor` times as fast, from the run's start on. At least 1 ns is between two rows.
+    /// The same trajectory `factor` times as fast, from the run's start on. At least 1 ns is
+    /// between two rows.
     #[must_use]
     pub fn with_speed(mut self, factor: f64) -> Self {
         let mut least = 0;

@@ -20,7 +20,8 @@ use std::time::{Duration, Instant};
 /// What is watched with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WatchOptions {
-    /// The calibrated model: parameter file of `pneudrive-model fit`, or `extended.toml` of `diagnose`.
+    /// The calibrated model: parameter file of `pneudrive-model fit`, or `extended.toml` of
+    /// `diagnose`.
     pub parameters: PathBuf,
     /// The program; `None` looks for `pneudrive-model` beside this one, then on the search path.
     pub program: Option<PathBuf>,
@@ -43,8 +44,8 @@ impl Watch {
     /// How long the program may take to say its last words, s.
     const LAST_WORDS: Duration = Duration::from_secs(5);
 
-    /// Starts the program and waits until it has read the model. The observer is to be given to the poller; `tell` is called, on a
-    /// thread of the watch, with everything that is found.
+    /// Starts the program and waits until it has read the model. The observer is to be given to the
+    /// poller; `tell` is called, on a thread of the watch, with everything that is found.
     ///
     /// # Errors
     /// There is no such program, or it refuses the model or these boards.
@@ -160,7 +161,8 @@ fn listen(mut stream: impl Read + Send + 'static) -> JoinHandle<String> {
 
 /// Why a program ended.
 fn why(said: &str, otherwise: &str, ended: Option<ExitStatus>) -> String {
-    // The last line that says so is the error; what follows it is advice. Without one the last line has to do.
+    // The last line that says so is the error; what follows it is advice. Without one the last line
+    // has to do.
     let error = said.lines().filter_map(|line| line.strip_prefix("error: ")).next_back();
     let last = error.unwrap_or_else(|| said.lines().last().unwrap_or_default());
     match (last, otherwise, ended) {

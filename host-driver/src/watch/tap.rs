@@ -8,7 +8,8 @@ use std::process::ChildStdin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 
-/// Rows are handed over in batches of this length, ns: waking the writer for each would cost the bus thread some us a cycle.
+/// Rows are handed over in batches of this length, ns: waking the writer for each would cost the
+/// bus thread some us a cycle.
 const BATCH_NS: u64 = 50_000_000;
 /// Batches that may wait for the program: 10 s.
 const QUEUE: usize = 200;
@@ -57,8 +58,8 @@ impl Drop for Tap {
     }
 }
 
-/// Writes batches as they come, until the program takes no more or the bus thread has ended; that is noted in `ending` before the program
-/// can know.
+/// Writes batches as they come, until the program takes no more or the bus thread has ended; that
+/// is noted in `ending` before the program can know.
 pub(super) fn write(
     batches: &Receiver<Batch>,
     formatter: &Formatter,

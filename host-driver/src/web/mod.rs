@@ -41,7 +41,8 @@ pub struct WebOptions {
     /// Host names under which the page may be asked for, besides addresses, `localhost` and this
     /// computer's own name.
     pub names: Vec<String>,
-    /// Vents and, with `control`, commands. `None`: it is a recording, and nothing can be commanded.
+    /// Vents and, with `control`, commands. `None`: it is a recording, and nothing can be
+    /// commanded.
     pub overriding: Option<Override>,
     /// Set points by hand and release of a vent, for clients that have the token. `None`: nobody.
     pub control: Option<Control>,

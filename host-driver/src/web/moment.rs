@@ -72,7 +72,8 @@ mod tests {
     use super::*;
     use crate::poller::{BoardSensors, ElectronicsReading, Outcome, Reading, SupplyPressure, VENTED};
 
-    /// The poller's states and the page's have the same names, in figures and pictures, and none is left over.
+    /// The poller's states and the page's have the same names, in figures and pictures, and none is
+    /// left over.
     #[test]
     fn states_are_the_same_on_both_sides() {
         use pneudrive_page::BoardState as Page;

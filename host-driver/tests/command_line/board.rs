@@ -58,7 +58,8 @@ fn a_board_without_pages_is_said_to_be_one_and_is_not_commanded() {
     refused(&["board", "--port", "sim"], 2, "status");
 }
 
-/// A file that is none is refused before a port is opened; virtual boards have no flash to be updated.
+/// A file that is none is refused before a port is opened; virtual boards have no flash to be
+/// updated.
 #[test]
 fn an_update_that_cannot_be_is_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();

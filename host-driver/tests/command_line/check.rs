@@ -1,4 +1,5 @@
-//! The self-test as users run it. What it finds is tested in virtual time (`host-driver/check/tests/virtual_rigs.rs`).
+//! The self-test as users run it. What it finds is tested in virtual time
+//! (`host-driver/check/tests/virtual_rigs.rs`).
 
 use crate::command_line::program::{program, refused, run, signal};
 use crate::command_line::schema::{CHECK, conforms};
@@ -10,7 +11,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::Child;
 use std::sync::atomic::Ordering;
 
-/// Boards behind this pty answer with whatever they are commanded, at once: no rate and no dead time, and nothing wrong.
+/// Boards behind this pty answer with whatever they are commanded, at once: no rate and no dead
+/// time, and nothing wrong.
 #[test]
 fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() {
     let boards = PtyBoards::start(1);
@@ -54,7 +56,8 @@ fn a_check_says_what_it_could_not_measure_and_is_compared_with_the_one_before() 
     assert_eq!(second["baseline_utc"], first["started_utc"]);
 }
 
-/// What is said of a check of so many boards that `end` breaks off once it has begun, on both outputs. It becomes no baseline.
+/// What is said of a check of so many boards that `end` breaks off once it has begun, on both
+/// outputs. It becomes no baseline.
 fn broken_off(count: u8, end: impl FnOnce(&PtyBoards, &Child)) -> (String, String) {
     let boards = PtyBoards::start(count);
     let port = boards.path().to_str().unwrap();

@@ -116,8 +116,8 @@ fn a_reader_that_has_seen_enough_is_no_panic() {
     }
 }
 
-/// A board that is not there is no failure, unless all are required. It may hear all the same: where it was told more than 0 kPa, it is
-/// one.
+/// A board that is not there is no failure, unless all are required. It may hear all the same:
+/// where it was told more than 0 kPa, it is one.
 #[test]
 fn a_board_that_never_answered_is_a_failure_where_all_are_required() {
     let boards = PtyBoards::start(2);

@@ -55,7 +55,8 @@ fn a_full_disk_is_an_error_before_anything_moves() {
     assert!(commands.iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]), "only pings were sent");
 }
 
-/// The disk fills up while recording, in the middle of a block: the run ends, the boards are safe, and what is in the file is whole.
+/// The disk fills up while recording, in the middle of a block: the run ends, the boards are safe,
+/// and what is in the file is whole.
 #[test]
 fn a_disk_that_fills_up_ends_the_run_and_cuts_no_row() {
     let boards = PtyBoards::start(1);

@@ -5,7 +5,8 @@ use crate::support::pty::PtyBoards;
 use pneudrive_protocol::Counts;
 use std::fs;
 
-/// 0.6 s of boards 0 and 1 at 100 Hz, as a recording that was begun 7 s after its run. Board 1 falls silent at the end.
+/// 0.6 s of boards 0 and 1 at 100 Hz, as a recording that was begun 7 s after its run. Board 1
+/// falls silent at the end.
 fn recording() -> String {
     let mut text = "# program: \"test\"\n# boards: [0,1]\n# rig_file: \"arm.toml\"\n# rig: \"[boards.1]\\nname = \\\"elbow\\\"\\n[display]\\nunit = \\\"bar\\\"\\n\"\nt_s".to_owned();
     for board in 0..2 {

@@ -6,7 +6,8 @@ use serde_json::Value;
 pub const RUN: &str = include_str!("../../../docs/run.schema.json");
 pub const CHECK: &str = include_str!("../../../docs/check.schema.json");
 
-/// `object` must have every key of the schema, and no other: readers may meet more one day, but docs/ has to tell of those there are.
+/// `object` must have every key of the schema, and no other: readers may meet more one day, but
+/// docs/ has to tell of those there are.
 #[track_caller]
 pub fn conforms(object: &Value, schema: &str) {
     let mut schema: Value = serde_json::from_str(schema).unwrap();

@@ -153,7 +153,8 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     assert_eq!(code, Some(0), "{stdout}");
 }
 
-/// The boards here read what they are commanded, so a gauge that shows 1 % more is a slope of 1 % more.
+/// The boards here read what they are commanded, so a gauge that shows 1 % more is a slope of 1 %
+/// more.
 #[test]
 fn calibrate_asks_for_two_pressures_and_writes_them() {
     use std::io::Write;

@@ -1,4 +1,5 @@
-//! `--watch`: the calibrated model beside a run. The program that runs it is a script here, which speaks as `pneudrive-model watch` does.
+//! `--watch`: the calibrated model beside a run. The program that runs it is a script here, which
+//! speaks as `pneudrive-model watch` does.
 
 use crate::command_line::program::{refused, run};
 use crate::support::pty::PtyBoards;

@@ -1,4 +1,5 @@
-//! Boards made of nothing but the protocol, for tests of the host alone. (System tests use the simulator.)
+//! Boards made of nothing but the protocol, for tests of the host alone. (System tests use the
+//! simulator.)
 
 pub mod pty;
 pub mod virtual_line;

@@ -13,7 +13,8 @@ use std::thread::JoinHandle;
 /// What a board was commanded.
 pub type Commanded = (u8, [Counts; CHANNELS]);
 
-/// `boards` boards that answer their commands as pressures, and a switch that unplugs the last of them.
+/// `boards` boards that answer their commands as pressures, and a switch that unplugs the last of
+/// them.
 pub struct PtyBoards {
     path: PathBuf,
     stop: Arc<AtomicBool>,

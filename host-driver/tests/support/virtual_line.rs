@@ -7,7 +7,8 @@ use std::collections::VecDeque;
 /// Time of a character at 1 Mbaud, ns.
 pub const CHARACTER_NS: u64 = 10_000;
 
-/// What comes back for a request: (ns after the request's first bit, bytes). The bytes follow each other at 1 Mbaud.
+/// What comes back for a request: (ns after the request's first bit, bytes). The bytes follow each
+/// other at 1 Mbaud.
 pub type Reply = Vec<(u64, Vec<u8>)>;
 
 /// Decides what comes back for the request with this number and these bytes.
@@ -17,11 +18,13 @@ pub struct VirtualLine {
     now_ns: u64,
     script: Script,
     pub requests: Vec<(u64, Vec<u8>)>,
-    /// When a guard byte was sent alone, and how many requests had been sent before; no script hears of them.
+    /// When a guard byte was sent alone, and how many requests had been sent before; no script
+    /// hears of them.
     pub guards: Vec<(u64, usize)>,
     /// An answer begins only when the one before has ended, as those of one board do.
     pub one_speaker: bool,
-    /// The adapter returns guard bytes, ns after their first bit (what it returns of requests is the script's business).
+    /// The adapter returns guard bytes, ns after their first bit (what it returns of requests is
+    /// the script's business).
     pub guards_echo_after_ns: Option<u64>,
     /// When each byte is complete, in order.
     coming: VecDeque<(u64, u8)>,

@@ -101,12 +101,13 @@ impl ColumnKind {
         }
     }
 
-    /// Where the format itself bounds the values. What pressures are possible is the rig's business, but beyond a million bar (and
-    /// in the end beyond single precision) there is none.
+    /// Where the format itself bounds the values. What pressures are possible is the rig's
+    /// business, but beyond a million bar (and in the end beyond single precision) there is none.
     pub(crate) fn valid_range(self) -> ValidRange {
         match self {
             Self::Time => ValidRange {
-                // Nanoseconds since 1970 are 1.8e18: what they are is said when the sampling rate is known.
+                // Nanoseconds since 1970 are 1.8e18: what they are is said when the sampling rate
+                // is known.
                 low: -1e19,
                 high: 1e19,
                 advice: "t_s is in seconds",
@@ -140,7 +141,8 @@ fn number(text: &str) -> Option<u8> {
     (text.bytes().all(|b| b.is_ascii_digit())).then(|| text.parse().ok()).flatten()
 }
 
-/// For a column that is not of the format but looks as if it was meant to be: the name it may have been meant for.
+/// For a column that is not of the format but looks as if it was meant to be: the name it may have
+/// been meant for.
 pub(crate) fn near_miss(name: &str) -> Option<String> {
     let folded = name.trim().to_ascii_lowercase().replace(['-', ' '], "_");
     for candidate in [folded.clone(), with_digits(&folded)] {

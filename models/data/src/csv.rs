@@ -14,8 +14,9 @@ pub(crate) struct RawColumn {
     pub values: Vec<f32>,
 }
 
-/// A file's columns before any check on their content. Single precision keeps an hour of 16 channels at 1 kHz under
-/// 1 GiB and resolves 0.0001 kPa at 700 kPa, far below a sensor's step; time keeps double precision.
+/// A file's columns before any check on their content. Single precision keeps an hour of 16
+/// channels at 1 kHz under 1 GiB and resolves 0.0001 kPa at 700 kPa, far below a sensor's step;
+/// time keeps double precision.
 pub(crate) struct RawTable {
     pub time_s: Vec<f64>,
     pub line: Vec<u32>,
@@ -229,7 +230,8 @@ pub(super) struct Cell<'a> {
 }
 
 impl Cell<'_> {
-    /// The cell's number; `NaN` for an empty cell, the usual words for "nothing here", and infinities.
+    /// The cell's number; `NaN` for an empty cell, the usual words for "nothing here", and
+    /// infinities.
     fn number(&self, column: &str, bytes: &[u8]) -> Result<f64, DataError> {
         let text = std::str::from_utf8(bytes)
             .map_err(|_| DataError::NotText { file: self.file.to_owned(), line: self.line })?;

@@ -44,9 +44,10 @@ impl Loaded {
         Ok(take.of(self, breaks))
     }
 
-    /// The same at another rate: in each stretch without missing time from its first row on, every 1 / `rate_hz`. Pressures, supply
-    /// and angles lie on the line between their neighbours, commands and drives hold; what is masked on either side is masked.
-    /// Nothing is filtered: what is faster than half the new rate folds over.
+    /// The same at another rate: in each stretch without missing time from its first row on, every
+    /// 1 / `rate_hz`. Pressures, supply and angles lie on the line between their neighbours,
+    /// commands and drives hold; what is masked on either side is masked. Nothing is filtered: what
+    /// is faster than half the new rate folds over.
     ///
     /// # Errors
     /// [`CutError::Rate`].

@@ -11,8 +11,8 @@ use super::{DataError, source};
 /// Longest record of a bag, bytes: what a damaged length can make the reader allocate.
 const LONGEST_RECORD: usize = 1 << 30;
 
-/// The text of the rig file that the recording at `path` was made with; `None` where it carries none, or is a pipe, which can
-/// be read only once.
+/// The text of the rig file that the recording at `path` was made with; `None` where it carries
+/// none, or is a pipe, which can be read only once.
 ///
 /// # Errors
 /// [`DataError`] when the file cannot be opened.
@@ -20,7 +20,8 @@ pub fn rig_copy(path: &Path) -> Result<Option<String>, DataError> {
     entry(path, "rig")
 }
 
-/// When the recording at `path` was begun, as RFC 3339 in UTC; `None` where it does not say so, or is a pipe.
+/// When the recording at `path` was begun, as RFC 3339 in UTC; `None` where it does not say so, or
+/// is a pipe.
 ///
 /// # Errors
 /// [`DataError`] when the file cannot be opened.

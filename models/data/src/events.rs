@@ -1,4 +1,5 @@
-//! What happened while a recording was made, as the recording itself says: comments of a table, log messages of a bag.
+//! What happened while a recording was made, as the recording itself says: comments of a table, log
+//! messages of a bag.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
@@ -21,8 +22,8 @@ pub struct Event {
     pub text: String,
 }
 
-/// The events in the file at `path`, in its order; none in a file of another origin. Lines and messages that cannot be understood
-/// are left out, as is the end of a file that is cut off.
+/// The events in the file at `path`, in its order; none in a file of another origin. Lines and
+/// messages that cannot be understood are left out, as is the end of a file that is cut off.
 ///
 /// # Errors
 /// [`DataError`] when the file cannot be opened.

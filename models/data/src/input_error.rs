@@ -4,7 +4,8 @@ use crate::rig::RigError;
 use crate::{ChannelId, DataError, Recording};
 use pneudrive_plant::rollout::SeriesError;
 
-/// A stretch shorter than this is left out: it says nothing about a rollout, and costs a start pressure.
+/// A stretch shorter than this is left out: it says nothing about a rollout, and costs a start
+/// pressure.
 pub(crate) const SHORTEST_STRETCH_ROWS: usize = 10;
 
 /// Why a channel of a recording cannot be simulated on this rig.

@@ -1,4 +1,5 @@
-//! A recording seen through the rig file: the inputs and measurements of one chamber as the rollouts take them.
+//! A recording seen through the rig file: the inputs and measurements of one chamber as the
+//! rollouts take them.
 
 use std::ops::Range;
 
@@ -27,11 +28,12 @@ pub struct Needs {
     pub as_spool: bool,
 }
 
-/// The inputs of `channel` over the given rows of `recording`, with the stretches among them as segments. Row 0 of the series is the
-/// first of `rows`.
+/// The inputs of `channel` over the given rows of `recording`, with the stretches among them as
+/// segments. Row 0 of the series is the first of `rows`.
 ///
-/// Pressures are absolute and in Pa. Supply and volume are means over each interval, the volume's rate is its change over the
-/// interval. A row's measurement has weight 1 where it may be compared and 0 where it is masked.
+/// Pressures are absolute and in Pa. Supply and volume are means over each interval, the volume's
+/// rate is its change over the interval. A row's measurement has weight 1 where it may be compared
+/// and 0 where it is masked.
 ///
 /// # Errors
 /// [`InputError`] when the recording or the rig lacks what `needs` asks for.

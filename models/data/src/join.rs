@@ -2,7 +2,8 @@
 
 use super::{Channel, ChannelId, Drive, Joint, Recording, Source};
 
-/// Time between two recordings in the joined one, s: nobody knows how long it was, only that no simulation runs across.
+/// Time between two recordings in the joined one, s: nobody knows how long it was, only that no
+/// simulation runs across.
 const PAUSE_S: f64 = 2.0;
 
 /// Recordings that do not belong together.
@@ -63,8 +64,8 @@ pub fn each_once(recordings: &[Recording]) -> Result<(), JoinError> {
     Ok(())
 }
 
-/// What is to be said where only some of several recordings have the drive of a channel: joined, they are
-/// [simulated from their commands](Recording::followed_by).
+/// What is to be said where only some of several recordings have the drive of a channel: joined,
+/// they are [simulated from their commands](Recording::followed_by).
 #[must_use]
 pub fn half_drives(recordings: &[Recording]) -> Option<String> {
     let (first, others) = recordings.split_first()?;
@@ -85,8 +86,8 @@ pub fn half_drives(recordings: &[Recording]) -> Option<String> {
 impl Recording {
     /// This recording with another behind it, as a stretch of its own.
     ///
-    /// Both need the same channels and columns, with one exception: where only one has drives and both have commands, the drives are
-    /// left out, so that both are simulated from commands.
+    /// Both need the same channels and columns, with one exception: where only one has drives and
+    /// both have commands, the drives are left out, so that both are simulated from commands.
     ///
     /// # Errors
     /// [`JoinError`] when they do not match.

@@ -3,15 +3,18 @@
 //! # How a recording passes through
 //!
 //! ```text
-//! file -> source (plain, gzip, zstd; SHA-256) -> csv (cells to columns)      -> quality (order, gaps, masks) -> Recording
-//!                                             -> bag (messages to columns)
+//! file -> source (plain, gzip, zstd; SHA-256) -> csv (cells to columns)
+//!                                                or bag (messages to columns)
+//!      -> quality (order, gaps, masks) -> Recording
 //! ```
 //!
-//! [`load`] does it all, [`read`] the same for content in memory. What can be put right by leaving samples out is left out and said in the
-//! [`QualityReport`]; what cannot be understood is a [`DataError`] that names the file, the row as an editor counts
-//! it, and the column. [`series`] is a channel of it as a simulation takes it: in Pa absolute, with what the [`rig`] file says.
+//! [`load`] does it all, [`read`] the same for content in memory. What can be put right by leaving
+//! samples out is left out and said in the [`QualityReport`]; what cannot be understood is a
+//! [`DataError`] that names the file, the row as an editor counts it, and the column. [`series`] is
+//! a channel of it as a simulation takes it: in Pa absolute, with what the [`rig`] file says.
 //!
-//! Each file format is a module that fills the same columns; [`load`] chooses by the first bytes of the file.
+//! Each file format is a module that fills the same columns; [`load`] chooses by the first bytes of
+//! the file.
 
 mod bag;
 mod channel;

@@ -1,4 +1,5 @@
-//! The rows of a table one after the other, also while it is being written: nothing is kept of them.
+//! The rows of a table one after the other, also while it is being written: nothing is kept of
+//! them.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -15,8 +16,8 @@ use super::{DataError, source};
 pub enum Opening<'a> {
     /// A file that is whole, to its end.
     Whole(&'a Path),
-    /// A file that is being written, until it says that it has ended. At its end `wait` is called, and it goes on if that returns
-    /// true.
+    /// A file that is being written, until it says that it has ended. At its end `wait` is called,
+    /// and it goes on if that returns true.
     Growing(&'a Path, Box<dyn FnMut() -> bool>),
     /// Text that somebody else provides.
     Text(Box<dyn Read>),
@@ -103,8 +104,9 @@ impl LiveTable {
         self.wanted.iter().map(|(_, kind)| *kind)
     }
 
-    /// Reads the next row into `values`, in the order of the kinds, not a number where a cell is empty. Returns false at the
-    /// end; a last row that stops in the middle is left out, as are rows without time.
+    /// Reads the next row into `values`, in the order of the kinds, not a number where a cell is
+    /// empty. Returns false at the end; a last row that stops in the middle is left out, as are
+    /// rows without time.
     ///
     /// # Errors
     /// [`DataError`] naming the line.

@@ -12,8 +12,8 @@ use super::{
     sparse,
 };
 
-/// From a sample in 30,000 years (or one in ten seconds, in nanoseconds that were taken for seconds) to the resolution of a time stamp
-/// in picoseconds.
+/// From a sample in 30,000 years (or one in ten seconds, in nanoseconds that were taken for
+/// seconds) to the resolution of a time stamp in picoseconds.
 const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
 /// The limits of a channel's pressure sensor, where they are known.
@@ -24,10 +24,11 @@ pub type LimitsOf<'a> = &'a dyn Fn(ChannelId) -> Option<SensorLimits>;
 pub struct LoadOptions<'a> {
     /// Channels to keep; `None` keeps all.
     pub channels: Option<&'a [ChannelId]>,
-    /// The limits of each channel's pressure sensor, from the rig file (`Rig::sensor_limits`); where there are none, no sample
-    /// counts as saturated.
+    /// The limits of each channel's pressure sensor, from the rig file (`Rig::sensor_limits`);
+    /// where there are none, no sample counts as saturated.
     pub limits: Option<LimitsOf<'a>>,
-    /// Pressure of the supply in the rig file, kPa gauge: pressures that do not go with it are remarked upon.
+    /// Pressure of the supply in the rig file, kPa gauge: pressures that do not go with it are
+    /// remarked upon.
     pub supply_kpa: Option<f64>,
     /// Told now and then: stored bytes read so far and in all.
     pub progress: Option<&'a mut dyn FnMut(u64, u64)>,
@@ -45,8 +46,8 @@ pub struct Loaded {
 /// Reads, checks and masks the recording at `path`.
 ///
 /// # Errors
-/// [`DataError`] when the file cannot be read or understood, naming file, row and column. Defects that masking
-/// deals with are no errors: see [`QualityReport`].
+/// [`DataError`] when the file cannot be read or understood, naming file, row and column. Defects
+/// that masking deals with are no errors: see [`QualityReport`].
 pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> {
     let mut open = source::open(path)?;
     let meter = open.meter();
@@ -68,7 +69,8 @@ pub fn load(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, DataError> 
     assemble(table, source, options.limits, options.supply_kpa)
 }
 
-/// Checks and masks a recording that is in memory already, as the content of a CSV file called `file` in messages.
+/// Checks and masks a recording that is in memory already, as the content of a CSV file called
+/// `file` in messages.
 ///
 /// # Errors
 /// As [`load`].

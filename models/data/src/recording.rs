@@ -63,7 +63,8 @@ pub struct Joint {
 pub struct BoardSupply {
     /// Board number.
     pub board: u8,
-    /// Gauge pressure in each row, kPa: between two readings on the straight line; `NaN` where there was none for long.
+    /// Gauge pressure in each row, kPa: between two readings on the straight line; `NaN` where
+    /// there was none for long.
     pub kpa: Vec<f32>,
 }
 
@@ -74,7 +75,8 @@ impl BoardSupply {
     }
 }
 
-/// Measured data after checking: time strictly increases, every column has as many values as there are rows.
+/// Measured data after checking: time strictly increases, every column has as many values as there
+/// are rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
     /// Where it came from.
@@ -83,7 +85,8 @@ pub struct Recording {
     pub time_s: Vec<f64>,
     /// Row of the file (1 is the header) that each row came from, for messages.
     pub line: Vec<u32>,
-    /// Rows at which a new stretch begins because time is missing before them: no simulation runs across.
+    /// Rows at which a new stretch begins because time is missing before them: no simulation runs
+    /// across.
     pub breaks: Vec<usize>,
     /// Nominal sampling period (median), s.
     pub period_s: f64,
@@ -142,7 +145,8 @@ impl Recording {
     /// The measured pressure of `channel`, kPa gauge.
     ///
     /// # Errors
-    /// [`DataError::MissingColumn`] when the recording holds none; `purpose` completes "which ... needs".
+    /// [`DataError::MissingColumn`] when the recording holds none; `purpose` completes "which ...
+    /// needs".
     pub fn pressure<'a>(&self, channel: &'a Channel, purpose: &'static str) -> Result<&'a [f32], DataError> {
         self.require(channel.pressure_kpa.as_deref(), channel, channel.id.pressure_column(), purpose)
     }
@@ -150,7 +154,8 @@ impl Recording {
     /// The commanded pressure of `channel`, kPa gauge.
     ///
     /// # Errors
-    /// [`DataError::MissingColumn`] when the recording holds none; `purpose` completes "which ... needs".
+    /// [`DataError::MissingColumn`] when the recording holds none; `purpose` completes "which ...
+    /// needs".
     pub fn command<'a>(&self, channel: &'a Channel, purpose: &'static str) -> Result<&'a [f32], DataError> {
         self.require(channel.command_kpa.as_deref(), channel, channel.id.command_column(), purpose)
     }
@@ -170,8 +175,8 @@ impl Recording {
         })
     }
 
-    /// The joint angle that changes the volume of channel `id`, rad, with the sign it has in l = h + sign r q: channels
-    /// 0 and 1 lie opposite each other on `qu`, channels 2 and 3 on `qv`.
+    /// The joint angle that changes the volume of channel `id`, rad, with the sign it has in l =
+    /// h + sign r q: channels 0 and 1 lie opposite each other on `qu`, channels 2 and 3 on `qv`.
     #[must_use]
     pub fn joint_angle(&self, id: ChannelId) -> Option<(&[f32], f64)> {
         let joint = self.joints.iter().find(|j| j.board == id.board)?;
@@ -193,7 +198,8 @@ impl Recording {
         starts.zip(ends).map(|(start, end)| start..end).filter(|r| !r.is_empty()).collect()
     }
 
-    /// Stretches of rows over which `channel` can be simulated: no missing time, all inputs known or held.
+    /// Stretches of rows over which `channel` can be simulated: no missing time, all inputs known
+    /// or held.
     #[must_use]
     pub fn channel_segments(&self, channel: &Channel) -> Vec<Range<usize>> {
         let mut stretches = Vec::new();
@@ -221,7 +227,8 @@ impl Recording {
         self.channels.iter().all(|channel| channel.pressure_kpa.is_none() && channel.drive.is_none())
     }
 
-    /// Rows at which none of a board's channels has a measured pressure: the exchange was lost, or the board was not asked.
+    /// Rows at which none of a board's channels has a measured pressure: the exchange was lost, or
+    /// the board was not asked.
     #[must_use]
     pub fn lost_exchanges(&self, board: u8) -> Vec<usize> {
         let measured = |channel: &&Channel| channel.id.board == board && channel.pressure_kpa.is_some();
@@ -236,7 +243,8 @@ impl Recording {
     #[must_use]
     pub fn row_at(&self, time_s: f64) -> usize {
         let origin = self.time_s.first().copied().unwrap_or(0.0);
-        // Half a microsecond, so that 15.000 in decimal is not missed by a rounding of the subtraction.
+        // Half a microsecond, so that 15.000 in decimal is not missed by a rounding of the
+        // subtraction.
         self.time_s.partition_point(|t| t - origin < time_s - 5e-7)
     }
 }

@@ -16,7 +16,8 @@ use super::DataError;
 pub struct Source {
     /// The file as given.
     pub file: String,
-    /// SHA-256 of the file's bytes as stored (compressed if it is), hexadecimal: what `sha256sum` prints.
+    /// SHA-256 of the file's bytes as stored (compressed if it is), hexadecimal: what `sha256sum`
+    /// prints.
     pub sha256: String,
     /// Size of the file, bytes.
     pub bytes: u64,

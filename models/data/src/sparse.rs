@@ -1,12 +1,14 @@
-//! Columns that have a value now and then: a board that is asked for its supply pressure between polls.
+//! Columns that have a value now and then: a board that is asked for its supply pressure between
+//! polls.
 
 use super::Flags;
 
 /// Over more than this nothing is drawn between two readings, s: a sensor that was unplugged.
 pub(super) const LONGEST_GAP_S: f64 = 1.0;
 
-/// Fills the cells between two readings with the straight line, and those before the first and after the last one with that reading, in
-/// place, but over no more than [`LONGEST_GAP_S`]. Returns [`Flags::INPUT_MISSING`] for each row that stays empty, if one does.
+/// Fills the cells between two readings with the straight line, and those before the first and
+/// after the last one with that reading, in place, but over no more than [`LONGEST_GAP_S`]. Returns
+/// [`Flags::INPUT_MISSING`] for each row that stays empty, if one does.
 #[allow(clippy::cast_possible_truncation)] // columns are kept in single precision
 pub(super) fn fill(time_s: &[f64], values: &mut [f32]) -> Option<Vec<Flags>> {
     let readings: Vec<usize> = (0..values.len()).filter(|&row| !values[row].is_nan()).collect();

@@ -3,8 +3,9 @@
 use super::{Channel, Drive, Flags, Joint, Recording};
 
 impl Recording {
-    /// Every `factor`-th row of each stretch, from its first one on. A drive is the mean over the rows that a kept one stands for, as a chamber
-    /// adds up its flows; pressures, supply and angles are those of the kept row, commands too. `factor` of 0 or 1: as it is.
+    /// Every `factor`-th row of each stretch, from its first one on. A drive is the mean over the
+    /// rows that a kept one stands for, as a chamber adds up its flows; pressures, supply and
+    /// angles are those of the kept row, commands too. `factor` of 0 or 1: as it is.
     #[must_use]
     pub fn thinned(&self, factor: usize) -> Self {
         let factor = factor.max(1);

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::{Channel, DataError, Drive, Recording};
 
-/// Writes `path` through a temporary file beside it that takes its place when `content` has succeeded, so that nobody
-/// ever sees half a file.
+/// Writes `path` through a temporary file beside it that takes its place when `content` has
+/// succeeded, so that nobody ever sees half a file.
 ///
 /// # Errors
 /// Whatever `content` returns, or [`DataError::Write`] naming `path`.
@@ -45,7 +45,8 @@ pub fn text_atomically(path: &Path, text: &str) -> Result<(), DataError> {
     })
 }
 
-/// Runs `content` on a writer that compresses as the extension of `path` says: `.gz`, `.zst`, or not.
+/// Runs `content` on a writer that compresses as the extension of `path` says: `.gz`, `.zst`, or
+/// not.
 ///
 /// # Errors
 /// As [`atomically`].
@@ -73,7 +74,8 @@ pub fn compressed_atomically<E: From<DataError>>(
     })
 }
 
-/// Writes a recording in the measured-data format, compressed as the extension says. Missing values become empty cells.
+/// Writes a recording in the measured-data format, compressed as the extension says. Missing values
+/// become empty cells.
 ///
 /// # Errors
 /// [`DataError::Write`] naming `path`.

@@ -124,7 +124,8 @@ fn saturated_samples_are_masked_when_the_rig_names_the_limits() {
     let with = load(&path, LoadOptions { limits: Some(&limits), ..LoadOptions::default() }).unwrap();
     let without = load(&path, LoadOptions::default()).unwrap();
     let masked = with.quality.of_kind(FindingKind::Saturated).next().expect("beyond the limits").count;
-    // 50 sin(t) is beyond +-40 for 2 (pi/2 - asin 0.8) = 1.287 s in each half wave, 2 half waves in 7 s.
+    // 50 sin(t) is beyond +-40 for 2 (pi/2 - asin 0.8) = 1.287 s in each half wave, 2 half waves in
+    // 7 s.
     assert!((250..=265).contains(&masked), "{masked}");
     assert_eq!(with.recording.channels[0].usable_samples(), 700 - masked);
     assert_eq!(without.recording.channels[0].usable_samples(), 700);

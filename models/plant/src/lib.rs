@@ -1,7 +1,8 @@
 #![doc = include_str!("../README.md")]
 //! # Modules
 //!
-//! * [`numeric`]: the numbers that everything is written over: plain, with exact derivatives, in lanes;
+//! * [`numeric`]: the numbers that everything is written over: plain, with exact derivatives, in
+//!   lanes;
 //! * [`model`]: the pressure models;
 //! * [`board`]: the board that drives a valve: its sensor and its controller;
 //! * [`rollout`]: simulating models, alone, behind the board's controller, or thousands at once;

@@ -1,13 +1,14 @@
 //! Work shared between the cores of the processor.
 //!
-//! The one place that is compiled against rayon: an iterator of rayon's was some 2000 lines of LLVM's code
-//! (`cargo llvm-lines`) at each of 91 places.
+//! The one place that is compiled against rayon: an iterator of rayon's was some 2000 lines of
+//! LLVM's code (`cargo llvm-lines`) at each of 91 places.
 
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// Results of `work` on all items, in their order, on all threads of the current rayon pool. Nothing but the time
-/// that it takes depends on the number of threads. For items that take microseconds or more.
+/// Results of `work` on all items, in their order, on all threads of the current rayon pool.
+/// Nothing but the time that it takes depends on the number of threads. For items that take
+/// microseconds or more.
 pub fn map<T: Send, R: Send>(items: impl IntoIterator<Item = T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let places: Vec<Mutex<Place<T, R>>> =
         items.into_iter().map(|item| Mutex::new(Place::Waiting(item))).collect();

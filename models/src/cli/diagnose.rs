@@ -29,10 +29,12 @@ DIR receives report.html, report.json and extended.toml, and next_experiment.csv
 with `pneudrive-host --trajectory DIR/next_experiment.csv --record next.csv`, then diagnose both recordings together. Without --reference the question is which physical effect the model \
 lacks; with it, which calibrated parameter has moved. The exit status is 0 whatever the verdict.")]
 pub struct Args {
-    /// Recordings of one rig: CSV, plain or compressed with gzip or zstd. Several are diagnosed together
+    /// Recordings of one rig: CSV, plain or compressed with gzip or zstd. Several are diagnosed
+    /// together
     #[arg(value_name = "DATA", required = true)]
     data: Vec<PathBuf>,
-    /// Rig description (TOML) [default: the copy that DATA carries, the same in all; without either channels are taken for regulators]
+    /// Rig description (TOML) [default: the copy that DATA carries, the same in all; without either
+    /// channels are taken for regulators]
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Channels to use, as in b0c0,b0c1 [default: all]
@@ -41,16 +43,20 @@ pub struct Args {
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Calibrated model of the same rig: extended.toml of an earlier diagnosis, or the parameter file that `fit` wrote
+    /// Calibrated model of the same rig: extended.toml of an earlier diagnosis, or the parameter
+    /// file that `fit` wrote
     #[arg(long, value_name = "CALIBRATED.toml")]
     reference: Option<PathBuf>,
-    /// Do the recordings have different loads (volumes, tubes, walls) on the same valves? Regulators have no load of their own
+    /// Do the recordings have different loads (volumes, tubes, walls) on the same valves?
+    /// Regulators have no load of their own
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = Loads::Auto, conflicts_with = "reference")]
     loads: Loads,
-    /// Calibrated model of the same machine with another load: valves, supply and sensor are taken from it, and only the load is fitted
+    /// Calibrated model of the same machine with another load: valves, supply and sensor are taken
+    /// from it, and only the load is fitted
     #[arg(long, value_name = "CALIBRATED.toml", conflicts_with_all = ["reference", "loads"])]
     machine: Option<PathBuf>,
-    /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the highest in DATA]
+    /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the
+    /// highest in DATA]
     #[arg(long, value_name = "KPA", value_parser = pressure)]
     highest_kpa: Option<f64>,
 }
@@ -141,7 +147,8 @@ impl Args {
         target::folder("--out", &self.out, &names, &inputs)
     }
 
-    /// Writes the commands of the next experiment and says what it is for; takes away those of an earlier diagnosis.
+    /// Writes the commands of the next experiment and says what it is for; takes away those of an
+    /// earlier diagnosis.
     fn next_experiment(&self, diagnosis: &Diagnosis) -> Result<(), Failure> {
         let path = self.out.join(TRAJECTORY_FILE);
         let Some(plan) = &diagnosis.plan else {

@@ -1,4 +1,5 @@
-//! What a file is that cannot be read as what it was given for: whoever mixes up two arguments is not told what is wrong with line 1.
+//! What a file is that cannot be read as what it was given for: whoever mixes up two arguments is
+//! not told what is wrong with line 1.
 
 use std::fs::File;
 use std::io::Read as _;

@@ -18,7 +18,8 @@ pub struct DataArgs {
     /// Recording: CSV, plain or compressed with gzip or zstd, or MCAP (a ROS 2 bag)
     #[arg(value_name = "DATA")]
     pub data: PathBuf,
-    /// Rig description (TOML) [default: the copy that DATA carries; without either only the linear model can be used]
+    /// Rig description (TOML) [default: the copy that DATA carries; without either only the linear
+    /// model can be used]
     #[arg(long, value_name = "RIG.toml")]
     pub rig: Option<PathBuf>,
     /// Channels to use, as in b0c0,b0c1 [default: all]
@@ -43,13 +44,14 @@ impl DataArgs {
     }
 }
 
-/// The rig: that of the file at `path`, else that of which the recording carries a copy, else an empty description.
+/// The rig: that of the file at `path`, else that of which the recording carries a copy, else an
+/// empty description.
 pub fn rig(path: Option<&Path>, recording: &Path) -> Result<Rig, Failure> {
     shared_rig(path, &[recording])
 }
 
-/// The rig of several recordings: that of the file at `path`, else that of which they carry copies, which have to agree, else an empty
-/// description.
+/// The rig of several recordings: that of the file at `path`, else that of which they carry copies,
+/// which have to agree, else an empty description.
 pub fn shared_rig(path: Option<&Path>, recordings: &[&Path]) -> Result<Rig, Failure> {
     if let Some(path) = path {
         return Rig::load(path).map_err(|error| FileKind::Rig.refused(path, error));
@@ -77,7 +79,8 @@ pub fn shared_rig(path: Option<&Path>, recordings: &[&Path]) -> Result<Rig, Fail
     Ok(rig)
 }
 
-/// Reads and checks a recording, and says on standard error what was found in it. No `channels` means all.
+/// Reads and checks a recording, and says on standard error what was found in it. No `channels`
+/// means all.
 pub fn recording(data: &Path, channels: &[ChannelId], rig: &Rig) -> Result<Loaded, Failure> {
     let bar = LoadingBar::new(data);
     let mut progress = |done: u64, size: u64| bar.set(done, size);
@@ -122,8 +125,8 @@ pub fn extended(path: &Path) -> Result<ExtendedFile, Failure> {
     Ok(file)
 }
 
-/// Says of a parameter file that its fit was stopped before it ended: nothing else in its use would show that. Whether the file
-/// can be used is said by who loads it.
+/// Says of a parameter file that its fit was stopped before it ended: nothing else in its use would
+/// show that. Whether the file can be used is said by who loads it.
 fn warn_of_stopped_fit(file: &Path) {
     let table = std::fs::read_to_string(file).ok().and_then(|text| text.parse::<toml::Table>().ok());
     let stopped = table.and_then(|table| table.get("settings")?.get("stopped")?.as_bool());

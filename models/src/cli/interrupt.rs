@@ -20,7 +20,8 @@ pub fn watch_quietly() -> Result<&'static AtomicBool, Failure> {
     caught("stopping (once more to end at once)")
 }
 
-/// For work that writes its results at its end alone: Ctrl-C (and SIGTERM) end the program, which says so, with status 1.
+/// For work that writes its results at its end alone: Ctrl-C (and SIGTERM) end the program, which
+/// says so, with status 1.
 pub fn end_at_once() -> Result<(), Failure> {
     ctrlc::set_handler(|| {
         errln!("interrupted; there are no results yet, and nothing was written");

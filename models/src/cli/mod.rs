@@ -45,7 +45,8 @@ pub struct Cli {
     command: Command,
 }
 
-/// One variant per command. A new command is a file of its own with its arguments and a `run`, and one line here and below.
+/// One variant per command. A new command is a file of its own with its arguments and a `run`, and
+/// one line here and below.
 #[derive(Debug, Subcommand)]
 enum Command {
     Fit(fit::Args),
@@ -64,11 +65,13 @@ enum Command {
     Manual(Manual),
 }
 
-/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter may run this.
+/// The command line of this process, the program's name first. Not `std::env::args`: an interpreter
+/// may run this.
 static LINE: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Does what a command line says, the program's name first; once in a process. Returns the exit status: 0 done, 1 failed or
-/// interrupted while running, 2 unusable arguments or input. Help and arguments that are none end the process.
+/// Does what a command line says, the program's name first; once in a process. Returns the exit
+/// status: 0 done, 1 failed or interrupted while running, 2 unusable arguments or input. Help and
+/// arguments that are none end the process.
 pub fn main(line: Vec<OsString>) -> u8 {
     match Cli::parse_from(LINE.get_or_init(|| line)).run() {
         // What could not be printed has been said.

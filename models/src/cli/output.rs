@@ -11,7 +11,8 @@ use super::Failure;
 pub const REPORT: &str = "report.json";
 pub const PAGE: &str = "report.html";
 
-/// Writes `value` as indented JSON. Values that JSON cannot hold (infinities, not-a-number) become null.
+/// Writes `value` as indented JSON. Values that JSON cannot hold (infinities, not-a-number) become
+/// null.
 pub fn json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
     let mut text = serde_json::to_string_pretty(value).map_err(Failure::running)?;
     text.push('\n');

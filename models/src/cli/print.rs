@@ -1,4 +1,5 @@
-//! Printing that ends nothing: a reader that has seen enough (`| head`) is no failure, any other fault of standard output is the exit status.
+//! Printing that ends nothing: a reader that has seen enough (`| head`) is no failure, any other
+//! fault of standard output is the exit status.
 
 use std::io::{self, ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -18,7 +18,8 @@ pub struct Args {
     /// Bag (MCAP) that has no end
     #[arg(value_name = "RUN.mcap")]
     bag: PathBuf,
-    /// New folder for the bag and its metadata.yaml [default: the recording's name with _repaired, beside it]
+    /// New folder for the bag and its metadata.yaml [default: the recording's name with _repaired,
+    /// beside it]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
 }

@@ -22,7 +22,8 @@ pub struct Args {
     /// The page [default: the recording's name with .html, in the current folder]
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
-    /// Rig description (TOML) [default: the copy that RUN carries]: with its sensors, samples at their limits are masked
+    /// Rig description (TOML) [default: the copy that RUN carries]: with its sensors, samples at
+    /// their limits are masked
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Channels to show, as in b0c0,b0c1 [default: all]

@@ -32,14 +32,15 @@ pub struct Args {
     /// Recording to write (.csv, .csv.gz or .csv.zst); the JSON has the same name with .json
     #[arg(long, value_name = "FILE.csv")]
     out: PathBuf,
-    /// Rows per second to simulate [default: the rows of DATA; 100 where DATA has commands alone, and fewer rows than that]
+    /// Rows per second to simulate [default: the rows of DATA; 100 where DATA has commands alone,
+    /// and fewer rows than that]
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// Simulate the board's loop [default: as fitted; on if the drive is not in DATA]
     #[arg(long, value_enum, default_value_t = ControllerArg::Auto)]
     controller: ControllerArg,
-    /// Also write the 95 % band around each simulated pressure to this file: time, lowest and highest pressure of each channel. Models of
-    /// `diagnose` have one
+    /// Also write the 95 % band around each simulated pressure to this file: time, lowest and
+    /// highest pressure of each channel. Models of `diagnose` have one
     #[arg(long, value_name = "FILE.csv")]
     band: Option<PathBuf>,
     /// Pressure to start from where DATA has no measured one, kPa gauge
@@ -129,8 +130,8 @@ impl Args {
         Ok(())
     }
 
-    /// The recording at the rate that is asked for. A file of set points has a row where they change: what happens between would not
-    /// be seen.
+    /// The recording at the rate that is asked for. A file of set points has a row where they
+    /// change: what happens between would not be seen.
     fn at_rate(&self, loaded: Loaded) -> Result<Loaded, Failure> {
         const USUAL_HZ: f64 = 100.0;
         let recording = &loaded.recording;

@@ -1,10 +1,12 @@
-//! Where results go, looked at before any work: what a command reads is not replaced, and what cannot be written is said at once.
+//! Where results go, looked at before any work: what a command reads is not replaced, and what
+//! cannot be written is said at once.
 
 use std::path::{Path, PathBuf};
 
 use super::Failure;
 
-/// Can results be written to the file at `path`, which the argument `option` names, without replacing one of `inputs`?
+/// Can results be written to the file at `path`, which the argument `option` names, without
+/// replacing one of `inputs`?
 ///
 /// # Errors
 /// What is wrong with the path, and what to do.
@@ -21,7 +23,8 @@ pub fn file(option: &str, path: &Path, inputs: &[&Path]) -> Result<(), Failure> 
     writable(option, path, &folder)
 }
 
-/// Can a folder of results be made at `path`, whose files have these names, without replacing one of `inputs`?
+/// Can a folder of results be made at `path`, whose files have these names, without replacing one
+/// of `inputs`?
 ///
 /// # Errors
 /// As [`file`].
@@ -40,8 +43,8 @@ pub fn folder(option: &str, path: &Path, names: &[&str], inputs: &[&Path]) -> Re
     writable(option, path, &there)
 }
 
-/// As [`file`], of a JSON of this schema: what something else wrote is not replaced. Commands name theirs after another file, and several
-/// may do so after the same one.
+/// As [`file`], of a JSON of this schema: what something else wrote is not replaced. Commands name
+/// theirs after another file, and several may do so after the same one.
 ///
 /// # Errors
 /// As [`file`].
@@ -57,8 +60,8 @@ pub fn json(option: &str, path: &Path, schema: &str, inputs: &[&Path]) -> Result
     Err(refused(option, path, why))
 }
 
-/// As [`file`], of a result with a JSON of this schema at `json`, which says that an earlier one is there: that may be replaced, anything
-/// else, such as a recording, may not.
+/// As [`file`], of a result with a JSON of this schema at `json`, which says that an earlier one is
+/// there: that may be replaced, anything else, such as a recording, may not.
 ///
 /// # Errors
 /// As [`file`].
@@ -78,7 +81,8 @@ pub fn result(
     Ok(())
 }
 
-/// Does the name of the file at `path` end in one of `endings`? Others would hold what their name does not say.
+/// Does the name of the file at `path` end in one of `endings`? Others would hold what their name
+/// does not say.
 ///
 /// # Errors
 /// Names what is written, and the endings.

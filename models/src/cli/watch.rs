@@ -30,7 +30,8 @@ The first stretch (--learn) says what is usual; a change after it is said with w
 With --json an object a line: kind is begin, learnt, changed or end. docs/watch.md says what is found, and how fast.\n\
 Exit status: 0 nothing changed, 3 something changed, 1 failed while running, 2 unusable arguments or input.")]
 pub struct Args {
-    /// Recording: CSV, plain or compressed (gzip, zstd); MCAP when it is finished; - for a CSV from standard input
+    /// Recording: CSV, plain or compressed (gzip, zstd); MCAP when it is finished; - for a CSV from
+    /// standard input
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// Calibrated model: parameter file that `fit` wrote, or extended.toml that `diagnose` wrote
@@ -39,7 +40,8 @@ pub struct Args {
     /// DATA is being recorded: go on until the recording ends, or Ctrl-C
     #[arg(long)]
     follow: bool,
-    /// Length of the stretch that what is usual is learnt from, s: at least 150, with movements as they are later
+    /// Length of the stretch that what is usual is learnt from, s: at least 150, with movements as
+    /// they are later
     #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = seconds)]
     learn: f64,
     /// End at the first change

@@ -11,7 +11,8 @@ use crate::diagnosis::run::Diagnosis;
 use crate::rig::Rig;
 
 impl Diagnosis {
-    /// Reduction of the rollouts' RMS error on the test blocks from the base models to the final ones, all causes together.
+    /// Reduction of the rollouts' RMS error on the test blocks from the base models to the final
+    /// ones, all causes together.
     #[must_use]
     pub fn gain(&self) -> Gain {
         let finals = models_of(&self.stages);
@@ -19,11 +20,13 @@ impl Diagnosis {
         error(&self.base).gain(&error(&finals))
     }
 
-    /// Reduction of the rollouts' RMS error from the base models to the final ones (corrections left out) on another recording of the
-    /// same rig, all its blocks counted; in each block the start pressure is taken from the data.
+    /// Reduction of the rollouts' RMS error from the base models to the final ones (corrections
+    /// left out) on another recording of the same rig, all its blocks counted; in each block the
+    /// start pressure is taken from the data.
     ///
     /// # Errors
-    /// [`DiagnosisError`] when the recording has no channel that can be simulated, or lacks one that was diagnosed.
+    /// [`DiagnosisError`] when the recording has no channel that can be simulated, or lacks one
+    /// that was diagnosed.
     pub fn gain_on(&self, recording: &Recording, rig: &Rig) -> Result<Gain, DiagnosisError> {
         let (mut channels, left_out) = prepare_for(recording, rig, Purpose::Compare)?;
         let ids = |channels: &[ChannelData]| channels.iter().map(|d| d.id).collect::<Vec<_>>();

@@ -24,7 +24,8 @@ pub struct Report {
     pub symptoms: Vec<Symptom>,
     /// What was named, in the order of the gain.
     pub causes: Vec<Cause>,
-    /// What the extended model holds beside them, without a name: sound rigs have it too, or it may gain nothing.
+    /// What the extended model holds beside them, without a name: sound rigs have it too, or it may
+    /// gain nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub imperfections: Vec<Imperfection>,
     /// What no name fits.
@@ -37,7 +38,8 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Checks of the simulation itself.
     pub checks: Checks,
-    /// Every level, prior and threshold that decided, by its name in [`settings`](crate::diagnosis::settings); the page says what and why.
+    /// Every level, prior and threshold that decided, by its name in
+    /// [`settings`](crate::diagnosis::settings); the page says what and why.
     #[serde(default)]
     pub settings: BTreeMap<String, f64>,
     /// Explanations with their probabilities, the most probable first.
@@ -53,7 +55,8 @@ pub struct Report {
 pub struct Alternative {
     /// Ids of effects, `none`, `something_else`.
     pub causes: Vec<String>,
-    /// Probability. What all that are listed leave to 1 is that of sets that were not fitted, or are less probable than those.
+    /// Probability. What all that are listed leave to 1 is that of sets that were not fitted, or
+    /// are less probable than those.
     pub probability: f64,
     /// RMS error of rollouts over the parts where causes are chosen, kPa.
     pub select_rmse_kpa: f64,
@@ -64,8 +67,9 @@ pub struct Alternative {
 pub struct MachineReport {
     /// Were valves, supply and sensor taken from a calibrated model?
     pub known: bool,
-    /// RMS error of rollouts over the last parts of all recordings when the machine is fitted to the first parts of all of them, without
-    /// causes, kPa. Of a known machine there is no other error.
+    /// RMS error of rollouts over the last parts of all recordings when the machine is fitted to
+    /// the first parts of all of them, without causes, kPa. Of a known machine there is no other
+    /// error.
     pub joint_rmse_before_kpa: f64,
     /// The same with the causes.
     pub joint_rmse_after_kpa: f64,
@@ -78,11 +82,13 @@ pub struct MachineReport {
 pub struct MachineRecord {
     /// Its file.
     pub file: String,
-    /// RMS error of rollouts over its last part with the curves of the other recordings, without causes, kPa.
+    /// RMS error of rollouts over its last part with the curves of the other recordings, without
+    /// causes, kPa.
     pub test_rmse_before_kpa: f64,
     /// The same with the causes.
     pub test_rmse_after_kpa: f64,
-    /// Deviation of the reading that the likelihood needs beside the noise, without causes, kPa RMS.
+    /// Deviation of the reading that the likelihood needs beside the noise, without causes, kPa
+    /// RMS.
     pub discrepancy_before_kpa: f64,
     /// The same with the causes.
     pub discrepancy_after_kpa: f64,
@@ -199,7 +205,8 @@ pub struct Cause {
     pub by_channel: BTreeMap<String, BTreeMap<String, Estimate>>,
     /// p-value of the gate, corrected for the whole catalogue.
     pub p_value: f64,
-    /// Probability of all explanations with it, where those were weighed; not of what is modelled without a name.
+    /// Probability of all explanations with it, where those were weighed; not of what is modelled
+    /// without a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
     /// What modelling it gains.
@@ -230,8 +237,8 @@ pub struct Gain {
     pub reduction: f64,
     /// 95 % interval of the reduction (moving-block bootstrap).
     pub ci95: [f64; 2],
-    /// The same of errors weighted by what noise and the wander of the supply explain: slow drifts, which say little about a fast effect,
-    /// count less in it.
+    /// The same of errors weighted by what noise and the wander of the supply explain: slow drifts,
+    /// which say little about a fast effect, count less in it.
     #[serde(default)]
     pub weighted_ci95: [f64; 2],
 }
@@ -276,7 +283,8 @@ pub struct Corrected {
 pub struct NextExperiment {
     /// The cause it is about.
     pub cause: String,
-    /// The explanations it tells apart, the cause's own first; `nothing` stands for no effect at all.
+    /// The explanations it tells apart, the cause's own first; `nothing` stands for no effect at
+    /// all.
     pub rivals: Vec<String>,
     /// Name of the excitation.
     pub excitation: String,
@@ -314,7 +322,8 @@ pub struct ConsideredExperiment {
 /// Checks of the simulation itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
-    /// RMS error over the test blocks that noise and a wander of the supply by about 1 % leave where the model is right, kPa.
+    /// RMS error over the test blocks that noise and a wander of the supply by about 1 % leave
+    /// where the model is right, kPa.
     pub allowed_rmse_kpa: f64,
     /// RMS change of the final simulation when the integration step is halved, kPa.
     pub halved_step_rms_kpa: f64,
@@ -322,8 +331,8 @@ pub struct Checks {
     pub blocks: [usize; 3],
     /// Length of a block, s.
     pub block_s: f64,
-    /// Share of the readings of the test blocks that the 95 % band of the extended model holds; of a machine, of the last parts of all
-    /// recordings.
+    /// Share of the readings of the test blocks that the 95 % band of the extended model holds; of
+    /// a machine, of the last parts of all recordings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub band_holds: Option<f64>,
 }

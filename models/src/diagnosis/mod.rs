@@ -2,18 +2,19 @@
 //!
 //! ```text
 //! recording, rig
-//!   -> preconditions   channels with inputs, blocks and noise; can the recording carry a diagnosis?
-//!   -> estimation      the base model of every channel, fitted by the likelihood
-//!   -> screening       a score test of the whole catalogue
-//!   -> selection       candidates refitted, the best named, again until nothing passes
-//!   -> greybox         the catalogue by a filter's likelihood, where the base model is no description
-//!   -> discrepancy     what is left, what it depends on, a smooth model of it
-//!   -> inference       intervals of sizes
+//!   -> preconditions  channels with inputs, blocks and noise; can the recording carry a diagnosis?
+//!   -> estimation     the base model of every channel, fitted by the likelihood
+//!   -> screening      a score test of the whole catalogue
+//!   -> selection      candidates refitted, the best named, again until nothing passes
+//!   -> greybox        the catalogue by a filter's likelihood, far from any base model
+//!   -> discrepancy    what is left, what it depends on, a smooth model of it
+//!   -> inference      intervals of sizes
 //!   -> report, design  report.json, report.html, extended.toml; next_experiment.csv
 //! ```
 //!
-//! Below all of them lie `channel` (what is simulated), `likelihood` (how residuals are weighed) and `evidence` (how probable explanations
-//! are). Imports go one way only: a folder uses those above it in this list, and these three.
+//! Below all of them lie `channel` (what is simulated), `likelihood` (how residuals are weighed)
+//! and `evidence` (how probable explanations are). Imports go one way only: a folder uses those
+//! above it in this list, and these three.
 
 mod channel;
 mod design;

@@ -14,7 +14,8 @@ pub fn signs(rng: &mut Pcg64Mcg, count: usize) -> Vec<f64> {
     (0..count).map(|_| if rng.random::<bool>() { 1.0 } else { -1.0 }).collect()
 }
 
-/// Indices drawn with replacement in runs of neighbours (circular moving blocks, Politis and Romano 1992).
+/// Indices drawn with replacement in runs of neighbours (circular moving blocks, Politis and Romano
+/// 1992).
 pub fn runs(rng: &mut Pcg64Mcg, count: usize, length: usize) -> Vec<usize> {
     let mut drawn = Vec::with_capacity(count + length);
     while drawn.len() < count {
@@ -38,7 +39,8 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
 /// Resamples of blocks.
 const RESAMPLES: usize = 999;
 
-/// Quantiles (2.5 %, 5 %, 50 %, 95 %, 97.5 %) of a statistic of paired block sums under a moving-block bootstrap.
+/// Quantiles (2.5 %, 5 %, 50 %, 95 %, 97.5 %) of a statistic of paired block sums under a
+/// moving-block bootstrap.
 #[must_use]
 pub fn bootstrap(a: &[f64], b: &[f64], run: usize, statistic: impl Fn(f64, f64) -> f64) -> [f64; 5] {
     let mut rng = generator(2);

@@ -18,8 +18,8 @@ pub struct BlockErrors {
     pieces: Vec<Vec<(f64, f64)>>,
 }
 
-/// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows; of a loop that hunts, those of the
-/// [expected readings](expected_readings).
+/// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows;
+/// of a loop that hunts, those of the [expected readings](expected_readings).
 #[must_use]
 pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
     let expected = expected_readings(data, model);
@@ -38,8 +38,8 @@ impl BlockErrors {
         Self::new(channels, &residuals, role)
     }
 
-    /// Of some stages on the test blocks, weighted by what noise and the wander of the supply explain: what the search goes by. In variances
-    /// of the noise instead of kPa^2.
+    /// Of some stages on the test blocks, weighted by what noise and the wander of the supply
+    /// explain: what the search goes by. In variances of the noise instead of kPa^2.
     #[must_use]
     pub fn weighted(channels: &[ChannelData], stages: &[ChannelStage]) -> Self {
         let pieces = channels.iter().zip(stages).map(|(data, stage)| {
@@ -84,9 +84,9 @@ impl BlockErrors {
 
     /// Reduction from `self` to `after` with its 95 % interval.
     ///
-    /// The interval is that of a studentised bootstrap (Hall, Annals of Statistics 16, 1988) of the ratio's logarithm over moving blocks
-    /// (Kuensch, Annals of Statistics 17, 1989): squared errors of a dozen blocks are skewed, and plain percentiles would be too
-    /// narrow and too low.
+    /// The interval is that of a studentised bootstrap (Hall, Annals of Statistics 16, 1988) of the
+    /// ratio's logarithm over moving blocks (Kuensch, Annals of Statistics 17, 1989): squared
+    /// errors of a dozen blocks are skewed, and plain percentiles would be too narrow and too low.
     #[must_use]
     pub fn gain(&self, after: &Self) -> Gain {
         let together = |e: &Self| {
@@ -120,7 +120,8 @@ impl BlockErrors {
     }
 }
 
-/// Logarithm of the ratio of two root mean squares, and its standard error from the scatter of blocks (delta method).
+/// Logarithm of the ratio of two root mean squares, and its standard error from the scatter of
+/// blocks (delta method).
 fn log_ratio(before: &[f64], after: &[f64]) -> (f64, f64) {
     let sum = |x: &[f64]| x.iter().sum::<f64>();
     let (a, b) = (sum(before), sum(after));
@@ -142,7 +143,8 @@ mod tests {
 
     #[test]
     fn the_interval_of_a_gain_covers_the_gain_of_skewed_errors() {
-        // Eleven blocks whose level wanders: squares of normal numbers. The true reduction is one half.
+        // Eleven blocks whose level wanders: squares of normal numbers. The true reduction is one
+        // half.
         let mut rng = generator(9);
         let mut square = || {
             let sum: f64 = (0..12).map(|_| rng.random::<f64>()).sum();

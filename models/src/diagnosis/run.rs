@@ -63,9 +63,11 @@ pub struct Diagnosis {
 /// What is asked beside the recording and the rig.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Request<'a> {
-    /// A calibrated model of the same rig, with its name for messages: then the question is what has changed since.
+    /// A calibrated model of the same rig, with its name for messages: then the question is what
+    /// has changed since.
     pub reference: Option<(&'a str, &'a ExtendedFile)>,
-    /// Highest pressure that a next experiment may command, kPa gauge; without it, the highest so far.
+    /// Highest pressure that a next experiment may command, kPa gauge; without it, the highest so
+    /// far.
     pub highest_kpa: Option<f64>,
 }
 

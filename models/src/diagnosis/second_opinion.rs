@@ -14,11 +14,13 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 
-/// Rate at which the likelihood looks at a recording: what it compares lasts a tenth of a second and more, and its work goes with the rows.
+/// Rate at which the likelihood looks at a recording: what it compares lasts a tenth of a second
+/// and more, and its work goes with the rows.
 const LIKELIHOOD_HZ: f64 = 100.0;
 
-/// What the likelihood names instead of the search, from a base model that is far off. Where the search's causes bring the model near the
-/// recording, the question is only whether one of several does it alone, and the rest of the catalogue is fitted if it does.
+/// What the likelihood names instead of the search, from a base model that is far off. Where the
+/// search's causes bring the model near the recording, the question is only whether one of several
+/// does it alone, and the rest of the catalogue is fitted if it does.
 #[must_use]
 pub fn second_opinion(
     recording: &Recording,
@@ -67,16 +69,18 @@ fn stands_instead(channels: &[ChannelData], named: &Named, outcome: &Outcome) ->
     takes_the_place(effect.effect, &causes, error, density)
 }
 
-/// A figure of the model that the search has ended with, and of the one that stands out by likelihood.
+/// A figure of the model that the search has ended with, and of the one that stands out by
+/// likelihood.
 #[derive(Debug, Clone, Copy)]
 struct Both {
     searched: f64,
     likely: f64,
 }
 
-/// From a base model that is far off, `effect` takes the place of the search's `causes` where it predicts the choosing blocks better
-/// (log `density`). Where it is one of them, and others take up what is left of a large `error`, each of those must take as much of
-/// it as any name by likelihood must.
+/// From a base model that is far off, `effect` takes the place of the search's `causes` where it
+/// predicts the choosing blocks better (log `density`). Where it is one of them, and others take up
+/// what is left of a large `error`, each of those must take as much of it as any name by likelihood
+/// must.
 fn takes_the_place(effect: usize, causes: &[usize], error: Both, density: Both) -> bool {
     let others = causes.iter().filter(|&&cause| cause != effect).count();
     let among = others > 0 && others < causes.len();

@@ -1,6 +1,8 @@
-//! What decides the result of a diagnosis: every level, prior and practical threshold, with its unit, its reason and its source.
+//! What decides the result of a diagnosis: every level, prior and practical threshold, with its
+//! unit, its reason and its source.
 //!
-//! Constants that decide only how long a fit takes, or how close to an optimum it ends, stay where they are used.
+//! Constants that decide only how long a fit takes, or how close to an optimum it ends, stay where
+//! they are used.
 
 /// One entry, as `report.json` and the page show it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,8 @@
 //! `extended.toml` simulated: pressures from drives or commands alone.
 //!
-//! What a channel needs of its neighbours (the flow they draw from the supply, the pressure opposite, the sample before it) comes
-//! from their own simulation: all channels are simulated a few times, each time with what the neighbours did the time before.
+//! What a channel needs of its neighbours (the flow they draw from the supply, the pressure
+//! opposite, the sample before it) comes from their own simulation: all channels are simulated a
+//! few times, each time with what the neighbours did the time before.
 
 use crate::diagnosis::channel::settled;
 

@@ -21,7 +21,8 @@ const ROWS: usize = 2000;
 /// Base parameters of its valve: leaks, gain, edges, corner, weight of the volume's rate.
 const BASE: [f64; 7] = [0.002, 0.002, 0.7, 0.02, -0.02, 0.02, 1.0];
 
-/// Behind a valve whose drive was recorded, or behind a board that follows commands; the simulation of the base model is what was measured.
+/// Behind a valve whose drive was recorded, or behind a board that follows commands; the simulation
+/// of the base model is what was measured.
 pub fn channel(in_loop: bool) -> (ChannelData, Extended) {
     channel_of(ROWS, in_loop)
 }
@@ -90,7 +91,8 @@ pub fn with(data: &ChannelData, model: &Extended, id: &str, values: &[f64]) -> E
     model.with(&data.plant, index_of(id).unwrap(), values)
 }
 
-/// The channel as if a model had been measured, with noise of the size that the channel is said to have.
+/// The channel as if a model had been measured, with noise of the size that the channel is said to
+/// have.
 pub fn measured(mut data: ChannelData, model: &Extended, seed: u64) -> ChannelData {
     let noise = normals(seed, data.rows.len());
     let readings = data.readings(model);
@@ -116,7 +118,8 @@ pub fn normals(seed: u64, count: usize) -> Vec<f64> {
     (0..count).map(normal).collect()
 }
 
-/// A cause on one channel that takes this part of an error of 2 kPa, without sizes and without a probability.
+/// A cause on one channel that takes this part of an error of 2 kPa, without sizes and without a
+/// probability.
 pub fn cause(effect: &str, gain: f64) -> Cause {
     Cause {
         effect: effect.to_owned(),

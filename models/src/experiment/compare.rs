@@ -36,7 +36,8 @@ pub struct CompareSettings {
 }
 
 impl Default for CompareSettings {
-    /// All three models, fitted on rollouts of the first 80 % of the recording and judged on the rest.
+    /// All three models, fitted on rollouts of the first 80 % of the recording and judged on the
+    /// rest.
     fn default() -> Self {
         Self {
             models: ModelKind::ALL.to_vec(),
@@ -108,8 +109,8 @@ impl CompareWatch<'static> {
 /// Fits and judges all models on all channels that have a measured pressure.
 ///
 /// # Errors
-/// [`CompareError`] when no channel can be compared with any model. What only some models or channels lack is said in their
-/// [`ModelResult::error`].
+/// [`CompareError`] when no channel can be compared with any model. What only some models or
+/// channels lack is said in their [`ModelResult::error`].
 pub fn compare(
     recording: &Recording,
     rig: &Rig,
@@ -177,7 +178,8 @@ pub fn compare(
     })
 }
 
-/// Channels whose inputs are held in memory together: all of a short recording, one at a time of an hour at 1 kHz.
+/// Channels whose inputs are held in memory together: all of a short recording, one at a time of an
+/// hour at 1 kHz.
 #[must_use]
 pub fn channels_at_once(recording: &Recording) -> usize {
     /// A row takes about 90 bytes of inputs and measurements.

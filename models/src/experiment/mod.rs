@@ -1,10 +1,12 @@
 //! Experiments on recordings: which model, on which part, how well, how fast.
 //!
 //! ```text
-//! Recording + Rig -> Subject (model, drive kind, controller) + Series -> Fit on one part -> Score on another
+//! Recording + Rig -> Subject (model, drive kind, controller) + Series -> Fit on one part
+//!     -> Score on another
 //! ```
 //!
-//! [`compare()`] is the paper's experiment: the three models fitted on the first part of a recording and judged on the rest.
+//! [`compare()`] is the paper's experiment: the three models fitted on the first part of a
+//! recording and judged on the rest.
 
 mod compare;
 mod fit;

@@ -35,7 +35,8 @@ impl Prepared {
     }
 }
 
-/// Sets up `setup` for `channel` with one series for each range of rows, measured pressures included.
+/// Sets up `setup` for `channel` with one series for each range of rows, measured pressures
+/// included.
 ///
 /// # Errors
 /// [`InputError`] when the recording or the rig lacks something.
@@ -55,8 +56,8 @@ pub fn prepare(
     Ok(Prepared { setup, subject: subject::subject(setup, &rig, form)?, series, rig })
 }
 
-/// Sets up `setup` for a simulation of the whole recording. It starts at the measured pressure where there is one, else at
-/// `start_kpa` (gauge).
+/// Sets up `setup` for a simulation of the whole recording. It starts at the measured pressure
+/// where there is one, else at `start_kpa` (gauge).
 ///
 /// # Errors
 /// [`InputError`] when the recording or the rig lacks something.

@@ -11,15 +11,17 @@ const KPA_PER_PA: f64 = 1e-3;
 /// Agreement over the usable samples of a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// Coefficient of determination, 1 - (sum of squared errors) / (sum of squares about the mean): 1 is perfect, 0 is as good as
-    /// the mean, below 0 is worse. Of the pressure for a rollout; of the pressure's change over the step for one-step
-    /// predictions, because the pressure itself hardly changes in one step and any prediction of it looks perfect.
+    /// Coefficient of determination, 1 - (sum of squared errors) / (sum of squares about the mean):
+    /// 1 is perfect, 0 is as good as the mean, below 0 is worse. Of the pressure for a rollout; of
+    /// the pressure's change over the step for one-step predictions, because the pressure itself
+    /// hardly changes in one step and any prediction of it looks perfect.
     pub r2: f64,
     /// Root mean square error, kPa.
     pub rmse_kpa: f64,
     /// Mean absolute error, kPa.
     pub mae_kpa: f64,
-    /// Integral of the absolute error over time, kPa s. Grows with the length: compare it only over the same stretch.
+    /// Integral of the absolute error over time, kPa s. Grows with the length: compare it only over
+    /// the same stretch.
     pub iae_kpa_s: f64,
     /// Largest absolute error, kPa.
     pub largest_kpa: f64,
@@ -38,7 +40,8 @@ pub(super) enum Basis {
     Change,
 }
 
-/// Compares rollouts (absolute, Pa, one value per row) with the measurements of `series`; `None` when no sample is usable.
+/// Compares rollouts (absolute, Pa, one value per row) with the measurements of `series`; `None`
+/// when no sample is usable.
 #[must_use]
 pub fn score(series: &Series, predicted_pa: &[f64]) -> Option<Score> {
     score_on(series, predicted_pa, Basis::Pressure)
@@ -112,8 +115,8 @@ pub fn score_samples(samples: impl IntoIterator<Item = Sample>) -> Option<Score>
     })
 }
 
-/// The score of a channel's rows, simulated as `kpa` (kPa gauge); only those marked in `usable` count. `None` when nothing was
-/// measured there.
+/// The score of a channel's rows, simulated as `kpa` (kPa gauge); only those marked in `usable`
+/// count. `None` when nothing was measured there.
 #[must_use]
 pub fn score_rows(recording: &Recording, channel: &Channel, kpa: &[f64], usable: &[bool]) -> Option<Score> {
     let measured = channel.pressure_kpa.iter().flatten().enumerate().filter(|(row, _)| usable[*row]);

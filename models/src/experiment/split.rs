@@ -37,7 +37,8 @@ pub struct SplitError {
 }
 
 impl Split {
-    /// Rows that each part needs at least: enough for the fit of ten parameters to be over-determined.
+    /// Rows that each part needs at least: enough for the fit of ten parameters to be
+    /// over-determined.
     pub const LEAST_ROWS: usize = 50;
 
     /// Rows to fit and rows to judge by.

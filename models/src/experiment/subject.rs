@@ -16,7 +16,8 @@ pub enum Objective {
     /// Simulated minus measured pressure.
     #[default]
     Rollout,
-    /// Rate of the model minus derivative of the measured pressure, smoothed over this many samples to either side.
+    /// Rate of the model minus derivative of the measured pressure, smoothed over this many samples
+    /// to either side.
     Rate {
         /// Samples to either side.
         half_width: usize,
@@ -55,7 +56,8 @@ impl Subject {
         }
     }
 
-    /// Whether [`Objective::Rate`] is possible: not with the board's loop in front, whose drive is a result.
+    /// Whether [`Objective::Rate`] is possible: not with the board's loop in front, whose drive is
+    /// a result.
     #[must_use]
     pub fn has_rates(&self) -> bool {
         self.0.has_rates()
@@ -94,7 +96,8 @@ impl Subject {
     /// Many rollouts at once, in lockstep and on all threads: see [`simulate_batch_into`].
     ///
     /// # Errors
-    /// [`BatchError`] when inputs or results are for another number of jobs, or a job has a wrong number of parameters.
+    /// [`BatchError`] when inputs or results are for another number of jobs, or a job has a wrong
+    /// number of parameters.
     pub fn batch(
         &self,
         jobs: &[Job<'_>],
@@ -134,8 +137,8 @@ impl Subject {
         batch_gradient(&*self.0, jobs, inputs, substeps, weights)
     }
 
-    /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of the row before; `NaN`
-    /// where there is none.
+    /// For each row, the absolute pressure in Pa that is predicted for it from the measurement of
+    /// the row before; `NaN` where there is none.
     #[must_use]
     pub fn one_step(&self, parameters: &[f64], series: &Series, substeps: usize) -> Vec<f64> {
         let steps = Steps { ticks: self.0.ticks(series.interval_s()), substeps };
@@ -153,7 +156,8 @@ impl Subject {
         predicted
     }
 
-    /// Evaluates the right-hand side once at every measured row and returns the sum, so that it can be timed.
+    /// Evaluates the right-hand side once at every measured row and returns the sum, so that it can
+    /// be timed.
     #[must_use]
     pub fn evaluate_all(&self, parameters: &[f64], series: &Series) -> f64 {
         let of = |range: &std::ops::Range<usize>| {
@@ -190,8 +194,9 @@ pub fn subject(setup: Setup, rig: &Rig, form: FlowForm) -> Result<Subject, RigEr
     Ok(Subject(setup.model.chamber(&rig.constants(setup.valve_drive(), form), board)))
 }
 
-/// Parameters that only a changing volume can tell, and the values that leave them out: the rate of a volume that does not
-/// change weighs nothing, and its dependence on the volume is part of the other factors.
+/// Parameters that only a changing volume can tell, and the values that leave them out: the rate of
+/// a volume that does not change weighs nothing, and its dependence on the volume is part of the
+/// other factors.
 const TOLD_BY_VOLUME: [(&str, f64); 4] = [("volume_weight", 1.0), ("c4", 0.0), ("c5", 0.0), ("c6", 0.0)];
 
 /// Whether the volume changes at all within the segments.

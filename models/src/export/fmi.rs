@@ -1,4 +1,5 @@
-//! The FMI 3.0 unit of a parameter file: its variables, its settings and its `modelDescription.xml`.
+//! The FMI 3.0 unit of a parameter file: its variables, its settings and its
+//! `modelDescription.xml`.
 //!
 //! Each channel of the file has the same [`Quantity`]s; [`reference()`] numbers them.
 
@@ -14,7 +15,8 @@ pub const IDENTIFIER: &str = "pneudrive_chamber";
 pub const SETTINGS_FILE: &str = "settings.toml";
 /// The parameter file in a unit's resources.
 pub const PARAMETERS_FILE: &str = "parameters.toml";
-/// Value references between one channel and the next; the first channel begins there, and time is 0.
+/// Value references between one channel and the next; the first channel begins there, and time
+/// is 0.
 const BLOCK: u32 = 100;
 
 /// What the library must know beside the parameter file.

@@ -1,3 +1,4 @@
-//! Calibrated models as other simulators take them: what the exporter writes and the exported library reads.
+//! Calibrated models as other simulators take them: what the exporter writes and the exported
+//! library reads.
 
 pub mod fmi;

@@ -1,8 +1,9 @@
 //! How well the data determine the coordinates.
 //!
-//! Residuals of a rollout are correlated in time wherever the model is not perfect, and the textbook covariance
-//! `s^2 (J^T J)^-1` is then too small. The variance of each coordinate is the larger of the textbook's and a robust one, the
-//! long-run variance of its influence series ([`LongRun`]).
+//! Residuals of a rollout are correlated in time wherever the model is not perfect, and the
+//! textbook covariance `s^2 (J^T J)^-1` is then too small. The variance of each coordinate is the
+//! larger of the textbook's and a robust one, the long-run variance of its influence series
+//! ([`LongRun`]).
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -16,7 +17,8 @@ const SINGULAR: f64 = 1e-13;
 /// Precision of the coordinates at a minimum. Coordinates on a bound are taken as known.
 #[derive(Debug, Clone)]
 pub struct Covariance {
-    /// Covariance of the coordinates, with the robust variances on its diagonal; infinite where undetermined.
+    /// Covariance of the coordinates, with the robust variances on its diagonal; infinite where
+    /// undetermined.
     pub matrix: DMatrix<f64>,
     /// Standard error of each coordinate; zero on a bound, infinite where undetermined.
     pub standard_errors: Vec<f64>,
@@ -24,12 +26,13 @@ pub struct Covariance {
     pub inflation: Vec<f64>,
     /// Degrees of freedom of each standard error.
     pub degrees_of_freedom: Vec<f64>,
-    /// How many independent samples the recording is worth to the coordinate that suffers most from correlation.
+    /// How many independent samples the recording is worth to the coordinate that suffers most from
+    /// correlation.
     pub effective_samples: f64,
     /// Variance of a residual.
     pub residual_variance: f64,
-    /// Square root of the ratio of the largest to the smallest eigenvalue of the normal matrix scaled to unit diagonal: the
-    /// condition number of the scaled Jacobian.
+    /// Square root of the ratio of the largest to the smallest eigenvalue of the normal matrix
+    /// scaled to unit diagonal: the condition number of the scaled Jacobian.
     pub condition: f64,
     /// Correlation of the coordinates after the textbook covariance.
     pub correlation: DMatrix<f64>,
@@ -66,7 +69,8 @@ pub fn covariance(objective: &(impl Objective + ?Sized), minimum: &Minimum) -> C
     let mut degrees_of_freedom = vec![freedom; count];
     let robust = LongRun::of_each(&influence);
     let effective_samples = robust.iter().map(|robust| robust.effective_samples).fold(samples, f64::min);
-    // Every fitted coordinate takes one effectively independent sample out of the residuals, at most half of them.
+    // Every fitted coordinate takes one effectively independent sample out of the residuals, at
+    // most half of them.
     #[allow(clippy::cast_precision_loss)]
     let left = (1.0 - moving.len() as f64 / effective_samples).max(0.5);
     for (a, (&i, robust)) in moving.iter().zip(&robust).enumerate() {
@@ -101,7 +105,8 @@ pub fn covariance(objective: &(impl Objective + ?Sized), minimum: &Minimum) -> C
     }
 }
 
-/// What each instant's residuals contribute to the error of each moving coordinate: `(J^T J)^-1 J_k^T r_k`, in the order of time.
+/// What each instant's residuals contribute to the error of each moving coordinate:
+/// `(J^T J)^-1 J_k^T r_k`, in the order of time.
 fn influence(
     objective: &(impl Objective + ?Sized),
     coordinates: &[f64],

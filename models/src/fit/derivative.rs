@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::model::column;
 use crate::rollout::Series;
 
-/// Smoothed pressure and its derivative in the middle of one sample interval, where the inputs are constant.
+/// Smoothed pressure and its derivative in the middle of one sample interval, where the inputs are
+/// constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slope {
     /// The row whose inputs hold in the interval.
@@ -18,11 +19,13 @@ pub struct Slope {
     pub rate_pa_s: f64,
 }
 
-/// Smoothing derivative after Savitzky and Golay (1964) in the middle of each sample interval: a parabola through the
-/// `half_width` samples before and after it, by least squares. With `half_width` 1 it is the difference quotient. Windows that
-/// leave a segment or touch a masked sample are left out.
+/// Smoothing derivative after Savitzky and Golay (1964) in the middle of each sample interval: a
+/// parabola through the `half_width` samples before and after it, by least squares. With
+/// `half_width` 1 it is the difference quotient. Windows that leave a segment or touch a masked
+/// sample are left out.
 ///
-/// An odd window, centred on a sample, would straddle two values of a drive that changes at the sample.
+/// An odd window, centred on a sample, would straddle two values of a drive that changes at the
+/// sample.
 #[must_use]
 pub fn slopes(series: &Series, half_width: usize) -> Vec<Slope> {
     let half_width = half_width.max(1);
@@ -60,7 +63,8 @@ impl Window {
         let positions: Vec<f64> = (0..2 * half_width).map(|i| i as f64 + 0.5 - half_width as f64).collect();
         let moment = |power: i32| positions.iter().map(|x| x.powi(power)).sum::<f64>();
         let (count, second, fourth) = (moment(0), moment(2), moment(4));
-        // Normal equations of a + b x + c x^2 with the odd moments zero; two samples determine no curvature.
+        // Normal equations of a + b x + c x^2 with the odd moments zero; two samples determine no
+        // curvature.
         let determinant = count * fourth - second * second;
         let value = |x: &f64| {
             if half_width == 1 { 1.0 / count } else { (fourth - second * x * x) / determinant }

@@ -1,8 +1,8 @@
 //! Levenberg-Marquardt within a box.
 //!
-//! Damping after Nielsen (1999), scaling by the largest diagonal of `J^T J` seen so far after Moré (1978). A variable that
-//! would leave the box is put on its bound and the step of the others solved again; a variable on a bound whose gradient
-//! points outwards is left out.
+//! Damping after Nielsen (1999), scaling by the largest diagonal of `J^T J` seen so far after Moré
+//! (1978). A variable that would leave the box is put on its bound and the step of the others
+//! solved again; a variable on a bound whose gradient points outwards is left out.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,7 +22,8 @@ pub struct Stopping {
 }
 
 impl Default for Stopping {
-    /// A relative decrease of 5e-9 of the cost of 20,000 residuals is a step of a hundredth of a standard error.
+    /// A relative decrease of 5e-9 of the cost of 20,000 residuals is a step of a hundredth of a
+    /// standard error.
     fn default() -> Self {
         Self { evaluations: 200, cost_tolerance: 5e-9, gradient_tolerance: 1e-10 }
     }
@@ -59,7 +60,8 @@ pub struct Minimum {
     pub ending: Ending,
 }
 
-/// Searches the least sum of squares from `start` (moved into `bounds`). Equal bounds keep a coordinate where it is.
+/// Searches the least sum of squares from `start` (moved into `bounds`). Equal bounds keep a
+/// coordinate where it is.
 pub fn minimise(
     objective: &(impl Objective + ?Sized),
     bounds: &[(f64, f64)],
@@ -127,7 +129,8 @@ pub fn minimise(
             damping *= growth;
             growth *= 2.0;
             if damping > 1e12 {
-                // Even a step along the gradient that changes nothing measurable is not an improvement.
+                // Even a step along the gradient that changes nothing measurable is not an
+                // improvement.
                 ending = Some(if negligible { Ending::Converged } else { Ending::NoProgress });
                 break;
             }

@@ -14,7 +14,8 @@ pub(super) const KPA_PER_PA: f64 = 1e-3;
 /// Sums of the residuals of as many segments as there are lanes.
 pub(super) type LaneSums = Accumulator<Lanes<SENSITIVITY_LANES>, DIRECTIONS>;
 
-/// What pressures are compared with: measurement (absolute, Pa), and weight with the residual's unit.
+/// What pressures are compared with: measurement (absolute, Pa), and weight with the residual's
+/// unit.
 #[derive(Debug, Clone, Copy)]
 struct Comparison {
     measured: Lanes<SENSITIVITY_LANES>,
@@ -22,7 +23,8 @@ struct Comparison {
 }
 
 impl Comparison {
-    /// Of row `k` of each segment. A lane whose segment is over, or whose sample is masked, weighs nothing.
+    /// Of row `k` of each segment. A lane whose segment is over, or whose sample is masked, weighs
+    /// nothing.
     fn of(series: &Series, segments: &[Range<usize>], k: usize) -> Self {
         let mut comparison = Self { measured: Lanes::constant(0.0), weight: Lanes::constant(0.0) };
         for (lane, rows) in segments.iter().enumerate().filter(|(_, rows)| k < rows.len()) {
@@ -36,7 +38,8 @@ impl Comparison {
     }
 }
 
-/// Adds the residuals of the rows from `first` on of each segment, where the simulated pressures are `pressures` (absolute, Pa).
+/// Adds the residuals of the rows from `first` on of each segment, where the simulated pressures
+/// are `pressures` (absolute, Pa).
 pub(super) fn add_rows(
     sums: &mut LaneSums,
     (series, segments): (&Series, &[Range<usize>]),

@@ -1,22 +1,26 @@
 //! The variance of a sum of correlated terms.
 //!
-//! The variance of `sum z_t` is the spectral density of `z` at frequency zero times the number of terms. It is estimated by the mean
-//! of the squared coefficients of `z` on the first `K` cosines, and intervals take the t distribution with `K` degrees of
-//! freedom: the equal-weighted cosine estimator of Lazarus, Lewis, Stock and Watson (2018), who recommend
-//! `K = 0.4 n^(2/3)` for `n` moderately correlated terms. Here `n` is the number of *effectively independent* terms, from
-//! the autocorrelation of `z` (Geyer's initial positive sequence, 1992), because rollouts at a high sampling rate are
-//! anything but moderately correlated. A kernel estimator with Andrews' automatic bandwidth in its place held the truth in
-//! 75 % of the 95 % intervals of 30 s under a wandering supply, this one in 90 % (`tests/engine/coverage.rs`).
+//! The variance of `sum z_t` is the spectral density of `z` at frequency zero times the number of
+//! terms. It is estimated by the mean of the squared coefficients of `z` on the first `K` cosines,
+//! and intervals take the t distribution with `K` degrees of freedom: the equal-weighted cosine
+//! estimator of Lazarus, Lewis, Stock and Watson (2018), who recommend `K = 0.4 n^(2/3)` for `n`
+//! moderately correlated terms. Here `n` is the number of *effectively independent* terms, from the
+//! autocorrelation of `z` (Geyer's initial positive sequence, 1992), because rollouts at a high
+//! sampling rate are anything but moderately correlated. A kernel estimator with Andrews' automatic
+//! bandwidth in its place held the truth in 75 % of the 95 % intervals of 30 s under a wandering
+//! supply, this one in 90 % (`tests/engine/coverage.rs`).
 
 use std::f64::consts::PI;
 
-/// Most cosines: the t distribution with more degrees of freedom differs from the normal one by less than 2 %.
+/// Most cosines: the t distribution with more degrees of freedom differs from the normal one by
+/// less than 2 %.
 const MOST_TERMS: usize = 64;
 
 /// Fewest cosines.
 const FEWEST_TERMS: f64 = 5.0;
 
-/// Terms are summed up in this many bins at most: the cosines and the correlations that matter are slow.
+/// Terms are summed up in this many bins at most: the cosines and the correlations that matter are
+/// slow.
 const BINS: usize = 4096;
 
 /// Long-run variance of a series whose sum is zero.
@@ -74,8 +78,9 @@ impl LongRun {
     }
 }
 
-/// `cos(angle (t + 1/2))` for t = 0, 1, ..., by the recurrence of Chebyshev's polynomials: its error grows with the square of the
-/// length over the angle's scale, below 1e-8 for what is asked here.
+/// `cos(angle (t + 1/2))` for t = 0, 1, ..., by the recurrence of Chebyshev's polynomials: its
+/// error grows with the square of the length over the angle's scale, below 1e-8 for what is asked
+/// here.
 fn cosine(angle: f64, wave: &mut [f64]) {
     let twice = 2.0 * angle.cos();
     let (mut before, mut now) = ((0.5 * angle).cos(), (0.5 * angle).cos());
@@ -98,7 +103,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Sum of the autocorrelations over all lags, at least 1: pairs of neighbouring lags are added while they are positive.
+/// Sum of the autocorrelations over all lags, at least 1: pairs of neighbouring lags are added
+/// while they are positive.
 fn correlation_time(series: &[f64]) -> f64 {
     let lagged = |lag: usize| dot(&series[..series.len() - lag], &series[lag..]);
     let square = lagged(0);

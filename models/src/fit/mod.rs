@@ -1,8 +1,9 @@
 //! Fitting parameters, and judging how well the data determine them.
 //!
-//! An [`Objective`] streams residuals into [`Normal`] equations: [`RolloutObjective`] compares simulations with measurements,
-//! [`RateObjective`] rates with derivatives. [`minimise`] searches its least sum of squares within bounds, from many starts
-//! ([`best_of_starts`]), and [`covariance`] and [`profile`] judge the minimum. [`fit_rollouts`] and [`fit_rates`] do it all.
+//! An [`Objective`] streams residuals into [`Normal`] equations: [`RolloutObjective`] compares
+//! simulations with measurements, [`RateObjective`] rates with derivatives. [`minimise`] searches
+//! its least sum of squares within bounds, from many starts ([`best_of_starts`]), and
+//! [`covariance`] and [`profile`] judge the minimum. [`fit_rollouts`] and [`fit_rates`] do it all.
 
 mod covariance;
 mod derivative;

@@ -26,8 +26,8 @@ pub struct Progress {
 pub struct Control<'a> {
     /// Called after each search, from any thread.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Set to stop: searches under way end after their current evaluation, those to come are left out, but for the one from
-    /// the nominal values, and the best so far is kept.
+    /// Set to stop: searches under way end after their current evaluation, those to come are left
+    /// out, but for the one from the nominal values, and the best so far is kept.
     pub cancel: &'a AtomicBool,
 }
 
@@ -81,9 +81,10 @@ impl Best {
     }
 }
 
-/// Start points: the nominal one, then a Latin hypercube over the first `spread` coordinates (the others keep their nominal
-/// values). It reaches from bound to bound and is denser near the nominal values: half of the starts lie within a quarter of
-/// the way to a bound. Depends on nothing but the arguments.
+/// Start points: the nominal one, then a Latin hypercube over the first `spread` coordinates (the
+/// others keep their nominal values). It reaches from bound to bound and is denser near the nominal
+/// values: half of the starts lie within a quarter of the way to a bound. Depends on nothing but
+/// the arguments.
 #[must_use]
 pub fn start_points(
     nominal: &[f64],
@@ -117,7 +118,8 @@ fn hypercube_column(random: &mut impl Rng, count: usize) -> impl Iterator<Item =
     slots.into_iter()
 }
 
-/// A start at which the simulation runs away is moved halfway towards the nominal one until it does not.
+/// A start at which the simulation runs away is moved halfway towards the nominal one until it does
+/// not.
 fn sound_start(objective: &(impl Objective + ?Sized), start: &[f64], control: Control<'_>) -> Vec<f64> {
     const HALVINGS: usize = 10;
     let nominal = objective.nominal();
@@ -142,9 +144,9 @@ struct Search<'a, O: ?Sized> {
     nominal: bool,
 }
 
-/// Fits every problem from `starts` points each, all searches in parallel. `spread` is the number of coordinates that starts
-/// are spread over, per problem. The result does not depend on the number of threads; only a cancelled fit depends on when
-/// it was cancelled.
+/// Fits every problem from `starts` points each, all searches in parallel. `spread` is the number
+/// of coordinates that starts are spread over, per problem. The result does not depend on the
+/// number of threads; only a cancelled fit depends on when it was cancelled.
 pub fn best_of_starts<O: Objective + ?Sized>(
     objectives: &[(&O, usize)],
     starts: usize,

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::numeric::{Dual, Real};
 
-/// Sums over the residuals `r` with Jacobian `J`: all that a least-squares step needs, whatever the number of residuals.
+/// Sums over the residuals `r` with Jacobian `J`: all that a least-squares step needs, whatever the
+/// number of residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Normal {
     /// `r^T r`.
@@ -67,7 +68,8 @@ impl<R: Real, const W: usize> Accumulator<R, W> {
         }
     }
 
-    /// Adds the sums of one lane to `normal`; direction `i` belongs to coordinate `indices[i]`, further ones to none.
+    /// Adds the sums of one lane to `normal`; direction `i` belongs to coordinate `indices[i]`,
+    /// further ones to none.
     pub fn scatter(&self, lane: usize, indices: &[usize], normal: &mut Normal) {
         normal.cost += self.cost.lane(lane);
         for (i, &row) in indices.iter().enumerate() {

@@ -18,8 +18,8 @@ pub trait Objective: Sync {
     /// The normal equations at the given coordinates; not finite where the simulation runs away.
     fn normal(&self, coordinates: &[f64]) -> Normal;
 
-    /// As [`normal`](Self::normal) where a search that may evaluate no further looks for the last time: whoever needs
-    /// nothing but the coordinates may leave gradient and matrix at zero.
+    /// As [`normal`](Self::normal) where a search that may evaluate no further looks for the last
+    /// time: whoever needs nothing but the coordinates may leave gradient and matrix at zero.
     fn last(&self, coordinates: &[f64]) -> Normal {
         self.normal(coordinates)
     }
@@ -27,7 +27,7 @@ pub trait Objective: Sync {
     /// Number of residuals that count.
     fn residuals(&self) -> usize;
 
-    /// Calls `sink` in the order of time with the index of the independent stretch, the residuals' `J_k^T r_k` of one
-    /// instant and the sum of their squares.
+    /// Calls `sink` in the order of time with the index of the independent stretch, the residuals'
+    /// `J_k^T r_k` of one instant and the sum of their squares.
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64));
 }

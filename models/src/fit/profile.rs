@@ -24,8 +24,9 @@ impl ProfileInterval {
     }
 }
 
-/// Profiles one coordinate of a minimum. `rise` is the rise of the cost at the interval's ends; `standard_error` the first
-/// guess of its half width. Ends are found to a twentieth of the half width.
+/// Profiles one coordinate of a minimum. `rise` is the rise of the cost at the interval's ends;
+/// `standard_error` the first guess of its half width. Ends are found to a twentieth of the half
+/// width.
 pub fn profile(
     objective: &(impl Objective + ?Sized),
     minimum: &Minimum,
@@ -39,8 +40,9 @@ pub fn profile(
     ProfileInterval { lower: side(-1.0), upper: side(1.0) }
 }
 
-/// Follows the profile from the minimum in steps that start at `stride` until the rise is bracketed, then closes in by the
-/// secant of the root of the rise, which is straight for a parabola.
+/// Follows the profile from the minimum in steps that start at `stride` until the rise is
+/// bracketed, then closes in by the secant of the root of the rise, which is straight for a
+/// parabola.
 fn one_side(
     objective: &(impl Objective + ?Sized),
     minimum: &Minimum,

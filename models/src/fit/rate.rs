@@ -18,8 +18,9 @@ const GROUPS: usize = 16;
 /// Residuals are in kPa/s.
 const KPA_PER_PA: f64 = 1e-3;
 
-/// Sum of the squared differences in kPa/s between a model's rate at the measured pressure and the derivative of the measured
-/// pressure ([`slopes`]). Fast, and biased by the noise in the pressure that the model is evaluated at: prefer rollouts.
+/// Sum of the squared differences in kPa/s between a model's rate at the measured pressure and the
+/// derivative of the measured pressure ([`slopes`]). Fast, and biased by the noise in the pressure
+/// that the model is evaluated at: prefer rollouts.
 #[derive(Debug)]
 pub struct RateObjective<'a> {
     system: &'a dyn System,
@@ -37,7 +38,8 @@ pub struct RateObjective<'a> {
 }
 
 impl<'a> RateObjective<'a> {
-    /// The residuals of `series`, differentiated over `half_width` samples to either side, of a system that has rates.
+    /// The residuals of `series`, differentiated over `half_width` samples to either side, of a
+    /// system that has rates.
     #[must_use]
     pub fn new(system: &'a dyn System, series: &'a Series, space: Space, half_width: usize) -> Self {
         let slopes = slopes(series, half_width);
@@ -69,7 +71,8 @@ impl<'a> RateObjective<'a> {
         &self.space
     }
 
-    /// Weighted residuals with their derivatives in the directions from `first`; `sink` gets the number of the first group of some.
+    /// Weighted residuals with their derivatives in the directions from `first`; `sink` gets the
+    /// number of the first group of some.
     fn stream(&self, coordinates: &[f64], first: usize, sink: &mut dyn FnMut(usize, &[DualLanes])) {
         let parameters: Vec<DualLanes> = self.space.duals(coordinates, first);
         let mut block = [DualLanes::constant(0.0); GROUPS];

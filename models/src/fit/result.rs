@@ -28,7 +28,8 @@ pub struct FittedParameter {
     pub fixed: bool,
     /// It ended on a bound: its interval is not known.
     pub at_bound: Option<Bound>,
-    /// Standard error, robust against correlated residuals. `None` for a fixed parameter, one at a bound, or an undetermined one.
+    /// Standard error, robust against correlated residuals. `None` for a fixed parameter, one at a
+    /// bound, or an undetermined one.
     pub standard_error: Option<f64>,
     /// 95 % interval from the standard error (on the scale of fitting).
     pub ci95: Option<[f64; 2]>,
@@ -91,7 +92,8 @@ pub struct Fit {
     pub free: Vec<String>,
     /// Covariance of the free parameters in their units, row by row; infinite where undetermined.
     pub covariance: Vec<Vec<f64>>,
-    /// How many independent samples the recording is worth to the parameter that suffers most from correlated residuals.
+    /// How many independent samples the recording is worth to the parameter that suffers most from
+    /// correlated residuals.
     pub effective_samples: f64,
     /// Runge-Kutta steps per tick.
     pub substeps: usize,

@@ -5,7 +5,8 @@ use crate::rollout::{Series, Start, System, simulate};
 /// Residuals are in kPa.
 const KPA_PER_PA: f64 = 1e-3;
 
-/// Root mean square difference in kPa between a rollout and the usable measurements, and their number.
+/// Root mean square difference in kPa between a rollout and the usable measurements, and their
+/// number.
 #[must_use]
 pub fn rollout_rms_kpa(
     system: &dyn System,

@@ -29,8 +29,8 @@ pub struct FitOptions {
 }
 
 impl Default for FitOptions {
-    /// Twenty starts on rollouts with fitted start pressures. The integration error stays below a twentieth of a sensor count
-    /// (0.84 kPa).
+    /// Twenty starts on rollouts with fitted start pressures. The integration error stays below a
+    /// twentieth of a sensor count (0.84 kPa).
     fn default() -> Self {
         Self {
             starts: 20,
@@ -79,7 +79,8 @@ pub struct Problem<'a> {
     pub space: Space,
 }
 
-/// Fits rollouts: each problem (say, each channel) on its own, all of them and all their starts in parallel.
+/// Fits rollouts: each problem (say, each channel) on its own, all of them and all their starts in
+/// parallel.
 pub fn fit_rollouts(
     problems: &[Problem<'_>],
     options: &FitOptions,
@@ -94,8 +95,8 @@ pub fn fit_rollouts(
     problems.iter().zip(searches).map(finish).collect()
 }
 
-/// Fits rates ([`RateObjective`]) with a smoothing derivative over `half_width` samples to either side, of systems that have them
-/// ([`System::has_rates`]).
+/// Fits rates ([`RateObjective`]) with a smoothing derivative over `half_width` samples to either
+/// side, of systems that have them ([`System::has_rates`]).
 pub fn fit_rates(
     problems: &[Problem<'_>],
     half_width: usize,
@@ -126,7 +127,8 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Checks every problem and searches the ones that can be fitted, all starts of all problems in parallel.
+/// Checks every problem and searches the ones that can be fitted, all starts of all problems in
+/// parallel.
 fn search_all<O: Objective>(
     objectives: &[O],
     problems: &[Problem<'_>],
@@ -170,7 +172,8 @@ fn check(objective: &impl Objective, space: &Space) -> Result<(), FitError> {
     }
 }
 
-/// Halves the step until the best rollout no longer depends on it, refits with that step, and reports.
+/// Halves the step until the best rollout no longer depends on it, refits with that step, and
+/// reports.
 fn finish_rollouts(problem: &Problem<'_>, mut best: Best, options: &FitOptions, control: Control<'_>) -> Fit {
     const MOST_SUBSTEPS: usize = 64;
     let tolerance = options.integration_tolerance_pa;

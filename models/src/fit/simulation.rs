@@ -28,9 +28,11 @@ pub enum StartPressure {
     Fitted,
 }
 
-/// Sum of the squared differences in kPa between a system's rollouts and the measurements, over all segments.
+/// Sum of the squared differences in kPa between a system's rollouts and the measurements, over all
+/// segments.
 ///
-/// Coordinates: the free parameters, then, if fitted, the start pressures (kPa absolute) of segment 0, 1, ...
+/// Coordinates: the free parameters, then, if fitted, the start pressures (kPa absolute) of segment
+/// 0, 1, ...
 #[derive(Debug)]
 pub struct RolloutObjective<'a> {
     system: &'a dyn System,

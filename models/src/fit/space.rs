@@ -32,7 +32,8 @@ pub enum SpaceError {
 
 /// The parameters of a fit: each free within its bounds, or fixed.
 ///
-/// A fit moves in *coordinates*: the values of the free parameters in their order, logarithms where the scale says so.
+/// A fit moves in *coordinates*: the values of the free parameters in their order, logarithms where
+/// the scale says so.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Space {
     parameters: Vec<Parameter>,
@@ -78,7 +79,8 @@ impl Space {
         Ok(())
     }
 
-    /// Starts at these values; free ones are moved into their bounds. `values` in the order of the parameters.
+    /// Starts at these values; free ones are moved into their bounds. `values` in the order of the
+    /// parameters.
     #[must_use]
     pub fn starting_at(mut self, values: &[f64]) -> Self {
         for ((parameter, fixed), value) in self.parameters.iter_mut().zip(&self.fixed).zip(values) {
@@ -147,8 +149,8 @@ impl Space {
         values
     }
 
-    /// Values of all parameters with their derivatives by `W` coordinates from `first`: free parameter `first + j` in direction
-    /// `j`.
+    /// Values of all parameters with their derivatives by `W` coordinates from `first`: free
+    /// parameter `first + j` in direction `j`.
     #[must_use]
     pub fn duals<R: Real, const W: usize>(&self, coordinates: &[f64], first: usize) -> Vec<Dual<R, W>> {
         let mut values: Vec<Dual<R, W>> =

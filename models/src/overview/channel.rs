@@ -1,10 +1,12 @@
-//! The figures of one channel: what was commanded, how closely it was followed, and what is missing.
+//! The figures of one channel: what was commanded, how closely it was followed, and what is
+//! missing.
 
 use serde::Serialize;
 
 use crate::data::{Channel, ChannelId, Flags, Recording};
 
-/// A set point that has not moved for so long counts as settled, s: longer than any regulator here takes.
+/// A set point that has not moved for so long counts as settled, s: longer than any regulator here
+/// takes.
 const SETTLED_AFTER_S: f64 = 1.0;
 
 /// Figures of one channel. Deviations are measured minus commanded, of samples that may be used.
@@ -36,7 +38,8 @@ pub fn figures(recording: &Recording) -> Vec<ChannelFigures> {
     recording.channels.iter().map(|channel| of(recording, channel)).collect()
 }
 
-/// Measured minus commanded, row by row, kPa; NaN where either is missing or not to be used. Empty without one of the columns.
+/// Measured minus commanded, row by row, kPa; NaN where either is missing or not to be used. Empty
+/// without one of the columns.
 pub(super) fn deviations(channel: &Channel) -> Vec<f64> {
     let (Some(command), Some(pressure)) = (&channel.command_kpa, &channel.pressure_kpa) else {
         return Vec::new();
@@ -74,7 +77,8 @@ fn of(recording: &Recording, channel: &Channel) -> ChannelFigures {
     }
 }
 
-/// Rows at which the set point has stood still for long enough, in one stretch without missing time.
+/// Rows at which the set point has stood still for long enough, in one stretch without missing
+/// time.
 fn settled(recording: &Recording, channel: &Channel) -> Vec<bool> {
     let Some(command) = &channel.command_kpa else { return Vec::new() };
     let mut settled = vec![false; command.len()];
@@ -112,7 +116,8 @@ mod tests {
     use super::*;
     use crate::data::{LoadOptions, read};
 
-    /// 10 Hz; the set point goes from 0 to 100 kPa at 2 s, and the pressure is 1 kPa above it but for one sample, which is missing.
+    /// 10 Hz; the set point goes from 0 to 100 kPa at 2 s, and the pressure is 1 kPa above it but
+    /// for one sample, which is missing.
     fn recording() -> Recording {
         let row = |k: i32| {
             let set = if k < 20 { 0 } else { 100 };

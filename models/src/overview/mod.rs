@@ -1,4 +1,5 @@
-//! A recording at a glance: one page that says what was commanded, what was measured, what was lost and what happened.
+//! A recording at a glance: one page that says what was commanded, what was measured, what was lost
+//! and what happened.
 //!
 //! ```text
 //!  Loaded ──▶ channel (figures of one channel) ──▶ tables ─┐

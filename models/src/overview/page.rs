@@ -16,8 +16,8 @@ const EVENTS_SHOWN: usize = 200;
 /// Kinds of events that are ordinary.
 const ORDINARY: [&str; 4] = ["end", "key", "page", "information"];
 
-/// The page of a recording: figures of every channel, plots of every board, events, and what was noticed about the data. `footer`
-/// names program, data and date.
+/// The page of a recording: figures of every channel, plots of every board, events, and what was
+/// noticed about the data. `footer` names program, data and date.
 ///
 /// # Errors
 /// [`PlotError`] when a plot cannot be drawn.
@@ -81,7 +81,8 @@ fn lead(recording: &Recording, found: &[ChannelFigures], events: &[Event]) -> St
     }
     let lost: usize = boards.iter().map(|board| recording.lost_exchanges(*board).len()).sum();
     let exchanges = recording.rows() * boards.len();
-    // What a host recorded ends with an event at least. Simulations and what others recorded know of no exchanges.
+    // What a host recorded ends with an event at least. Simulations and what others recorded know
+    // of no exchanges.
     let hosts = !events.is_empty();
     let share = significant(100.0 * lost as f64 / exchanges.max(1) as f64, 2);
     text += &match lost {

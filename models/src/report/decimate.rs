@@ -1,8 +1,8 @@
 //! Fewer points that look the same.
 
-/// Reduces a curve to at most two points for each of `columns` pixel columns between `from` and `to`: the smallest and the
-/// largest value there, in their order in time. Breaks the curve where a value is not finite; each returned piece is one
-/// unbroken line.
+/// Reduces a curve to at most two points for each of `columns` pixel columns between `from` and
+/// `to`: the smallest and the largest value there, in their order in time. Breaks the curve where a
+/// value is not finite; each returned piece is one unbroken line.
 ///
 /// `points` must be ordered by their first coordinate.
 #[must_use]
@@ -40,7 +40,8 @@ struct Column {
     number: f64,
     lowest: (f64, f64),
     highest: (f64, f64),
-    /// Did the largest value come after the smallest? Of two at one time, as at the edge of a step, their order is that of the points.
+    /// Did the largest value come after the smallest? Of two at one time, as at the edge of a step,
+    /// their order is that of the points.
     rises: bool,
 }
 
@@ -79,8 +80,8 @@ impl Piece {
     }
 }
 
-/// Thins a cloud of points to at most one per cell of a `columns` by `rows` grid over the given ranges. Points outside are
-/// dropped.
+/// Thins a cloud of points to at most one per cell of a `columns` by `rows` grid over the given
+/// ranges. Points outside are dropped.
 #[must_use]
 pub fn thin(
     points: impl IntoIterator<Item = (f64, f64)>,

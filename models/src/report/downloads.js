@@ -1,5 +1,6 @@
 "use strict";
-// Each figure and table can be saved: a figure as SVG, a table as CSV. Without scripts the page is the same, but for that.
+// Each figure and table can be saved: a figure as SVG, a table as CSV. Without scripts the page is
+// the same, but for that.
 (() => {
   const save = (text, type, name) => {
     const link = document.createElement("a");

@@ -1,6 +1,7 @@
 //! Numbers as readers want them.
 
-/// `value` with `digits` significant digits, without an exponent where a person would not write one.
+/// `value` with `digits` significant digits, without an exponent where a person would not write
+/// one.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     if !value.is_finite() {

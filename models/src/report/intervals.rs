@@ -1,4 +1,5 @@
-//! Values with their intervals, one line each: drawn with boxes, so that text keeps its size on any screen.
+//! Values with their intervals, one line each: drawn with boxes, so that text keeps its size on any
+//! screen.
 
 use maud::{Markup, html};
 

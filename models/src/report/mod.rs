@@ -1,9 +1,9 @@
 //! Pages: one self-contained HTML file each, readable offline on a desk and on a phone.
 //!
-//! A page is a title, a lead sentence and sections ([`Page`]); a section holds text, [`Table`]s and [`Plot`]s. Plots are
-//! inline SVG, drawn once for wide and once for narrow screens, because text in a scaled picture would become unreadable.
-//! Long series keep the smallest and largest value of each pixel column ([`decimate`]), so that no spike is lost and the file
-//! stays small.
+//! A page is a title, a lead sentence and sections ([`Page`]); a section holds text, [`Table`]s and
+//! [`Plot`]s. Plots are inline SVG, drawn once for wide and once for narrow screens, because text
+//! in a scaled picture would become unreadable. Long series keep the smallest and largest value of
+//! each pixel column ([`decimate`]), so that no spike is lost and the file stays small.
 
 pub mod decimate;
 mod format;

@@ -2,7 +2,8 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// One self-contained HTML page: a title, a lead, sections, and a footer that says where it came from.
+/// One self-contained HTML page: a title, a lead, sections, and a footer that says where it came
+/// from.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
@@ -12,7 +13,8 @@ pub struct Page {
 }
 
 impl Page {
-    /// A page whose `lead` says the result in a sentence or two; `footer` names program, data and date.
+    /// A page whose `lead` says the result in a sentence or two; `footer` names program, data and
+    /// date.
     #[must_use]
     pub fn new(title: impl Into<String>, lead: impl Into<String>, footer: impl Into<String>) -> Self {
         Self { title: title.into(), lead: lead.into(), sections: Vec::new(), footer: footer.into() }
@@ -50,7 +52,8 @@ impl Page {
     }
 }
 
-/// Content for a place inside somebody else's page, such as a notebook: with as much style as it needs, for itself alone.
+/// Content for a place inside somebody else's page, such as a notebook: with as much style as it
+/// needs, for itself alone.
 #[must_use]
 pub fn fragment(content: &Markup) -> Markup {
     html! { div.pneudrive { style { (PreEscaped(include_str!("fragment.css"))) } (content) } }

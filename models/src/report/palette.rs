@@ -1,5 +1,5 @@
-//! Colours that differ for colour-blind readers too: the palette of Okabe and Ito (2008), darkened where thin lines on
-//! white need it.
+//! Colours that differ for colour-blind readers too: the palette of Okabe and Ito (2008), darkened
+//! where thin lines on white need it.
 
 /// A line's or a mark's colour, by meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -31,7 +31,8 @@ pub(super) struct Size {
     pub height: u32,
 }
 
-/// The backend rounds to whole units; drawing this many times larger and scaling down by the view box keeps curves smooth.
+/// The backend rounds to whole units; drawing this many times larger and scaling down by the view
+/// box keeps curves smooth.
 const FINE: u32 = 4;
 const FONT_PX: u32 = 15;
 

@@ -35,7 +35,8 @@ impl Table {
         self
     }
 
-    /// On a narrow screen each row becomes a list of its cells with their heads, instead of scrolling sideways.
+    /// On a narrow screen each row becomes a list of its cells with their heads, instead of
+    /// scrolling sideways.
     #[must_use]
     pub fn stacked(mut self) -> Self {
         self.stacked = true;

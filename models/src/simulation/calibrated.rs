@@ -63,7 +63,8 @@ impl From<ExtendedFile> for CalibratedModel {
     }
 }
 
-/// Does the file say that it is the extended model of a diagnosis? What cannot be read says nothing; loading it then says why.
+/// Does the file say that it is the extended model of a diagnosis? What cannot be read says
+/// nothing; loading it then says why.
 fn is_extended(path: &Path) -> bool {
     let table = std::fs::read_to_string(path).ok().and_then(|text| text.parse::<toml::Table>().ok());
     table.is_some_and(|t| t.get("schema").and_then(toml::Value::as_str) == Some(EXTENDED_SCHEMA))

@@ -1,4 +1,5 @@
-//! Channels simulated with the extended model of a diagnosis, all at once: neighbours act on each other.
+//! Channels simulated with the extended model of a diagnosis, all at once: neighbours act on each
+//! other.
 
 use crate::data::Recording;
 use crate::diagnosis::{self, Band, ExtendedFile, Purpose, rates_kpa_s, simulate_extended};

@@ -1,4 +1,5 @@
-//! The best first-order actuator for a channel: what a simulator's built-in pneumatic cylinder can say of it, and what that costs.
+//! The best first-order actuator for a channel: what a simulator's built-in pneumatic cylinder can
+//! say of it, and what that costs.
 
 use rand::RngExt;
 use rand::SeedableRng;
@@ -22,7 +23,8 @@ const TIME_CONSTANTS_S: [f64; 2] = [1e-3, 10.0];
 /// Halvings of their range by the golden section: to a millionth.
 const SECTIONS: usize = 60;
 
-/// `pressure = gain * activation + bias`, where the activation follows the set point with a first-order lag.
+/// `pressure = gain * activation + bias`, where the activation follows the set point with a
+/// first-order lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FirstOrder {
     /// Which channel.
@@ -39,8 +41,9 @@ pub struct FirstOrder {
     pub largest_kpa: f64,
 }
 
-/// Fits a first-order actuator to each channel: to its calibrated model's pressures over two minutes of set points of random size
-/// (up to `highest_kpa`, kPa gauge) that are held for 0.1 to 3 s, with the joint locked and the rig's nominal supply.
+/// Fits a first-order actuator to each channel: to its calibrated model's pressures over two
+/// minutes of set points of random size (up to `highest_kpa`, kPa gauge) that are held for 0.1 to 3
+/// s, with the joint locked and the rig's nominal supply.
 ///
 /// # Errors
 /// [`SimulationError`] where the model cannot be simulated from set points.

@@ -1,4 +1,5 @@
-//! Simulating the channels of a recording with a calibrated model: pressures in kPa from commands or drives alone.
+//! Simulating the channels of a recording with a calibrated model: pressures in kPa from commands
+//! or drives alone.
 //!
 //! ```text
 //! CalibratedModel (what fit or diagnose saved) + Recording -> simulate -> Simulation

@@ -11,7 +11,8 @@ use crate::rig::Rig;
 pub struct SimulationSettings<'a> {
     /// Another rig than the one that the model was calibrated with.
     pub rig: Option<&'a Rig>,
-    /// Whether the board's loop is simulated: by default as it was calibrated, and where the drive is not recorded.
+    /// Whether the board's loop is simulated: by default as it was calibrated, and where the drive
+    /// is not recorded.
     pub controller: ControllerUse,
     /// Pressure to start from where none was measured, kPa gauge.
     pub start_kpa: f64,
@@ -31,7 +32,8 @@ pub struct SimulatedChannel {
     pub id: ChannelId,
     /// What was simulated.
     pub model: SimulatedModel,
-    /// What its sensor is expected to report, row by row, kPa gauge; `NaN` where inputs are missing.
+    /// What its sensor is expected to report, row by row, kPa gauge; `NaN` where inputs are
+    /// missing.
     pub kpa: Vec<f64>,
     /// Its errors against the measured pressures, where there are some.
     pub score: Option<Score>,

@@ -7,9 +7,9 @@ use super::error::SimulationError;
 use super::result::{Simulation, SimulationSettings};
 use super::{extended, fitted};
 
-/// Simulates the channels of a recording from commands or drives alone. Measured pressures are not used, except for the first of
-/// each stretch to start from, and to judge the simulation by. `progress` is told after each channel how many are done, and of how
-/// many.
+/// Simulates the channels of a recording from commands or drives alone. Measured pressures are not
+/// used, except for the first of each stretch to start from, and to judge the simulation by.
+/// `progress` is told after each channel how many are done, and of how many.
 ///
 /// # Errors
 /// [`SimulationError`] when recording, rig or model lack something, or a pressure runs away.

@@ -122,13 +122,15 @@ impl ParameterFile {
     /// What the key `schema` says in a file of this form.
     pub const SCHEMA: &'static str = "pneudrive-parameters/1";
 
-    /// More Runge-Kutta steps a tick than any fit has chosen; a simulation takes proportionally longer.
+    /// More Runge-Kutta steps a tick than any fit has chosen; a simulation takes proportionally
+    /// longer.
     pub const MOST_SUBSTEPS: usize = 1_000;
 
     /// What is kept of the fits of a recording.
     ///
     /// # Errors
-    /// [`FitChannelsError`] where the settings do not fit the recording, and the fits cannot be of it.
+    /// [`FitChannelsError`] where the settings do not fit the recording, and the fits cannot be of
+    /// it.
     pub fn of(
         recording: &Recording,
         rig: &Rig,
@@ -213,7 +215,8 @@ impl ParameterFile {
     /// The values of a channel in the order that `subject` takes them.
     ///
     /// # Errors
-    /// [`StoreError`] when the names are not the model's, or a value is not finite or none that the model can have.
+    /// [`StoreError`] when the names are not the model's, or a value is not finite or none that the
+    /// model can have.
     pub fn values(&self, file: &str, id: ChannelId, subject: &Subject) -> Result<Vec<f64>, StoreError> {
         let stored = self.channel(file, id)?;
         let expected: Vec<String> = subject.parameters().into_iter().map(|p| p.name).collect();

@@ -1,9 +1,11 @@
 //! Where a series has changed its level.
 //!
-//! A fit's own interval says how well one recording determines a parameter, and not how much it differs from day to day (temperature,
-//! supply, another movement). So the scatter between recordings decides: the series is cut where the two parts' means differ most by
-//! Student's t, and each part again, as long as the cut would hardly be seen by chance (binary segmentation, with Bonferroni's
-//! correction for all places at which a cut was looked for). Intervals only widen the scatter where it is smaller than they are.
+//! A fit's own interval says how well one recording determines a parameter, and not how much it
+//! differs from day to day (temperature, supply, another movement). So the scatter between
+//! recordings decides: the series is cut where the two parts' means differ most by Student's t, and
+//! each part again, as long as the cut would hardly be seen by chance (binary segmentation, with
+//! Bonferroni's correction for all places at which a cut was looked for). Intervals only widen the
+//! scatter where it is smaller than they are.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -41,7 +43,8 @@ pub struct Levels {
     pub changes: Vec<Change>,
 }
 
-/// Finds the changes of a series, among so many places at which changes are looked for in all series together.
+/// Finds the changes of a series, among so many places at which changes are looked for in all
+/// series together.
 #[must_use]
 pub fn levels(points: &[Point], chances: usize) -> Levels {
     let enough = BY_CHANCE / chances.max(1) as f64;
@@ -152,7 +155,8 @@ mod tests {
         assert!(levels(&vague, 7).changes.is_empty());
     }
 
-    /// 300 pages of 28 series that do not change: about one in twenty has a mark, and not many more.
+    /// 300 pages of 28 series that do not change: about one in twenty has a mark, and not many
+    /// more.
     #[test]
     fn what_does_not_change_is_hardly_ever_marked() {
         let mut random = Pcg64Mcg::seed_from_u64(5);

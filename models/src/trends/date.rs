@@ -46,8 +46,8 @@ impl TimeScale {
         }
     }
 
-    /// A time, s since 1970: as in `2026-11-03`, `2026-11-03 14:05 UTC` or `2026-11-03 14:05:09 UTC`. Times before 1970 are its
-    /// first second.
+    /// A time, s since 1970: as in `2026-11-03`, `2026-11-03 14:05 UTC` or
+    /// `2026-11-03 14:05:09 UTC`. Times before 1970 are its first second.
     #[must_use]
     pub fn said(self, unix_s: f64) -> String {
         let text = rfc3339(unix_s);

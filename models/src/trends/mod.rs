@@ -1,7 +1,9 @@
-//! Trends: each calibrated parameter over months of recordings, with intervals, and where it has changed.
+//! Trends: each calibrated parameter over months of recordings, with intervals, and where it has
+//! changed.
 //!
 //! ```text
-//! parameter files of dated recordings -> series (one a channel and parameter) -> changes (where the level differs) -> sentences, page
+//! parameter files of dated recordings -> series (one a channel and parameter)
+//!     -> changes (where the level differs) -> sentences, page
 //! ```
 //!
 //! Nothing here knows of folders or reads a clock; times are seconds since 1970.

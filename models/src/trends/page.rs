@@ -13,8 +13,8 @@ use crate::report::{
     Align, Colour, Markup, Page, Plot, PlotError, Table, folded, html, notes, paragraph, significant,
 };
 
-/// The page: what has changed, and every parameter over time, those that have changed first. `left_out` says what was not used and
-/// why; `footer` names program and date.
+/// The page: what has changed, and every parameter over time, those that have changed first.
+/// `left_out` says what was not used and why; `footer` names program and date.
 ///
 /// # Errors
 /// [`PlotError`] when a plot cannot be drawn.

@@ -35,9 +35,11 @@ pub struct Trend {
     pub levels: Levels,
 }
 
-/// The trends of every channel and parameter, in the order of their names. The order of the calibrations does not matter.
+/// The trends of every channel and parameter, in the order of their names. The order of the
+/// calibrations does not matter.
 ///
-/// A change is marked where so large a one would be seen anywhere in these series by chance in one of twenty such pages.
+/// A change is marked where so large a one would be seen anywhere in these series by chance in one
+/// of twenty such pages.
 #[must_use]
 pub fn trends(calibrations: &[Calibration]) -> Vec<Trend> {
     let mut ordered: Vec<&Calibration> = calibrations.iter().collect();

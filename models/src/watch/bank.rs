@@ -1,4 +1,5 @@
-//! The observers of one channel: the calibrated model, and one for each effect. Their innovations, whitened, become blocks.
+//! The observers of one channel: the calibrated model, and one for each effect. Their innovations,
+//! whitened, become blocks.
 
 use super::block::{Block, Limiter};
 use super::direction::{Direction, directions};
@@ -7,8 +8,8 @@ use super::setup::Prepared;
 use super::window::{StepInputs, Window};
 use crate::effects::Plant;
 
-/// Time in which an observer follows the measured pressure, s. Shorter, and slow changes are forgotten before they show; longer, and what
-/// the model lacks adds up.
+/// Time in which an observer follows the measured pressure, s. Shorter, and slow changes are
+/// forgotten before they show; longer, and what the model lacks adds up.
 const FOLLOW_S: f64 = 0.3;
 /// Steps after a start that are not counted: the observers are on their way, s.
 const SETTLE_S: f64 = 1.5;

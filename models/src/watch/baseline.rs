@@ -1,9 +1,11 @@
-//! What is usual on this rig, learnt from a first stretch: no model is right, and what it lacks shows along some of the directions, more in
-//! one movement than in another. That is no change.
+//! What is usual on this rig, learnt from a first stretch: no model is right, and what it lacks
+//! shows along some of the directions, more in one movement than in another. That is no change.
 //!
-//! Of every direction is learnt: how far the rig seems to be along it all the time, by how much that wanders from block to block, and how
-//! long it stays where it has wandered. A change has to stand out from all three, and from how well they are known. They are learnt on
-//! while the rig is watched: a change is compared with all that was before it (a stretch of eight minutes can be a quiet one by chance).
+//! Of every direction is learnt: how far the rig seems to be along it all the time, by how much
+//! that wanders from block to block, and how long it stays where it has wandered. A change has to
+//! stand out from all three, and from how well they are known. They are learnt on while the rig is
+//! watched: a change is compared with all that was before it (a stretch of eight minutes can be a
+//! quiet one by chance).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -100,7 +102,8 @@ fn sizes(blocks: &[Block], count: usize) -> DVector<f64> {
             }
         }
     }
-    // What the model lacks is no noise: there is less information than white innovations would have.
+    // What the model lacks is no noise: there is less information than white innovations would
+    // have.
     let mean = excess.iter().sum::<f64>() / excess.len().max(1) as f64;
     let inflation = if mean.is_finite() { mean.max(1.0) } else { 1.0 };
     let ridge = DMatrix::<f64>::identity(count, count);

@@ -4,7 +4,8 @@ use super::sample::{Reading, Sample};
 
 /// A step is at least so long, s: less a little, since rows are not quite evenly spaced.
 const STEP_S: f64 = 0.0095;
-/// A command that changes by more begins a new step where the board's loop is simulated, kPa: it acts at once.
+/// A command that changes by more begins a new step where the board's loop is simulated, kPa: it
+/// acts at once.
 const JUMP_KPA: f64 = 2.0;
 /// Rows in a row without an input, through which the last one is taken to hold.
 const HELD_ROWS: u32 = 5;

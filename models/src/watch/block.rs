@@ -2,12 +2,14 @@
 
 /// Length of a block, s.
 pub const BLOCK_S: f64 = 5.0;
-/// Innovations beyond this many times their recent mean size, or as many standard deviations, count as so many.
+/// Innovations beyond this many times their recent mean size, or as many standard deviations, count
+/// as so many.
 const OUTLIER: f64 = 6.0;
 /// Innovations over which the mean size is taken.
 const RECENT: f64 = 100.0;
 
-/// Limits innovations: one that is far out says little, but where all are far out they are the change, and its shape tells its name.
+/// Limits innovations: one that is far out says little, but where all are far out they are the
+/// change, and its shape tells its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limiter {
     size: f64,
@@ -29,7 +31,8 @@ impl Limiter {
     }
 }
 
-/// Sums over a block. Innovations and directions are whitened and in units of the innovations' standard deviation.
+/// Sums over a block. Innovations and directions are whitened and in units of the innovations'
+/// standard deviation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
     /// Sum of innovation times direction, for each direction.

@@ -1,4 +1,5 @@
-//! What can change: the effects of the catalogue that are watched for, each with the size of its probe.
+//! What can change: the effects of the catalogue that are watched for, each with the size of its
+//! probe.
 
 use crate::diagnosis::Extended;
 use crate::effects::catalogue::CATALOGUE;
@@ -49,7 +50,8 @@ fn direction(plant: &Plant, model: &Extended, effect: usize) -> Option<Direction
     Some(Direction { effect, from: now[0], to: tried[0], model })
 }
 
-/// As far from a value as a probe is from nothing, to the other side where that is beyond the range.
+/// As far from a value as a probe is from nothing, to the other side where that is beyond the
+/// range.
 fn moved(parameter: &EffectParameter, value: f64, probe: f64) -> f64 {
     let to = match parameter.scale {
         Scale::Linear => [value + (probe - parameter.null), value - (probe - parameter.null)],
@@ -75,8 +77,8 @@ impl Direction {
         value.clamp(parameter.lower, parameter.upper)
     }
 
-    /// Does a change of so many probes, on top of what is usual, leave the parameter's range? A leak has no negative area, but one that
-    /// has become usual can be mended.
+    /// Does a change of so many probes, on top of what is usual, leave the parameter's range? A
+    /// leak has no negative area, but one that has become usual can be mended.
     pub fn is_beyond(&self, probes: f64, usual: f64) -> bool {
         let parameter = &self.info().parameters[0];
         let at_bound = |bound: f64| (self.from - bound).abs() <= 1e-9 * (self.to - self.from).abs();

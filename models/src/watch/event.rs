@@ -25,8 +25,8 @@ pub struct Learnt {
     pub seconds: f64,
     /// Standard deviation of the whitened innovations, kPa.
     pub innovation_kpa: f64,
-    /// Least change of each effect's first parameter that would ever be said, however long it lasts; effects that cannot be seen in the
-    /// rig's movements are left out.
+    /// Least change of each effect's first parameter that would ever be said, however long it
+    /// lasts; effects that cannot be seen in the rig's movements are left out.
     pub detectable: Vec<Detectable>,
 }
 
@@ -80,7 +80,8 @@ pub struct Change {
     pub since_ci95_s: [f64; 2],
     /// How far it stands out from what is usual: twice a logarithm of likelihoods.
     pub statistic: f64,
-    /// What it may be, the most probable first. Together they have probability 1 but for what is left out below 1 %.
+    /// What it may be, the most probable first. Together they have probability 1 but for what is
+    /// left out below 1 %.
     pub explanations: Vec<Explanation>,
 }
 

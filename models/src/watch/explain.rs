@@ -1,4 +1,5 @@
-//! From an alarm to what may explain it: every effect on the channel, those of the whole rig on all channels, something else.
+//! From an alarm to what may explain it: every effect on the channel, those of the whole rig on all
+//! channels, something else.
 
 use super::channel::Channel;
 use super::direction::Direction;

@@ -1,14 +1,17 @@
-//! Has it changed? The generalised likelihood ratio over all moments at which a change may have begun, for every direction.
+//! Has it changed? The generalised likelihood ratio over all moments at which a change may have
+//! begun, for every direction.
 
 use super::baseline::Baseline;
 use super::direction::Direction;
 use super::history::{History, Moment};
 
-/// Statistic at which a change is said. Chosen on rigs that the published rates were not measured on (docs/watch.md).
+/// Statistic at which a change is said. Chosen on rigs that the published rates were not measured
+/// on (docs/watch.md).
 pub const THRESHOLD: f64 = 40.0;
 /// Blocks that a change lasts at least before it is said.
 const LEAST_BLOCKS: usize = 3;
-/// By how much the statistic of a moment may be less than the largest, for a 95 % interval of the moment.
+/// By how much the statistic of a moment may be less than the largest, for a 95 % interval of the
+/// moment.
 const INTERVAL: f64 = 3.84;
 
 /// The direction that stands out most.

@@ -1,9 +1,11 @@
-//! Sums since the moments at which a change may have begun: all recent ones, fewer and fewer of those longer ago.
+//! Sums since the moments at which a change may have begun: all recent ones, fewer and fewer of
+//! those longer ago.
 
 use super::block::Block;
 use super::usual::Known;
 
-/// Blocks back to which every one is a candidate; of those further back every fourth, then every sixteenth.
+/// Blocks back to which every one is a candidate; of those further back every fourth, then every
+/// sixteenth.
 const EVERY: usize = 32;
 const FOURTH: usize = 128;
 const SIXTEENTH: usize = 1024;
@@ -19,7 +21,8 @@ pub struct Sums {
     pub score: Vec<f64>,
     /// Information.
     pub information: Vec<f64>,
-    /// Weighted deviations and weights, for each direction: see [`Usual::weigh`](super::usual::Usual::weigh).
+    /// Weighted deviations and weights, for each direction: see
+    /// [`Usual::weigh`](super::usual::Usual::weigh).
     pub deviation: Vec<f64>,
     /// See `deviation`.
     pub weight: Vec<f64>,
@@ -69,8 +72,8 @@ impl History {
         Self { moments: vec![Moment { sums: now.clone(), known }], now }
     }
 
-    /// Adds a block that ended at `t_s`: its scores without what is usual, its information, deviations and weights; and what is known with
-    /// it.
+    /// Adds a block that ended at `t_s`: its scores without what is usual, its information,
+    /// deviations and weights; and what is known with it.
     pub fn add(
         &mut self,
         t_s: f64,

@@ -1,13 +1,19 @@
-//! A calibrated model beside the rig, row by row: says when something has changed, what, and since when.
+//! A calibrated model beside the rig, row by row: says when something has changed, what, and since
+//! when.
 //!
 //! ```text
-//! rows -> bin (steps of 10 ms) -> bank (one observer a channel, one more for each effect of the catalogue)
-//!      -> block (scores of 5 s) -> baseline (what is usual, learnt first and ever on) -> glr (has it changed?) -> naming (what is it?)
+//! rows -> bin       steps of 10 ms
+//!      -> bank      one observer a channel, one more for each effect of the catalogue
+//!      -> block     scores of 5 s
+//!      -> baseline  what is usual, learnt first and ever on
+//!      -> glr       has it changed?
+//!      -> naming    what is it?
 //! ```
 //!
-//! An observer is the simulation of a channel, led by the measured pressure so that it does not drift. Beside the calibrated one runs
-//! one for every effect, with a probe of that effect: what the two predict differently is the direction that the innovations would take.
-//! The memory of a [`Watcher`] does not grow with time.
+//! An observer is the simulation of a channel, led by the measured pressure so that it does not
+//! drift. Beside the calibrated one runs one for every effect, with a probe of that effect: what
+//! the two predict differently is the direction that the innovations would take. The memory of a
+//! [`Watcher`] does not grow with time.
 
 mod bank;
 mod baseline;

@@ -1,9 +1,11 @@
 //! What has changed? The scores of all directions since the change, under every effect in turn.
 //!
-//! Under an effect the scores are its column of the information times its size, and what is usual beside; how the scores of healthy
-//! blocks vary together was learnt. No effect fits to the last: what the best leaves beyond that scales all distances (Birge's ratio), so
-//! that names are as uncertain as the best of them fits badly. Directions are straight lines for a small probe, and a large change has left
-//! them: effects that explain it to within a hundredth of its squared distance are told together, however much longer it lasts.
+//! Under an effect the scores are its column of the information times its size, and what is usual
+//! beside; how the scores of healthy blocks vary together was learnt. No effect fits to the last:
+//! what the best leaves beyond that scales all distances (Birge's ratio), so that names are as
+//! uncertain as the best of them fits badly. Directions are straight lines for a small probe, and a
+//! large change has left them: effects that explain it to within a hundredth of its squared
+//! distance are told together, however much longer it lasts.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -11,13 +13,14 @@ use super::baseline::Baseline;
 use super::block::at;
 use super::history::{Moment, Sums};
 
-/// Prior scale of a size, probes. Sizes far beyond it are unlikely, as Cauchy's distribution has it: without that a slower vent was named an
-/// offset of 98 kPa, which no sensor has.
+/// Prior scale of a size, probes. Sizes far beyond it are unlikely, as Cauchy's distribution has
+/// it: without that a slower vent was named an offset of 98 kPa, which no sensor has.
 const PRIOR_PROBES: f64 = 3.0;
-/// Share of the squared distance from what is usual that straight directions are trusted with. Without it a valve of 0.85 times the flow
-/// was named a larger chamber, with certainty.
+/// Share of the squared distance from what is usual that straight directions are trusted with.
+/// Without it a valve of 0.85 times the flow was named a larger chamber, with certainty.
 const STRAIGHT: f64 = 0.01;
-/// Share of the distance from what is usual that a name must not leave: something else leaves as much.
+/// Share of the distance from what is usual that a name must not leave: something else leaves as
+/// much.
 const LEFT: f64 = 0.3;
 
 /// A channel's scores since the change.
@@ -29,8 +32,8 @@ pub struct Evidence {
     cholesky: Cholesky<f64, Dyn>,
     /// Squared distance of the scores from what is usual.
     distance: f64,
-    /// What squared distances are divided by: what the best effect leaves beyond what is usual, or the share of the distance by which
-    /// directions are not straight; at least 1.
+    /// What squared distances are divided by: what the best effect leaves beyond what is usual, or
+    /// the share of the distance by which directions are not straight; at least 1.
     scale: f64,
 }
 
@@ -100,7 +103,8 @@ impl Fitted {
     }
 }
 
-/// One size for several channels: of their sizes by precision, and what the likelihoods of each lose by it.
+/// One size for several channels: of their sizes by precision, and what the likelihoods of each
+/// lose by it.
 pub fn common(fitted: &[Fitted]) -> Fitted {
     let precision: f64 = fitted.iter().map(|f| f.standard_error.powi(-2)).sum();
     let size = fitted.iter().map(|f| f.size * f.standard_error.powi(-2)).sum::<f64>() / precision;

@@ -40,7 +40,8 @@ impl Observer {
         self.correction_pa = 0.0;
     }
 
-    /// Over the step. Returns what is to be measured at its end (gauge, Pa), and the flow drawn from the supply (mm^2 Pa).
+    /// Over the step. Returns what is to be measured at its end (gauge, Pa), and the flow drawn
+    /// from the supply (mm^2 Pa).
     pub fn advance(&mut self, plant: &Plant, window: &Window) -> (f64, f64) {
         let mut stepper = Stepper::new(plant, &self.base, &mut self.effects, &window.inputs);
         stepper.resume(self.state);

@@ -58,7 +58,8 @@ impl Rows {
         let place = |kind: &ColumnKind| match kind {
             ColumnKind::Time => Place::Time,
             ColumnKind::Supply => Place::Supply,
-            // One supply for all: that of the first board that measures it, where the rig's is not recorded.
+            // One supply for all: that of the first board that measures it, where the rig's is not
+            // recorded.
             ColumnKind::BoardSupply(board) if !has(ColumnKind::Supply) && first_measuring == Some(*board) => {
                 Place::Supply
             }

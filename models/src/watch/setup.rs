@@ -1,4 +1,5 @@
-//! A channel of a calibrated model, set up as a simulation of a recording with these columns would be.
+//! A channel of a calibrated model, set up as a simulation of a recording with these columns would
+//! be.
 
 use super::sample::Columns;
 use crate::data::{Channel, Drive, Flags, Joint, Recording, Source};
@@ -8,7 +9,8 @@ use crate::diagnosis::{
 
 /// Rows enough to be a recording.
 const ROWS: usize = 16;
-/// Longest integration step, s. What it costs in exactness is the same all the time, and learnt with the baseline.
+/// Longest integration step, s. What it costs in exactness is the same all the time, and learnt
+/// with the baseline.
 const LONGEST_STEP_S: f64 = 0.005;
 /// Longest step of the board's loop, s.
 const LOOP_STEP_S: f64 = 0.0025;
@@ -40,7 +42,8 @@ pub struct Prepared {
     pub data: ChannelData,
     /// The model.
     pub model: Extended,
-    /// Change of the volume per radian of its joint, m^3/rad, signed; 0 where the joint is not recorded.
+    /// Change of the volume per radian of its joint, m^3/rad, signed; 0 where the joint is not
+    /// recorded.
     pub volume_per_rad_m3: f64,
 }
 

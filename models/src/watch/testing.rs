@@ -1,4 +1,5 @@
-//! A rig for tests: one valve and chamber, moved by random drives, measured with noise by its own simulation.
+//! A rig for tests: one valve and chamber, moved by random drives, measured with noise by its own
+//! simulation.
 
 use std::collections::BTreeMap;
 
@@ -58,7 +59,8 @@ pub fn bank() -> Bank {
     Bank::new(&prepared())
 }
 
-/// Rows of the rig from a time on (s), 100 a second, with an effect of the catalogue from another time on.
+/// Rows of the rig from a time on (s), 100 a second, with an effect of the catalogue from another
+/// time on.
 pub fn rows(seconds: f64, effect: &'static str, size: f64, from_s: f64, seed: u64) -> Vec<Sample> {
     let Prepared { data, model, .. } = prepared();
     let mut window = Window::new(&data.inputs);

@@ -59,8 +59,8 @@ fn a_leak_is_found_named_dated_and_measured() {
 
 #[test]
 fn what_moves_the_pressure_alike_is_not_told_apart() {
-    // The pressure goes to and fro as slowly with less flow as with more volume, in the chamber or by its wall; and rises as much by a
-    // spool that rests further open as by a leak past it.
+    // The pressure goes to and fro as slowly with less flow as with more volume, in the chamber or
+    // by its wall; and rises as much by a spool that rests further open as by a leak past it.
     let slower = ["valve_gain", "chamber_volume", "wall_compliance", "wall_creep", "heat_exchange"];
     let filled = ["fill_leak", "valve_centre"];
     for (effect, size, alike) in

@@ -1,12 +1,16 @@
-//! What is usual along one direction: learnt from a first stretch, and from every block that comes after it.
+//! What is usual along one direction: learnt from a first stretch, and from every block that comes
+//! after it.
 
-/// Deviations of a block beyond so many standard deviations count as so many: no single block is a change.
+/// Deviations of a block beyond so many standard deviations count as so many: no single block is a
+/// change.
 const OUTLIER: f64 = 4.0;
 /// Blocks after which a wander is taken to be over.
 pub const LAGS: usize = 16;
-/// What is known of any rig beforehand, and for how many blocks that counts: long-run variances of a few minutes that happen to be quiet are
-/// too small, of one rig by four times. Two hours of eight virtual rigs (`watch_table`, seeds 62081 to 62130 and 64022, which the published
-/// rate was not measured on) told 3 to 5 blocks of most directions, and 0.8 to 2.6 times the first stretch's squares.
+/// What is known of any rig beforehand, and for how many blocks that counts: long-run variances of
+/// a few minutes that happen to be quiet are too small, of one rig by four times. Two hours of
+/// eight virtual rigs (`watch_table`, seeds 62081 to 62130 and 64022, which the published rate was
+/// not measured on) told 3 to 5 blocks of most directions, and 0.8 to 2.6 times the first stretch's
+/// squares.
 const PRIOR_BLOCKS: f64 = 50.0;
 const PRIOR_MEMORY: f64 = 4.0;
 const PRIOR_SQUARE: f64 = 1.3;
@@ -43,7 +47,8 @@ pub struct Known {
     mean: f64,
     /// Sum of the blocks' weights.
     weight: f64,
-    /// Long-run variance of blocks' deviations, in those that their weights say: 1 if each were by itself and as noisy as the first.
+    /// Long-run variance of blocks' deviations, in those that their weights say: 1 if each were by
+    /// itself and as noisy as the first.
     spread: f64,
     /// Blocks as if each were by itself.
     effective: f64,
@@ -121,8 +126,8 @@ impl Usual {
         }
     }
 
-    /// Blocks that tell as much as one by itself would: the sum of the correlations, as seen and as a first-order lag would have them, and
-    /// the larger for how uncertain they are.
+    /// Blocks that tell as much as one by itself would: the sum of the correlations, as seen and as
+    /// a first-order lag would have them, and the larger for how uncertain they are.
     fn memory(&self) -> f64 {
         if self.count < (2 * LAGS) as f64 || self.squares <= 0.0 {
             return 1.0;
@@ -135,8 +140,8 @@ impl Usual {
 }
 
 impl Known {
-    /// How far sums of deviations and weights since the moment stand out: twice the logarithm of a likelihood ratio, whose variances are
-    /// known only as well as so many blocks tell them.
+    /// How far sums of deviations and weights since the moment stand out: twice the logarithm of a
+    /// likelihood ratio, whose variances are known only as well as so many blocks tell them.
     pub fn statistic(&self, deviation: f64, weight: f64) -> f64 {
         if weight <= 0.0 || self.weight <= 0.0 {
             return 0.0;
@@ -156,14 +161,16 @@ impl Known {
         score - self.mean * own
     }
 
-    /// Smallest size whose statistic would ever reach a threshold, probes; infinite where nothing tells.
+    /// Smallest size whose statistic would ever reach a threshold, probes; infinite where nothing
+    /// tells.
     pub fn smallest(&self, threshold: f64) -> f64 {
         let needed = self.effective * (threshold / self.effective).exp_m1();
         (needed * self.spread / self.weight).sqrt()
     }
 }
 
-/// The squared score over the information is noise + wander * information in the mean: a straight line.
+/// The squared score over the information is noise + wander * information in the mean: a straight
+/// line.
 fn line(seen: &[(f64, f64)]) -> (f64, f64) {
     let count = seen.len() as f64;
     let (mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0);
@@ -251,7 +258,8 @@ mod tests {
         }
         let (stepwise, at_once) = (usual.known(), learnt(&all).known());
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.1;
-        // In probes and as they were weighed: what a weight is was learnt from the first part alone.
+        // In probes and as they were weighed: what a weight is was learnt from the first part
+        // alone.
         let spread = |known: Known| known.spread / known.weight;
         assert!(near(spread(stepwise), spread(at_once)), "{stepwise:?} {at_once:?}");
         assert!(near(stepwise.effective, at_once.effective), "{stepwise:?} {at_once:?}");

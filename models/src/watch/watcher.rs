@@ -13,7 +13,8 @@ use crate::diagnosis::ExtendedFile;
 /// How a rig is watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WatchSettings {
-    /// Length of the stretch that what is usual is learnt from, s. After a change it is learnt anew.
+    /// Length of the stretch that what is usual is learnt from, s. After a change it is learnt
+    /// anew.
     pub learn_s: f64,
 }
 
@@ -35,7 +36,8 @@ pub struct Watcher {
 }
 
 impl Watcher {
-    /// For recordings with these columns; `name` is the model file's, for messages. Channels that are not in the model are not watched.
+    /// For recordings with these columns; `name` is the model file's, for messages. Channels that
+    /// are not in the model are not watched.
     ///
     /// # Errors
     /// [`WatchError`] when nothing can be watched.
@@ -71,7 +73,8 @@ impl Watcher {
         self.channels.iter().map(|channel| channel.id)
     }
 
-    /// How far what is furthest from usual stands out now; [`THRESHOLD`](super::THRESHOLD) would be said.
+    /// How far what is furthest from usual stands out now; [`THRESHOLD`](super::THRESHOLD) would be
+    /// said.
     #[must_use]
     pub fn statistic(&self) -> f64 {
         self.channels.iter().filter_map(Channel::furthest).map(|found| found.statistic).fold(0.0, f64::max)
@@ -122,7 +125,8 @@ impl Watcher {
     }
 }
 
-/// Inputs of a step of a channel, and what was measured at its end (gauge, Pa); none where it cannot be simulated.
+/// Inputs of a step of a channel, and what was measured at its end (gauge, Pa); none where it
+/// cannot be simulated.
 fn inputs(
     channel: &Channel,
     columns: &[Columns],

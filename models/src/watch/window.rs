@@ -29,7 +29,8 @@ pub struct StepInputs {
     pub volume_rate_m3_s: f64,
     /// Measured pressure at the start and at the end.
     pub measured_pa: [f64; 2],
-    /// Gauge pressure of the chamber opposite at the start and at the end; not a number where it is not known.
+    /// Gauge pressure of the chamber opposite at the start and at the end; not a number where it is
+    /// not known.
     pub opposite_pa: [f64; 2],
     /// The same of the channel sampled before.
     pub sampled_before_pa: [f64; 2],

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 pub use folder::Folder;
 
-/// The folder of real recordings, or `None` with a message on the terminal that says how to have these tests run.
+/// The folder of real recordings, or `None` with a message on the terminal that says how to have
+/// these tests run.
 pub fn real_data(test: &str) -> Option<PathBuf> {
     match std::env::var_os("PNEUDRIVE_DATA") {
         Some(folder) => Some(PathBuf::from(folder)),

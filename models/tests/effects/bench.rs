@@ -23,11 +23,13 @@ pub struct Sample {
     pub reading_pa: f64,
     /// Mean drive over the interval that starts at the row, -1 to 1.
     pub drive: f64,
-    /// Mean flow drawn from the supply over that interval: effective area by flow pressure, mm^2 Pa.
+    /// Mean flow drawn from the supply over that interval: effective area by flow pressure, mm^2
+    /// Pa.
     pub draw: f64,
 }
 
-/// Derivatives of every row's reading (Pa) by one parameter, by its logarithm where it is fitted so.
+/// Derivatives of every row's reading (Pa) by one parameter, by its logarithm where it is fitted
+/// so.
 #[derive(Debug, Clone)]
 pub struct Derivative {
     /// Name of the parameter; an effect's begins with the effect's id.
@@ -49,15 +51,17 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// A tight valve of `gain` mm^2 at full drive without rounded corners, in front of a rigid chamber of 0.36 l; supply at 650 kPa, all
-    /// absolute. The drive of each row holds for 10 ms, which is one step of the integration.
+    /// A tight valve of `gain` mm^2 at full drive without rounded corners, in front of a rigid
+    /// chamber of 0.36 l; supply at 650 kPa, all absolute. The drive of each row holds for 10 ms,
+    /// which is one step of the integration.
     pub fn valve(gain: f64, start_pa: f64, drive: &[f64]) -> Self {
         let inputs = inputs(drive.len(), start_pa, DriveInput::Spool(drive.into()));
         let base = vec![0.0, 0.0, gain, 0.0, 0.0, 1e-9, 1.0];
         Self { plant: plant(BaseModel::Nonlinear(Nonlinear::default())), base, inputs }
     }
 
-    /// A regulator with dp/dt = alpha (command - p), gauge, that starts at a pressure in Pa absolute.
+    /// A regulator with dp/dt = alpha (command - p), gauge, that starts at a pressure in Pa
+    /// absolute.
     pub fn regulator(alpha: f64, start_pa: f64, command_pa: &[f64]) -> Self {
         let mut inputs = inputs(command_pa.len(), start_pa, DriveInput::Command);
         inputs.command_pa = command_pa.into();
@@ -94,7 +98,8 @@ impl Bench {
         self.plant.model.valve().expect("a valve").conductance()
     }
 
-    /// Rate of the pressure per mm^2 of a choked port and Pa in front of it, 1/(mm^2 s): `gamma sqrt(2 R T) psi_max / V`.
+    /// Rate of the pressure per mm^2 of a choked port and Pa in front of it, 1/(mm^2 s):
+    /// `gamma sqrt(2 R T) psi_max / V`.
     pub fn choked_rate(&self) -> f64 {
         self.conductance() / self.inputs.volume_m3[0] * psi_max()
     }
@@ -104,7 +109,8 @@ impl Bench {
         self.trace(&self.model(effects))
     }
 
-    /// Absolute pressures in Pa as a fit simulates the base model from recorded drives, with this many Runge-Kutta steps a row.
+    /// Absolute pressures in Pa as a fit simulates the base model from recorded drives, with this
+    /// many Runge-Kutta steps a row.
     pub fn rollout(&self, substeps: usize) -> Vec<f64> {
         let system: Box<dyn System> = match self.plant.model {
             BaseModel::Nonlinear(model) => Box::new(Chamber::new(model)),

@@ -1,4 +1,5 @@
-//! Derivatives of the simulation by every parameter, of the effects and of the base model, against differences.
+//! Derivatives of the simulation by every parameter, of the effects and of the base model, against
+//! differences.
 
 use pneudrive_model::effects::EffectInfo;
 

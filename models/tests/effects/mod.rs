@@ -1,4 +1,5 @@
-//! The catalogue of effects, entry by entry: absent at its null value, differentiated exactly, and true to a law of physics.
+//! The catalogue of effects, entry by entry: absent at its null value, differentiated exactly, and
+//! true to a law of physics.
 
 mod bench;
 mod derivatives;

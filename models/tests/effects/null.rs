@@ -9,8 +9,8 @@ use crate::effects::random::{DrivenBy, rig_for};
 /// Rounding of a few hundred steps.
 const ROUNDING: f64 = 1e-10;
 
-/// What an effect at its null value is equal to, where that is not simply the base model, and the part of the pressure's range by which it
-/// may differ, because its bounds keep it from vanishing.
+/// What an effect at its null value is equal to, where that is not simply the base model, and the
+/// part of the pressure's range by which it may differ, because its bounds keep it from vanishing.
 fn equal_to(id: &str, bench: &Bench) -> (Bench, f64) {
     let mut twin = bench.clone();
     match id {
@@ -23,7 +23,8 @@ fn equal_to(id: &str, bench: &Bench) -> (Bench, f64) {
             twin.inputs.volume_m3 = twin.inputs.volume_m3.iter().map(|v| 1.02 * v).collect();
             (twin, 1e-3)
         }
-        // At once at the wall's temperature: isothermal, where the base model has the exponent of the adiabatic change.
+        // At once at the wall's temperature: isothermal, where the base model has the exponent of
+        // the adiabatic change.
         "heat_exchange" => {
             let gains = if twin.plant.separate() { 4 } else { 3 };
             let (corner, weight) = (twin.base.len() - 2, twin.base.len() - 1);
@@ -52,7 +53,8 @@ fn an_effect_at_its_null_value_is_the_base_model() {
     for info in catalogue() {
         let mut nulls: Vec<f64> = info.parameters.iter().map(|p| p.null).collect();
         if info.id == "line_restriction" {
-            // At its bound a wide tube still needs a drop for its flow. The drop goes with the square of the area.
+            // At its bound a wide tube still needs a drop for its flow. The drop goes with the
+            // square of the area.
             nulls[0] /= 10.0;
         }
         for &driven_by in DrivenBy::of(info.domain) {
@@ -70,7 +72,8 @@ fn an_effect_at_its_null_value_is_the_base_model() {
     }
 }
 
-/// What is fitted and what is diagnosed is one model: two integrators, of second and of fourth order, end at the same pressures.
+/// What is fitted and what is diagnosed is one model: two integrators, of second and of fourth
+/// order, end at the same pressures.
 #[test]
 fn without_effects_the_pressure_is_that_of_a_rollout() {
     for driven_by in [DrivenBy::Spool, DrivenBy::Separate, DrivenBy::Regulator] {
@@ -90,7 +93,8 @@ fn without_effects_the_pressure_is_that_of_a_rollout() {
     }
 }
 
-/// Without this the first test could not fail. In three seconds a sensor drifts by less than a thousandth of the range.
+/// Without this the first test could not fail. In three seconds a sensor drifts by less than a
+/// thousandth of the range.
 #[test]
 fn an_effect_at_another_value_is_not_the_base_model() {
     for info in catalogue() {

@@ -30,8 +30,8 @@ impl DrivenBy {
     }
 }
 
-/// A rig with everything that an effect may look at: a moving joint, a pressure opposite, a sample before, other channels' flow, some
-/// rows that repeat each other.
+/// A rig with everything that an effect may look at: a moving joint, a pressure opposite, a sample
+/// before, other channels' flow, some rows that repeat each other.
 fn rig(seed: u64, driven_by: DrivenBy) -> Bench {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut between = |low: f64, high: f64| random.random_range(low..high);

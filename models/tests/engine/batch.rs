@@ -101,7 +101,8 @@ fn uneven_batches_are_refused() {
     assert_eq!(short, BatchError::Values { column: column::FILL, expected: 10, found: 9 });
 }
 
-/// Found while the rows are simulated, before that where it costs nothing, and named as it was given.
+/// Found while the rows are simulated, before that where it costs nothing, and named as it was
+/// given.
 #[test]
 fn values_out_of_range_are_refused() {
     let system = Chamber::new(Nonlinear::default());

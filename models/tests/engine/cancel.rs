@@ -25,7 +25,8 @@ fn a_fit_that_is_stopped_makes_no_more_searches() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let fits = pool.install(|| fit_rollouts(&[problem(), problem()], &FitOptions::default(), control));
     let fits: Vec<_> = fits.into_iter().map(Result::unwrap).collect();
-    // The first search of twenty ends by itself; of the other problem only the nominal values are looked at.
+    // The first search of twenty ends by itself; of the other problem only the nominal values are
+    // looked at.
     assert_eq!(fits[0].starts.len(), 1);
     assert_ne!(fits[0].starts[0].ending, Ending::Cancelled);
     assert_eq!(fits[1].starts.len(), 1);

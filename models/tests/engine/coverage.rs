@@ -19,8 +19,8 @@ struct Coverage {
     without_interval: f64,
 }
 
-/// Fits many recordings. `wander` is the relative standard
-/// deviation of the true supply, which the model does not know: a first-order process with a time constant of 0.5 s.
+/// Fits many recordings. `wander` is the relative standard deviation of the true supply, which the
+/// model does not know: a first-order process with a time constant of 0.5 s.
 fn coverage(wander: f64, rows: usize, seeds: u64) -> Coverage {
     let system = Chamber::new(Nonlinear::default());
     let series: Vec<Series> = (0..seeds).map(|seed| recording(&system, wander, rows, seed)).collect();
@@ -86,7 +86,8 @@ fn intervals_cover_when_the_supply_wanders() {
     assert!((0.90..=0.99).contains(&coverage.share), "{coverage:?}");
 }
 
-/// Thirty seconds of a wandering supply are worth some twenty independent samples, to determine eight unknowns by.
+/// Thirty seconds of a wandering supply are worth some twenty independent samples, to determine
+/// eight unknowns by.
 #[test]
 fn intervals_of_short_recordings_are_not_far_off() {
     let coverage = coverage(0.01, 3_000, 100);

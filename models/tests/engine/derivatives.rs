@@ -68,7 +68,8 @@ fn the_boards_loop_is_differentiated_exactly() {
     check("board", &Chamber::behind(Nonlinear::default(), board), &support::TRUTH);
 }
 
-/// A bound of the box is not the end of the physics: no model may fail at its nominal values or at its bounds' corner.
+/// A bound of the box is not the end of the physics: no model may fail at its nominal values or at
+/// its bounds' corner.
 #[test]
 fn nominal_parameters_give_finite_sensitivities() {
     fn finite<Q: Model>(model: Q) {

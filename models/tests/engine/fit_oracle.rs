@@ -40,7 +40,8 @@ fn compare(fit: &Fit, reference: &HashMap<String, (f64, f64)>) {
     for parameter in &fit.parameters {
         let (value, error) = reference[&parameter.name];
         assert!((parameter.value - value).abs() < 0.01 * error, "{parameter:?}, LMFIT {value} +- {error}");
-        // Ours allow for correlated residuals; these are the textbook's, so ours may only be larger.
+        // Ours allow for correlated residuals; these are the textbook's, so ours may only be
+        // larger.
         let ratio = parameter.standard_error.unwrap() / error;
         assert!(ratio > 0.98, "{parameter:?}, LMFIT {value} +- {error}");
     }

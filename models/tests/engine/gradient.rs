@@ -119,7 +119,8 @@ fn of_the_parametric_and_the_linear_model() {
     Case::new(&linear, &nominal_values(&linear.model.parameters())).check();
 }
 
-/// Behind a board whose converter is so fine that differences do not see its steps, with a filter and gains that do not saturate.
+/// Behind a board whose converter is so fine that differences do not see its steps, with a filter
+/// and gains that do not saturate.
 #[test]
 fn behind_a_board() {
     for filter in [0.0, 0.5] {

@@ -1,4 +1,5 @@
-//! The engine: numbers, models, rollouts and fits. One program, because every simulated system takes long to compile.
+//! The engine: numbers, models, rollouts and fits. One program, because every simulated system
+//! takes long to compile.
 
 #![allow(clippy::single_range_in_vec_init)] // one segment that covers all rows
 

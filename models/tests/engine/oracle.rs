@@ -29,7 +29,8 @@ impl Table {
         &self.columns[name]
     }
 
-    /// The inputs in the layout of the rollouts. Separate valves are driven by the positive and the negative part of `u`.
+    /// The inputs in the layout of the rollouts. Separate valves are driven by the positive and the
+    /// negative part of `u`.
     pub fn inputs(&self, separate: bool) -> Vec<f64> {
         let time = self.column("t_s");
         let mut table = Vec::with_capacity(time.len() * column::COUNT);

@@ -83,8 +83,8 @@ fn a_parameter_without_effect_is_named() {
     assert_eq!(fit.parameter("volume_weight").unwrap().ci95, None);
 }
 
-/// Noise in the pressure that the model is evaluated at makes fits of rates biased; without noise they must find the truth
-/// up to the error of the smoothing derivative.
+/// Noise in the pressure that the model is evaluated at makes fits of rates biased; without noise
+/// they must find the truth up to the error of the smoothing derivative.
 #[test]
 fn rates_of_a_clean_recording_give_the_truth() {
     let system = Chamber::new(Nonlinear::default());

@@ -1,5 +1,5 @@
-//! Rollouts against an independent integrator: `tests/oracle/rollouts.py` (SciPy's DOP853 on the equations written once
-//! more in Python).
+//! Rollouts against an independent integrator: `tests/oracle/rollouts.py` (SciPy's DOP853 on the
+//! equations written once more in Python).
 
 use pneudrive_model::model::{FlowForm, FlowFunction, Linear, Nonlinear, Parametric, ValveDrive, column};
 use pneudrive_model::rollout::{Chamber, Series, Start, System, simulate, step_check};
@@ -33,7 +33,8 @@ where
 fn every_model_agrees_with_the_independent_integrator() {
     let printed = Nonlinear { flow: FlowFunction::new(0.3, FlowForm::Printed), ..Nonlinear::default() };
     let separate = Nonlinear { drive: ValveDrive::Separate, ..Nonlinear::default() };
-    // Pressures run from 101 to 600 kPa; where the laminar segment is entered within a step the order falls.
+    // Pressures run from 101 to 600 kPa; where the laminar segment is entered within a step the
+    // order falls.
     let errors = [
         ("nonlinear", error(Nonlinear::default(), &SPOOL, "nonlinear", 32)),
         ("printed", error(printed, &SPOOL, "printed", 32)),

@@ -1,4 +1,5 @@
-//! Single precision stays near double precision, over hours of rows and where hardly anything flows.
+//! Single precision stays near double precision, over hours of rows and where hardly anything
+//! flows.
 
 use pneudrive_model::model::{Model, Nonlinear, Parametric, column, nominal_values};
 use pneudrive_model::rollout::{
@@ -91,8 +92,8 @@ fn parametric_chambers_stay_within_a_fiftieth_of_a_kpa() {
     assert!(range > 1e5, "nothing moves");
 }
 
-/// A leak of 1.5 Pa/s moves the pressure by half of its last digit in a step: only what is kept of the rounding shows it. What is left is
-/// the rounding of the closed port's opening.
+/// A leak of 1.5 Pa/s moves the pressure by half of its last digit in a step: only what is kept of
+/// the rounding shows it. What is left is the rounding of the closed port's opening.
 #[test]
 fn a_slow_leak_is_not_rounded_away() {
     let set = vec![1e-9, 5e-6, 4.0, 0.9, -0.9, 1e-3, 1.0];

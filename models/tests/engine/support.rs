@@ -1,5 +1,6 @@
-//! Recordings made up for tests: excitation, joint motion, and measurement noise. The pressures come from the crate's own
-//! rollouts, which the rollout oracle checks against an independent integrator.
+//! Recordings made up for tests: excitation, joint motion, and measurement noise. The pressures
+//! come from the crate's own rollouts, which the rollout oracle checks against an independent
+//! integrator.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +9,8 @@ use pneudrive_model::rollout::{Series, Start, System, simulate};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Parameters of [`Nonlinear`](pneudrive_model::model::Nonlinear) with a spool: leaks, gain, thresholds, corner, volume weight.
+/// Parameters of [`Nonlinear`](pneudrive_model::model::Nonlinear) with a spool: leaks, gain,
+/// thresholds, corner, volume weight.
 pub const TRUTH: [f64; 7] = [0.03, 0.05, 4.0, 0.12, -0.09, 0.15, 1.0];
 
 /// The joint of the design's rig file.
@@ -25,8 +27,8 @@ pub fn normal(random: &mut impl Rng) -> f64 {
     (-2.0 * (1.0 - a).ln()).sqrt() * (TAU * b).cos()
 }
 
-/// Inputs of a chamber at 100 Hz: a spool drive that steps every 50 to 500 ms, commands that step every 1 to 3 s, a joint that
-/// swings slowly. Row by row in the layout of [`column`].
+/// Inputs of a chamber at 100 Hz: a spool drive that steps every 50 to 500 ms, commands that step
+/// every 1 to 3 s, a joint that swings slowly. Row by row in the layout of [`column`].
 pub fn inputs(rows: usize, seed: u64) -> Vec<f64> {
     const INTERVAL_S: f64 = 0.01;
     let mut random = random(seed);

@@ -1,12 +1,14 @@
-//! The residual error rate of checked packets in the manner of IEC 61784-3: the figures of docs/reliability.md.
+//! The residual error rate of checked packets in the manner of IEC 61784-3: the figures of
+//! docs/reliability.md.
 //!
 //! ```console
 //! $ cargo run --release -p pneudrive-protocol --example residual_error_rate
 //! ```
 //!
-//! From the code's exact weight distribution (MacWilliams' identity, all 69 weights of its 68 bits) comes the probability that a
-//! packet is damaged unnoticed, at each bit error rate; its maximum over 1e-6 to 0.5 is sought, because no code need have it
-//! at 0.5. The 12 bits that the form fixes are taken as never hit, which makes every figure larger.
+//! From the code's exact weight distribution (MacWilliams' identity, all 69 weights of its 68 bits)
+//! comes the probability that a packet is damaged unnoticed, at each bit error rate; its maximum
+//! over 1e-6 to 0.5 is sought, because no code need have it at 0.5. The 12 bits that the form fixes
+//! are taken as never hit, which makes every figure larger.
 
 mod rates;
 

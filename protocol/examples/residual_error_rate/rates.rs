@@ -16,7 +16,8 @@ pub struct Residual {
     pub a_packet: f64,
     /// Expected in an hour of as many requests as the wire lets through, all to one board.
     pub per_hour: f64,
-    /// The same where two requests in a row must agree: any two unnoticed ones are taken for agreeing.
+    /// The same where two requests in a row must agree: any two unnoticed ones are taken for
+    /// agreeing.
     pub two_that_agree_per_hour: f64,
 }
 
@@ -55,7 +56,8 @@ impl Weights {
             .sum()
     }
 
-    /// The bit error rate at which that is greatest: on a logarithmic grid of 10,000 rates, then between the neighbours of the best one.
+    /// The bit error rate at which that is greatest: on a logarithmic grid of 10,000 rates, then
+    /// between the neighbours of the best one.
     pub fn worst_rate(&self) -> f64 {
         const STEPS: i32 = 10_000;
         let rate = |step: f64| LOWEST * (HIGHEST / LOWEST).powf((step / f64::from(STEPS)).clamp(0.0, 1.0));
@@ -66,7 +68,8 @@ impl Weights {
     }
 }
 
-/// Difference between the CRC that comes and the one that should, for a flip of each bit that the form does not fix.
+/// Difference between the CRC that comes and the one that should, for a flip of each bit that the
+/// form does not fix.
 fn syndromes() -> Vec<u16> {
     let values = [300, 301, 302, 303].map(Counts::saturating);
     let packet = Packet { address: Address::of_board(2), values };
@@ -84,7 +87,8 @@ fn syndromes() -> Vec<u16> {
         .collect()
 }
 
-/// How many code words there are of each weight, by MacWilliams' identity from those of the dual code.
+/// How many code words there are of each weight, by MacWilliams' identity from those of the dual
+/// code.
 fn weight_distribution(syndromes: &[u16]) -> Vec<u128> {
     assert_eq!(syndromes.len(), BITS);
     let mut dual = [0_i128; BITS + 1];

@@ -1,20 +1,23 @@
 use super::{Entry, Parameter};
 use crate::Counts;
 
-/// What a host does to a board's parameters: pages 8 and 10 to 19. A board obeys it in a session only.
+/// What a host does to a board's parameters: pages 8 and 10 to 19. A board obeys it in a session
+/// only.
 ///
-/// A change is collected first and takes effect as a whole: [`Begin`](Self::Begin), any number of [`Set`](Self::Set), then
-/// [`Commit`](Self::Commit). What was not committed is forgotten when the host leaves or falls silent.
+/// A change is collected first and takes effect as a whole: [`Begin`](Self::Begin), any number of
+/// [`Set`](Self::Set), then [`Commit`](Self::Commit). What was not committed is forgotten when the
+/// host leaves or falls silent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Change {
     /// Starts from the values in effect.
     Begin,
     /// Starts from the values that the firmware was compiled with.
     BeginFromDefaults,
-    /// The board checks what was collected, keeps it in flash and restarts, if its chambers are vented. [`StoreState`] says what
-    /// became of it.
+    /// The board checks what was collected, keeps it in flash and restarts, if its chambers are
+    /// vented. [`StoreState`] says what became of it.
     Commit,
-    /// This parameter shall have this value, whose range is checked with the commit; at most [`VALUE_MAX`](Self::VALUE_MAX).
+    /// This parameter shall have this value, whose range is checked with the commit; at most
+    /// [`VALUE_MAX`](Self::VALUE_MAX).
     Set(Parameter, u32),
 }
 
@@ -25,7 +28,8 @@ impl Change {
     pub(super) const FIRST_SET_PAGE: u8 = 10;
     pub(super) const SET_PAGES: u8 = 10;
 
-    /// The words of its request: page, entry, and the two digits of a value below those that the page carries.
+    /// The words of its request: page, entry, and the two digits of a value below those that the
+    /// page carries.
     pub(super) const fn words(self) -> [u8; 4] {
         match self {
             Self::Begin => [Self::PAGE, 0, 0, 0],
@@ -98,7 +102,8 @@ pub struct StoreState {
     pub outcome: CommitOutcome,
     /// Whether values from flash are in effect.
     pub source: ParameterSource,
-    /// Number of the record in flash that they come from, modulo 1024; it grows with every one that is written. 0 without one.
+    /// Number of the record in flash that they come from, modulo 1024; it grows with every one that
+    /// is written. 0 without one.
     pub record: u16,
 }
 
@@ -107,7 +112,8 @@ pub struct StoreState {
 pub enum CommitOutcome {
     /// There has been none since the board's start.
     None,
-    /// It is being worked on. The board restarts with the new values; if it comes back with the old record, flash could not be written.
+    /// It is being worked on. The board restarts with the new values; if it comes back with the old
+    /// record, flash could not be written.
     Pending,
     /// Refused: a chamber has pressure, or a set point above 0 kPa.
     NotVented,

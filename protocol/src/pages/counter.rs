@@ -20,7 +20,8 @@ pub enum Counter {
     LateSteps = 7,
     /// The longest time from one control step to the next, us.
     LongestIntervalUs = 8,
-    /// The longest time from the start of a loop (before the sensors are read) to its valve pins, us; 0 where it is not measured.
+    /// The longest time from the start of a loop (before the sensors are read) to its valve pins,
+    /// us; 0 where it is not measured.
     LongestLoopUs = 9,
     /// Times that the host fell silent for the command timeout.
     CommandTimeouts = 10,
@@ -30,9 +31,11 @@ pub enum Counter {
     UptimeS = 12,
     /// Resets by the watchdog since power-on.
     WatchdogResets = 13,
-    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another host.
+    /// Packets with this board's address whose CRC did not fit: damaged, repeated, or of another
+    /// host.
     DamagedRequests = 14,
-    /// Packets whose CRC fitted nothing that this board knows: of other boards' sessions, or damaged.
+    /// Packets whose CRC fitted nothing that this board knows: of other boards' sessions, or
+    /// damaged.
     UnverifiedPackets = 15,
 }
 

@@ -31,7 +31,8 @@ impl Temperature {
     /// The lowest one, degrees Celsius.
     pub const MIN_CELSIUS: i32 = -50;
 
-    /// From steps above [`MIN_CELSIUS`](Self::MIN_CELSIUS); what lies beyond the range becomes its end.
+    /// From steps above [`MIN_CELSIUS`](Self::MIN_CELSIUS); what lies beyond the range becomes its
+    /// end.
     pub const fn from_steps(steps: i32) -> Self {
         Self(clamped(steps))
     }
@@ -59,13 +60,14 @@ impl Voltage {
 
 /// Temperature of the chip and voltage of the I2C connector's 5 V rail: page 31, entry 0.
 ///
-/// Words: the temperature in steps of 0.2 K above -50 degrees Celsius; the voltage in steps of 10 mV; 1023 where there is none.
-/// Then two that boards of today send as 0, and hosts do not look at.
+/// Words: the temperature in steps of 0.2 K above -50 degrees Celsius; the voltage in steps of 10
+/// mV; 1023 where there is none. Then two that boards of today send as 0, and hosts do not look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Electronics {
     /// By the chip's own sensor, a mean of a second; `None` in the first second.
     pub chip_temperature: Option<Temperature>,
-    /// What the supply pressure's transducer is fed with, at its converter; `None` where there is no converter, or none that answers.
+    /// What the supply pressure's transducer is fed with, at its converter; `None` where there is
+    /// no converter, or none that answers.
     pub rail_voltage: Option<Voltage>,
 }
 

@@ -1,8 +1,9 @@
 //! Pages: what a board can be asked besides its pressures.
 //!
-//! A page request is a checked packet with a CRC of its own kind. It names a page and an entry in it and commands nothing: a
-//! board that answers it goes on with the set points it has, its command timeout runs on, and it forgets no host for it. The
-//! answer, of a fourth kind, has the request's number and the entry's four words of 10 bits:
+//! A page request is a checked packet with a CRC of its own kind. It names a page and an entry in
+//! it and commands nothing: a board that answers it goes on with the set points it has, its command
+//! timeout runs on, and it forgets no host for it. The answer, of a fourth kind, has the request's
+//! number and the entry's four words of 10 bits:
 //!
 //! ```text
 //!  word      page request                   page answer
@@ -12,9 +13,10 @@
 //!    3       0; of a value 0 to 101         word 3
 //! ```
 //!
-//! The words of a request stay below 102 counts, 0 kPa: damage that makes a command of it (five flipped bits of 68 at
-//! least) makes one that vents, or moves with the damage alone. A board that does not have the entry answers with four words of 1023
-//! ([`NO_SUCH_ENTRY`]), which no entry contains. Boards of before pages and original ones do not answer.
+//! The words of a request stay below 102 counts, 0 kPa: damage that makes a command of it (five
+//! flipped bits of 68 at least) makes one that vents, or moves with the damage alone. A board that
+//! does not have the entry answers with four words of 1023 ([`NO_SUCH_ENTRY`]), which no entry
+//! contains. Boards of before pages and original ones do not answer.
 //!
 //! | page | entries | contents |
 //! | --- | --- | --- |
@@ -38,11 +40,11 @@
 //! | 39, update | 0 to 2 | begin, commit, confirm: an [`UpdateAnswer`] |
 //! | 40 to 55, bytes | 0 to 101 | three bytes of a program ([`Update::Bytes`]): an [`UpdateAnswer`] |
 //!
-//! Pages 8 to 19 and from 39 on change something, see [`Change`], [`LineRate`] and [`Update`]; a board
-//! obeys them in a session only.
+//! Pages 8 to 19 and from 39 on change something, see [`Change`], [`LineRate`] and [`Update`]; a
+//! board obeys them in a session only.
 //!
-//! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]). Entries of the same board may be of
-//! different moments; each by itself is of one.
+//! Numbers of 32 bits stand in the words' 40 bits, most significant ones first ([`number_entry`]).
+//! Entries of the same board may be of different moments; each by itself is of one.
 
 mod about;
 mod change;
@@ -153,7 +155,8 @@ impl PageEntry {
         [page, entry, 0, 0]
     }
 
-    /// The entry with these numbers, if there is one. A value that is to be set has its last two digits 0.
+    /// The entry with these numbers, if there is one. A value that is to be set has its last two
+    /// digits 0.
     pub fn of_numbers(page: u8, entry: u8) -> Option<Self> {
         Self::of_words([page, entry, 0, 0])
     }

@@ -3,7 +3,8 @@ use crate::{CHANNELS, Counts};
 
 /// What a board and its channels did in the last control step: page 0, entry 0.
 ///
-/// Word k has the status of channel k in its lowest 3 bits; word 0 has the board's state in the 3 bits above them.
+/// Word k has the status of channel k in its lowest 3 bits; word 0 has the board's state in the 3
+/// bits above them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct NowState {
     /// The board as a whole.
@@ -107,7 +108,8 @@ impl NowState {
     }
 }
 
-/// The drives that the last control step gave the four valves: page 0, entry 1. Word k is 512 + the drive of valve k.
+/// The drives that the last control step gave the four valves: page 0, entry 1. Word k is 512 + the
+/// drive of valve k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Drives([i16; CHANNELS]);
 

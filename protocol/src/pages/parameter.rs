@@ -1,10 +1,13 @@
-/// What a host can change of a board without compiling its firmware; the discriminant is its entry on pages 5 and 6.
+/// What a host can change of a board without compiling its firmware; the discriminant is its entry
+/// on pages 5 and 6.
 ///
-/// This table is the one that boards, hosts and `docs/firmware.md` use. A number that has been given away keeps its meaning.
+/// This table is the one that boards, hosts and `docs/firmware.md` use. A number that has been
+/// given away keeps its meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Parameter {
-    /// Number of the board on the bus, in place of its switch's. [`BY_SWITCH`](Self::BY_SWITCH) means the switch.
+    /// Number of the board on the bus, in place of its switch's. [`BY_SWITCH`](Self::BY_SWITCH)
+    /// means the switch.
     Address = 0,
     /// Proportional gain.
     Kp = 1,
@@ -111,7 +114,8 @@ impl Parameter {
         Self::MaxBaud,
     ];
 
-    /// Name, unit and range. A value in its range can still be refused together with others (sensor limits and their margin).
+    /// Name, unit and range. A value in its range can still be refused together with others (sensor
+    /// limits and their margin).
     pub const fn info(self) -> ParameterInfo {
         const fn of(
             name: &'static str,

@@ -1,6 +1,7 @@
 use core::fmt;
 
-/// Why a board stopped, in words that survive a reset in memory that nobody initialises, and that page 3 consists of.
+/// Why a board stopped, in words that survive a reset in memory that nobody initialises, and that
+/// page 3 consists of.
 ///
 /// A checksum tells a record from what such memory holds after power-on.
 ///
@@ -33,8 +34,8 @@ pub enum StopCause {
     },
     /// The processor could not execute an instruction.
     HardFault(FaultRegisters),
-    /// Neither: the watchdog's last check. A part that had not run since the check before kept it from being fed; if both had, the
-    /// check itself was not made any more.
+    /// Neither: the watchdog's last check. A part that had not run since the check before kept it
+    /// from being fed; if both had, the check itself was not made any more.
     LastCheck {
         /// Whether the control loop had made a step.
         control_ran: bool,

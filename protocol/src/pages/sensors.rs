@@ -130,7 +130,8 @@ impl fmt::Display for SensorPart {
 
 /// What is on a board's I2C connector: page 30, entry 0.
 ///
-/// Words: of the supply pressure and then of the IMU 256 x state + part; errors and recoveries modulo 1024.
+/// Words: of the supply pressure and then of the IMU 256 x state + part; errors and recoveries
+/// modulo 1024.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SensorStatus {
     /// What measures the supply pressure.
@@ -141,7 +142,8 @@ pub struct SensorStatus {
     pub imu: SensorPart,
     /// How it is.
     pub imu_state: SensorState,
-    /// Transfers that failed with a part that had been found, and readings that made no sense, modulo 1024.
+    /// Transfers that failed with a part that had been found, and readings that made no sense,
+    /// modulo 1024.
     pub errors: u16,
     /// Times that the board freed the I2C lines because something held them, modulo 1024.
     pub recoveries: u16,

@@ -1,13 +1,15 @@
 use super::{Entry, number_entry, number_in};
 use crate::Counts;
 
-/// A board's answer to a host that asks for a [`Session`](crate::Session): page 4. The entry that is asked for is a number of the
-/// host's, which goes into the session's.
+/// A board's answer to a host that asks for a [`Session`](crate::Session): page 4. The entry that
+/// is asked for is a number of the host's, which goes into the session's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum SessionOffer {
-    /// The number of the session. The board's last request number in it is 0, so the host's first is 1.
+    /// The number of the session. The board's last request number in it is 0, so the host's first
+    /// is 1.
     Number(u32),
-    /// The board is in a session. It has another one to give when that host leaves, or has been silent for the command timeout.
+    /// The board is in a session. It has another one to give when that host leaves, or has been
+    /// silent for the command timeout.
     Busy,
 }
 

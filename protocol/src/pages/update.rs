@@ -1,13 +1,15 @@
 use super::Entry;
 use crate::Counts;
 
-/// What a host does to bring a board a new program: page 39, and 40 to 55 with three bytes each. A board obeys it in a session only.
+/// What a host does to bring a board a new program: page 39, and 40 to 55 with three bytes each. A
+/// board obeys it in a session only.
 ///
-/// The board keeps what comes in RAM: [`Begin`](Self::Begin), then [`Bytes`](Self::Bytes) of the program and of its CRC-32 in order
-/// ([`program`](crate::program)), then [`Commit`](Self::Commit). Only then, and only if all of it is right and no chamber has
-/// pressure, it writes to flash, into the place of the two that it does not run from, and restarts with the new program, once. That
-/// one stays only if a host finds it in a session within [`TRIAL_S`](Self::TRIAL_S) and says [`Confirm`](Self::Confirm);
-/// after any reset before that the board is back with the old one.
+/// The board keeps what comes in RAM: [`Begin`](Self::Begin), then [`Bytes`](Self::Bytes) of the
+/// program and of its CRC-32 in order ([`program`](crate::program)), then [`Commit`](Self::Commit).
+/// Only then, and only if all of it is right and no chamber has pressure, it writes to flash, into
+/// the place of the two that it does not run from, and restarts with the new program, once. That
+/// one stays only if a host finds it in a session within [`TRIAL_S`](Self::TRIAL_S) and says
+/// [`Confirm`](Self::Confirm); after any reset before that the board is back with the old one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Update {
     /// Forgets what has come so far.
@@ -31,7 +33,8 @@ impl Update {
         page >= Self::FIRST_BYTES_PAGE && page < Self::FIRST_BYTES_PAGE + Self::BYTES_PAGES
     }
 
-    /// The words of its request: page, entry and two digits, three digits of a number of 24 bits and the page a fourth.
+    /// The words of its request: page, entry and two digits, three digits of a number of 24 bits
+    /// and the page a fourth.
     pub(super) const fn words(self) -> [u8; 4] {
         match self {
             Self::Begin => [Self::PAGE, 0, 0, 0],
@@ -72,7 +75,8 @@ impl Update {
 /// A page request's words are 0 to 101.
 const DIGIT: u32 = Counts::ATMOSPHERE.get() as u32;
 
-/// A board's answer to an [`Update`]. Words: what it did, and how many [`Update::Bytes`] it has now, 10 bits each.
+/// A board's answer to an [`Update`]. Words: what it did, and how many [`Update::Bytes`] it has
+/// now, 10 bits each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct UpdateAnswer {
     /// What it did.

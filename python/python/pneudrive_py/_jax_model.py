@@ -51,7 +51,8 @@ def _mean_of_drops(upstream, downstream, critical_ratio):
     line = magnitude * slope
     squared = effective * (2.0 * choking - effective)
     laminar = squared >= line * line
-    # Where the line holds, the root is not taken at its infinite slope: a derivative of what is not used must be finite, too.
+    # Where the line holds, the root is not taken at its infinite slope: a derivative of what is not
+    # used must be finite, too.
     ellipse = jnp.sqrt(jnp.where(laminar, 1.0, squared))
     return jnp.sign(drop) * jnp.where(laminar, line, ellipse)
 

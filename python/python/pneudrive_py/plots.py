@@ -34,7 +34,8 @@ COLOURS = {
 
 _RESULTS = [COLOURS[name] for name in ("blue", "orange", "green", "purple", "red")]
 
-#: What ``matplotlib.rc_context`` takes: text of 8 pt, for figures as wide as a column (3.5 in) or a page (7.16 in).
+#: What ``matplotlib.rc_context`` takes: text of 8 pt, for figures as wide as a column (3.5 in) or a
+#: page (7.16 in).
 STYLE: dict[str, Any] = {
     "font.size": 8,
     "axes.titlesize": 8,

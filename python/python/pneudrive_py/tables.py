@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["dataframe", "dataset", "fit_residuals"]
 
-#: Columns of a channel by what they are, and what an array of all channels is called, its unit and what it is.
+#: Columns of a channel by what they are, and what an array of all channels is called, its unit and
+#: what it is.
 _QUANTITIES = {
     "cmd": ("command", "kPa", "set point, gauge"),
     "p": ("pressure", "kPa", "measured pressure, gauge"),

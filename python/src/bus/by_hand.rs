@@ -24,7 +24,8 @@ pub fn exchange(
 /// Commands 0 kPa to every board until all have answered.
 ///
 /// # Errors
-/// `NoAnswerError` naming the boards that did not answer within `timeout` (s); whatever Ctrl-C raises.
+/// `NoAnswerError` naming the boards that did not answer within `timeout` (s); whatever Ctrl-C
+/// raises.
 pub fn ping(py: Python<'_>, link: &Link, timeout: f64) -> PyResult<()> {
     let patience = Duration::try_from_secs_f64(timeout)
         .map_err(|_| CommandError::new_err(format!("timeout is {timeout} s; it must be 0 or more")))?;

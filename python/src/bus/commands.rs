@@ -1,4 +1,5 @@
-//! Commands from Python: four pressures that can be reached, or an error that says which one cannot.
+//! Commands from Python: four pressures that can be reached, or an error that says which one
+//! cannot.
 
 use super::guard::Rules;
 use crate::arrays::{Floats, floats, shape_text};
@@ -23,7 +24,8 @@ pub fn counts(board: u8, pressures: &Bound<'_, PyAny>, rules: &Rules) -> PyResul
     of_board(board, &values(&array), rules)
 }
 
-/// Pressures of all boards, kPa gauge, as counts: of shape (devices, 4), or what broadcasts to it, (4,) or ().
+/// Pressures of all boards, kPa gauge, as counts: of shape (devices, 4), or what broadcasts to it,
+/// (4,) or ().
 pub fn of_all(
     devices: u16,
     pressures: &Bound<'_, PyAny>,

@@ -24,34 +24,37 @@ use std::sync::Arc;
 /// Parameters
 /// ----------
 /// uart_port : str or os.PathLike, optional
-///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers behind them; that of ``rig`` by default.
+///     Serial port, such as ``"/dev/ttyUSB0"``, or ``"sim"`` for virtual boards with chambers
+///     behind them; that of ``rig`` by default.
 /// num_devices : int, optional
-///     Boards on the bus; their address switches are set to 0, 1, ... 1 to ``max_devices``; as many as ``rig`` says by default.
+///     Boards on the bus; their address switches are set to 0, 1, ... 1 to ``max_devices``; as many
+///     as ``rig`` says by default.
 /// max_devices : int, default 4
 ///     Most boards that are accepted, 1 to 255: 4 have an address on the boards' two-way switch.
 /// baud : int or "auto", optional
-///     Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest that all boards agree to, up to
-///     3_000_000, and goes back on errors; by hand it is 1_000_000.
+///     Line rate, bit/s; that of ``rig``, or 1_000_000 by default. ``"auto"`` polls at the fastest
+///     that all boards agree to, up to 3_000_000, and goes back on errors; by hand it is 1_000_000.
 /// timeout : float, optional
-///     How long a board may think before it answers, s; the wire's time, by the line rate, is added. By default 0.002, and 0.02 for
-///     ``"sim"``, whose boards share the machine's cores.
+///     How long a board may think before it answers, s; the wire's time, by the line rate, is
+///     added. By default 0.002, and 0.02 for ``"sim"``, whose boards share the machine's cores.
 /// retries : int, default 3
-///     How often a board that did not answer is asked again before an exception says so, 0 to 100. A desktop that is busy for some
-///     milliseconds makes an answer late.
+///     How often a board that did not answer is asked again before an exception says so, 0 to 100.
+///     A desktop that is busy for some milliseconds makes an answer late.
 /// max_kpa : float, optional
 ///     Highest set point of every channel, kPa gauge: what is above it is refused.
 /// max_rate_kpa_s : float, optional
-///     Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A poller ramps what is faster; by hand
-///     it is refused.
+///     Fastest change of every set point, kPa/s, rising or falling; venting is not slowed down. A
+///     poller ramps what is faster; by hand it is refused.
 /// rig : str or os.PathLike, optional
-///     Rig file (TOML, docs/rig.md) with port, boards, line rate, calibration of the sensors, and limits. Of several limits the
-///     strictest holds.
+///     Rig file (TOML, docs/rig.md) with port, boards, line rate, calibration of the sensors, and
+///     limits. Of several limits the strictest holds.
 /// resume : bool, default False
-///     Whether a poller follows its set points again, by a ramp, after a port that was gone has come back. Otherwise boards stay
-///     vented until ``Poller.release`` is called.
+///     Whether a poller follows its set points again, by a ramp, after a port that was gone has
+///     come back. Otherwise boards stay vented until ``Poller.release`` is called.
 /// sensors : float, optional
-///     After which share of its polls, above 0 to 1, a poller asks boards for a page of the sensors on their I2C connector (supply pressure,
-///     IMU) as well; none by default. Each page takes the bus as long as a poll.
+///     After which share of its polls, above 0 to 1, a poller asks boards for a page of the sensors
+///     on their I2C connector (supply pressure, IMU) as well; none by default. Each page takes the
+///     bus as long as a poll.
 /// timing : {"wire", "instant"}, default "wire"
 ///     Only for ``"sim"``: whether bytes take as long as on a wire.
 ///
@@ -64,14 +67,15 @@ use std::sync::Arc;
 /// DataError, FileError
 ///     The rig file cannot be used or read.
 ///
-/// Notes
-/// -----
-/// All boards are commanded to 0 kPa and the port is closed when the ``with`` block ends, by ``close``, when the controller is
-/// deleted, and when the interpreter ends (also by ``sys.exit``, an exception or Ctrl-C). A poller is ended by the same. Python cannot
-/// do so when it is killed, as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own command timeout, and
-/// boards without one keep their pressure. A forked child cannot use the controller, and its end changes nothing.
+/// Notes ----- All boards are commanded to 0 kPa and the port is closed when the ``with`` block
+/// ends, by ``close``, when the controller is deleted, and when the interpreter ends (also by
+/// ``sys.exit``, an exception or Ctrl-C). A poller is ended by the same. Python cannot do so when
+/// it is killed, as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own
+/// command timeout, and boards without one keep their pressure. A forked child cannot use the
+/// controller, and its end changes nothing.
 ///
-/// All methods may be called from several threads; exchanges then wait for each other. Ctrl-C ends every wait.
+/// All methods may be called from several threads; exchanges then wait for each other. Ctrl-C ends
+/// every wait.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct PressureController {
     link: Arc<Link>,
@@ -102,7 +106,8 @@ impl Drop for PressureController {
             return;
         }
         let close = || self.link.close("its controller was deleted", Signals::Left);
-        // Nobody can be told of what an interpreter at its end, or an object that is destroyed, could say.
+        // Nobody can be told of what an interpreter at its end, or an object that is destroyed,
+        // could say.
         let _ = Python::try_attach(|py| py.detach(close));
     }
 }
@@ -185,8 +190,8 @@ impl PressureController {
     /// Raises
     /// ------
     /// CommandError
-    ///     A pressure that cannot or may not be commanded, a change that is too fast, a wrong shape, or no such board; nothing was
-    ///     sent.
+    ///     A pressure that cannot or may not be commanded, a change that is too fast, a wrong
+    ///     shape, or no such board; nothing was sent.
     /// NoAnswerError, GarbledAnswerError
     ///     The exchange failed; ``get_pressure_data`` then has nothing to give.
     #[pyo3(signature = (device: "int", pressures))]
@@ -212,7 +217,8 @@ impl PressureController {
     /// Raises
     /// ------
     /// StaleDataError
-    ///     The last exchange with this board failed, there was none yet, or the controller is closed.
+    ///     The last exchange with this board failed, there was none yet, or the controller is
+    ///     closed.
     #[pyo3(signature = (device: "int"))]
     fn get_pressure_data<'py>(&self, py: Python<'py>, device: i64) -> PyResult<Vector<'py>> {
         let link = self.link()?;
@@ -233,8 +239,8 @@ impl PressureController {
     /// Parameters
     /// ----------
     /// pressures : array_like of float, shape (num_devices, 4), (4,) or ()
-    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
-    ///     first is sent.
+    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no
+    ///     more. All are checked before the first is sent.
     ///
     /// Returns
     /// -------
@@ -256,7 +262,8 @@ impl PressureController {
         by_hand::exchange_all(py, link, checked, self.retries).map(Array)
     }
 
-    /// Commands all boards, one after the other: ``exchange_all`` without its result. A ``Poller`` has the same method.
+    /// Commands all boards, one after the other: ``exchange_all`` without its result. A ``Poller``
+    /// has the same method.
     ///
     /// Parameters
     /// ----------
@@ -276,7 +283,8 @@ impl PressureController {
     /// Returns
     /// -------
     /// numpy.ndarray of float64, shape (num_devices, 4)
-    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
+    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise
+    ///     StaleDataError.
     fn get_all<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let link = self.link()?;
         Ok(Array(by_hand::readings(py, link)))
@@ -287,15 +295,17 @@ impl PressureController {
     /// Parameters
     /// ----------
     /// trajectory : mapping from str to array_like of float, shape (rows,), or path
-    ///     ``t_s`` (s, from 0 on, increasing) and any of ``b0_cmd0_kpa`` and so on (board 0, channel 0; kPa gauge). A DataFrame or a
-    ///     Recording does as well; so does the path of a CSV file or, of a recording, an MCAP file. Channels without a column stay at
-    ///     0 kPa. All of it is checked before anything is sent.
+    ///     ``t_s`` (s, from 0 on, increasing) and any of ``b0_cmd0_kpa`` and so on (board 0,
+    ///     channel 0; kPa gauge). A DataFrame or a Recording does as well; so does the path of a
+    ///     CSV file or, of a recording, an MCAP file. Channels without a column stay at 0 kPa. All
+    ///     of it is checked before anything is sent.
     /// rate_hz : float, optional
     ///     Cycles per second; as fast as possible by default.
     /// interpolation : {"hold", "linear"}, default "hold"
     ///     Between two rows: the earlier one's commands, or the straight line.
     /// at_end : {"stop", "hold", "repeat"}, default "stop"
-    ///     After the last row: 0 kPa and the poller's end, that row's commands, or the first row again.
+    ///     After the last row: 0 kPa and the poller's end, that row's commands, or the first row
+    ///     again.
     /// speed : float, default 1.0
     ///     How many times as fast, 0.001 to 1000.
     /// history_s : float, optional
@@ -304,7 +314,8 @@ impl PressureController {
     /// Returns
     /// -------
     /// Poller
-    ///     Its ``join`` waits for the end. Set points can be given by hand only after its ``vent`` and ``release``.
+    ///     Its ``join`` waits for the end. Set points can be given by hand only after its ``vent``
+    ///     and ``release``.
     ///
     /// Raises
     /// ------
@@ -349,8 +360,9 @@ impl PressureController {
     /// Returns
     /// -------
     /// Poller
-    ///     Has the bus until it ends: by its ``stop``, by the end of its ``with`` block or of the controller's, or when either of the
-    ///     two is deleted. Meanwhile the controller cannot be used by hand.
+    ///     Has the bus until it ends: by its ``stop``, by the end of its ``with`` block or of the
+    ///     controller's, or when either of the two is deleted. Meanwhile the controller cannot be
+    ///     used by hand.
     ///
     /// Raises
     /// ------

@@ -46,7 +46,8 @@ impl<T: Clone + Send + 'static> Ending<T> {
     /// Starts `work`; on the calling thread if the system has no other to give.
     pub fn start(work: impl FnOnce() -> T + Send + 'static) -> Self {
         let ending = Self { shared: Arc::new((Mutex::new(None), Condvar::new())) };
-        // Handed over through a place that both can reach, so that it is not lost with a thread that does not start.
+        // Handed over through a place that both can reach, so that it is not lost with a thread
+        // that does not start.
         let place = Arc::new(Mutex::new(Some(work)));
         let (theirs, their_place) = (ending.clone(), Arc::clone(&place));
         let perform = move || {

@@ -1,4 +1,5 @@
-//! What may be commanded: highest set points everywhere, and by hand the fastest changes too. A poller ramps by itself.
+//! What may be commanded: highest set points everywhere, and by hand the fastest changes too. A
+//! poller ramps by itself.
 
 use crate::errors::{self, CommandError};
 use parking_lot::Mutex;
@@ -9,7 +10,8 @@ use pyo3::prelude::*;
 use std::path::Path;
 use std::time::Instant;
 
-/// The most time that one step of a ramp makes up for, s: a pause is no reason to jump. As in the poller's ramps.
+/// The most time that one step of a ramp makes up for, s: a pause is no reason to jump. As in the
+/// poller's ramps.
 const LONGEST_STEP_S: f64 = 0.05;
 
 /// What set points are held to.
@@ -86,7 +88,8 @@ impl RateGuard {
         Ok(())
     }
 
-    /// Whether `command` changes the set points of `board` no faster than allowed. Venting may be as fast as it likes.
+    /// Whether `command` changes the set points of `board` no faster than allowed. Venting may be
+    /// as fast as it likes.
     ///
     /// # Errors
     /// Why not.

@@ -1,4 +1,5 @@
-//! The recent past of a poller, written by the bus thread and read by Python, where neither waits for the other.
+//! The recent past of a poller, written by the bus thread and read by Python, where neither waits
+//! for the other.
 
 use super::sensors::Reading;
 use pneudrive_host::Calibration;

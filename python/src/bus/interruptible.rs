@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 const SLICE_NS: u64 = LOOK_EVERY.as_millis() as u64 * 1_000_000;
 
-/// What a signal's handler raised while the line waited, and whether waiting is over for all. Clones are the same place.
+/// What a signal's handler raised while the line waited, and whether waiting is over for all.
+/// Clones are the same place.
 #[derive(Debug, Clone, Default)]
 pub struct Interrupt {
     raised: Arc<Mutex<Option<PyErr>>>,
@@ -34,8 +35,8 @@ impl Interrupt {
     }
 }
 
-/// Waits in slices, between which signals are looked for. An exchange that is ended so fails as if the line had failed; what was raised
-/// is then in the [`Interrupt`].
+/// Waits in slices, between which signals are looked for. An exchange that is ended so fails as if
+/// the line had failed; what was raised is then in the [`Interrupt`].
 #[derive(Debug)]
 pub struct Interruptible {
     port: SerialPort,
@@ -49,8 +50,8 @@ impl Interruptible {
         Self { port, interrupt, signals: Signals::Handled }
     }
 
-    /// From now on waits without looking: for a thread that must not wait for the interpreter, and for venting, which is not to be
-    /// interrupted.
+    /// From now on waits without looking: for a thread that must not wait for the interpreter, and
+    /// for venting, which is not to be interrupted.
     pub fn leave_signals(&mut self) {
         self.signals = Signals::Left;
     }

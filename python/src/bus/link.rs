@@ -29,8 +29,8 @@ pub struct Link {
     interrupt: Interrupt,
     /// `None` only while it is destroyed.
     port: Option<Port>,
-    /// Locked for as long as an exchange takes, so never with the interpreter's lock: see [`Self::lock_bus`]. `None` while it is
-    /// polled, and after `close`.
+    /// Locked for as long as an exchange takes, so never with the interpreter's lock: see
+    /// [`Self::lock_bus`]. `None` while it is polled, and after `close`.
     bus: Mutex<Option<Bus>>,
     /// Changed only while `bus` is locked. This lock and the next are held for an instant.
     status: Mutex<Status>,
@@ -93,7 +93,8 @@ impl Link {
         self.guard.check(board, commands).map_err(BusFailure::Refused)
     }
 
-    /// Commands `board`, at most `retries` times more if it does not answer. Call it without the interpreter's lock.
+    /// Commands `board`, at most `retries` times more if it does not answer. Call it without the
+    /// interpreter's lock.
     ///
     /// # Errors
     /// The last try's, or what a signal's handler raised.
@@ -161,8 +162,9 @@ impl Link {
         matches!(&*self.status.lock(), Status::Closed { .. })
     }
 
-    /// Ends a poller, commands 0 kPa to all boards and closes the port; `why` is what a poller says of its end. Of several calls, the
-    /// first that is not interrupted returns how the boards were left. Call it without the interpreter's lock.
+    /// Ends a poller, commands 0 kPa to all boards and closes the port; `why` is what a poller says
+    /// of its end. Of several calls, the first that is not interrupted returns how the boards were
+    /// left. Call it without the interpreter's lock.
     ///
     /// # Errors
     /// What a signal's handler raised: then venting goes on, and the next call waits for it.
@@ -195,7 +197,8 @@ impl Link {
         Ok((!told).then_some(vented))
     }
 
-    /// Waits for exchanges of other threads, which may need the interpreter's lock to look for signals.
+    /// Waits for exchanges of other threads, which may need the interpreter's lock to look for
+    /// signals.
     fn lock_bus(&self, signals: Signals) -> PyResult<MutexGuard<'_, Option<Bus>>> {
         loop {
             if let Some(bus) = self.bus.try_lock_for(LOOK_EVERY) {
@@ -268,7 +271,8 @@ fn vent(mut bus: Bus, devices: u16) -> Ending<Vented> {
 impl Drop for Link {
     fn drop(&mut self) {
         if self.owner.is_other_process() {
-            // Threads that this process does not have would be waited for, and the parent's port be changed.
+            // Threads that this process does not have would be waited for, and the parent's port be
+            // changed.
             mem::forget(self.bus.get_mut().take());
             mem::forget(self.port.take());
             mem::forget(mem::replace(self.status.get_mut(), Status::Open));

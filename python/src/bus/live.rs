@@ -11,7 +11,8 @@ use std::ffi::CString;
 use std::path::Path;
 use std::sync::{Arc, Weak};
 
-/// Locked only by those who hold the interpreter's lock, as whoever forks does: so never while somebody forks.
+/// Locked only by those who hold the interpreter's lock, as whoever forks does: so never while
+/// somebody forks.
 static LIVE: Mutex<Vec<Weak<Link>>> = Mutex::new(Vec::new());
 
 fn links(_py: Python<'_>) -> Vec<Arc<Link>> {
@@ -35,8 +36,8 @@ pub fn has(py: Python<'_>, path: &Path) -> bool {
     links(py).iter().any(|link| !link.is_closed() && same(link))
 }
 
-/// Closes all controllers: boards at 0 kPa, ports free. Called when the interpreter ends; does nothing in a forked child. One Ctrl-C
-/// meanwhile does not keep it from venting; the second does.
+/// Closes all controllers: boards at 0 kPa, ports free. Called when the interpreter ends; does
+/// nothing in a forked child. One Ctrl-C meanwhile does not keep it from venting; the second does.
 #[pyfunction]
 #[pyo3(name = "_close_all")]
 pub fn close_all(py: Python<'_>) -> PyResult<()> {
@@ -73,7 +74,8 @@ pub fn tell(py: Python<'_>, vented: Option<&Vented>) -> PyResult<()> {
     failure.as_ref().map_or(Ok(()), |failure| Err(PortError::new_err(failure.clone())))
 }
 
-/// What the end of a `with` block raises: an exception on its way says more than that the port is gone, too.
+/// What the end of a `with` block raises: an exception on its way says more than that the port is
+/// gone, too.
 pub fn leave_block(closed: PyResult<()>, py: Python<'_>, exc_type: &Bound<'_, PyAny>) -> PyResult<()> {
     match closed {
         Err(error) if exc_type.is_none() || !error.is_instance_of::<PyException>(py) => Err(error),

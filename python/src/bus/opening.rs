@@ -43,7 +43,8 @@ impl Given {
     /// Reads the rig file and checks everything.
     ///
     /// # Errors
-    /// `CommandError` for an argument that makes no sense, `DataError` or `FileError` for a rig file that cannot be used.
+    /// `CommandError` for an argument that makes no sense, `DataError` or `FileError` for a rig
+    /// file that cannot be used.
     pub fn checked(self, py: Python<'_>) -> PyResult<Opening> {
         let rig = self.rig.as_deref().map(guard::load).transpose()?;
         let bus = rig.as_ref().map(Rig::bus).unwrap_or_default();
@@ -68,7 +69,8 @@ impl Given {
     }
 }
 
-/// A rig file that contradicts itself is refused; who passes fewer boards is told of limits that then hold for nothing.
+/// A rig file that contradicts itself is refused; who passes fewer boards is told of limits that
+/// then hold for nothing.
 fn warn_of_left_out(py: Python<'_>, rig: &Rig, passed: Option<u16>) -> PyResult<()> {
     let said = passed.map(|devices| (devices, format!("num_devices = {devices}")));
     let given = said.as_ref().map(|(devices, said)| (*devices, said.as_str()));
@@ -77,7 +79,8 @@ fn warn_of_left_out(py: Python<'_>, rig: &Rig, passed: Option<u16>) -> PyResult<
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)
 }
 
-/// The largest number of boards that can be polled: no address is left to find out about echoes with more.
+/// The largest number of boards that can be polled: no address is left to find out about echoes
+/// with more.
 const MOST_DEVICES: i64 = 255;
 
 fn devices(boards: i64, max_devices: i64) -> PyResult<u16> {

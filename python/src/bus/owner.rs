@@ -15,8 +15,8 @@ impl Owner {
         Self { pid: std::process::id() }
     }
 
-    /// Whether the calling process is another one. It then has neither the threads nor the right to the port, and locks may be
-    /// held for ever by threads that it does not have.
+    /// Whether the calling process is another one. It then has neither the threads nor the right to
+    /// the port, and locks may be held for ever by threads that it does not have.
     pub fn is_other_process(self) -> bool {
         self.pid != std::process::id()
     }

@@ -17,9 +17,9 @@ use std::time::Instant;
 
 /// Polls all boards of a controller in the background; made by ``PressureController.poll``.
 ///
-/// Set points may be changed and pressures read at any time, from any thread, without waiting for the bus. When it is stopped,
-/// its ``with`` block or its controller's ends, or it is deleted, all boards are commanded to 0 kPa, and the controller can be used by
-/// hand again.
+/// Set points may be changed and pressures read at any time, from any thread, without waiting for
+/// the bus. When it is stopped, its ``with`` block or its controller's ends, or it is deleted, all
+/// boards are commanded to 0 kPa, and the controller can be used by hand again.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Poller {
     devices: u16,
@@ -57,7 +57,8 @@ impl Drop for Poller {
             return;
         }
         let end = || self.session.end("it was deleted").wait(Signals::Left);
-        // Nobody can be told of what an interpreter at its end, or an object that is destroyed, could say.
+        // Nobody can be told of what an interpreter at its end, or an object that is destroyed,
+        // could say.
         let _ = Python::try_attach(|py| py.detach(end));
     }
 }
@@ -76,8 +77,8 @@ impl Poller {
     /// Raises
     /// ------
     /// CommandError
-    ///     A pressure that cannot or may not be commanded, a wrong shape, no such board, or the boards are vented; the old set points
-    ///     stand.
+    ///     A pressure that cannot or may not be commanded, a wrong shape, no such board, or the
+    ///     boards are vented; the old set points stand.
     /// PortError
     ///     The poller has ended.
     #[pyo3(signature = (device: "int", pressures))]
@@ -99,8 +100,8 @@ impl Poller {
     /// Parameters
     /// ----------
     /// pressures : array_like of float, shape (num_devices, 4), (4,) or ()
-    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no more. All are checked before the
-    ///     first is changed.
+    ///     Set points, kPa gauge; four for every board, or one for every channel, if there are no
+    ///     more. All are checked before the first is changed.
     ///
     /// Raises
     /// ------
@@ -124,7 +125,8 @@ impl Poller {
     /// Returns
     /// -------
     /// numpy.ndarray of float64, shape (num_devices, 4)
-    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise StaleDataError.
+    ///     Measured pressures, kPa gauge; NaN where ``get_pressure_data`` would raise
+    ///     StaleDataError.
     fn get_all<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let session = self.session()?;
         let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();
@@ -142,15 +144,17 @@ impl Poller {
     /// Parameters
     /// ----------
     /// after : int, optional
-    ///     Number of a cycle; the returned one is a later one. By default the one that is current when this is called.
+    ///     Number of a cycle; the returned one is a later one. By default the one that is current
+    ///     when this is called.
     /// timeout : float, default 1.0
     ///     How long to wait at most, s.
     ///
     /// Returns
     /// -------
     /// dict
-    ///     ``cycle``: its number, from 0; ``t_s``: start of the cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
-    ///     (num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle.
+    ///     ``cycle``: its number, from 0; ``t_s``: start of the cycle, s from the first;
+    ///     ``commands_kpa`` and ``pressures_kpa``: shape (num_devices, 4), kPa gauge, NaN where a
+    ///     board did not answer in that cycle.
     ///
     /// Raises
     /// ------
@@ -256,10 +260,12 @@ impl Poller {
     /// Returns
     /// -------
     /// dict
-    ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and ``pressures_kpa``: shape
-    ///     (n, num_devices, 4), kPa gauge, NaN where a board did not answer in that cycle. With the controller's ``sensors`` also
-    ///     ``supply_kpa``, ``chip_c`` and ``rail_v``, shape (n, num_devices), ``acceleration_m_s2`` and ``angular_rate_rad_s``, shape
-    ///     (n, num_devices, 3), NaN where they were not read in that cycle.
+    ///     ``t_s``: shape (n,), start of each cycle, s from the first; ``commands_kpa`` and
+    ///     ``pressures_kpa``: shape (n, num_devices, 4), kPa gauge, NaN where a board did not
+    ///     answer in that cycle. With the controller's ``sensors`` also ``supply_kpa``, ``chip_c``
+    ///     and ``rail_v``, shape (n, num_devices), ``acceleration_m_s2`` and
+    ///     ``angular_rate_rad_s``, shape (n, num_devices, 3), NaN where they were not read in that
+    ///     cycle.
     fn history<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Vector<'py>>> {
         let session = self.session()?;
         let samples = py.detach(|| session.history().samples());
@@ -289,15 +295,17 @@ impl Poller {
         Ok(Dict::new(history))
     }
 
-    /// The last readings of the sensors on the boards' I2C connectors, where the controller was made with ``sensors``.
+    /// The last readings of the sensors on the boards' I2C connectors, where the controller was
+    /// made with ``sensors``.
     ///
     /// Returns
     /// -------
     /// dict
-    ///     ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2`` and ``angular_rate_rad_s``: shape
-    ///     (num_devices, 3), along and about the axes of the IMU, gravity included; ``chip_c`` and ``rail_v``: shape (num_devices,),
-    ///     temperature of the board's chip, degrees Celsius, and voltage of its connector's 5 V, both asked for once a second. NaN where a
-    ///     board has no such part, or it is not live.
+    ///     ``supply_kpa``: shape (num_devices,), supply pressure, kPa gauge; ``acceleration_m_s2``
+    ///     and ``angular_rate_rad_s``: shape (num_devices, 3), along and about the axes of the IMU,
+    ///     gravity included; ``chip_c`` and ``rail_v``: shape (num_devices,), temperature of the
+    ///     board's chip, degrees Celsius, and voltage of its connector's 5 V, both asked for once a
+    ///     second. NaN where a board has no such part, or it is not live.
     fn get_sensors<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         let session = self.session()?;
         let rows = session.latest().map(|latest| latest.boards).unwrap_or_default();
@@ -314,9 +322,11 @@ impl Poller {
     /// Returns
     /// -------
     /// dict or None
-    ///     ``devices``, ``seconds``, ``baud`` (line rate in effect), ``cycles``, ``exchanges``, ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
-    ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures are those of the last time somebody
-    ///     asked; the first call waits for them. None if no cycle ends in the meantime (1 s).
+    ///     ``devices``, ``seconds``, ``baud`` (line rate in effect), ``cycles``, ``exchanges``,
+    ///     ``lost``, ``rejected``, ``missed_ticks``; ``loop_hz`` (``mean``, ``std``, ``min``);
+    ///     ``cycle_us`` (``p50``, ``p99``, ``p999``, ``max``); ``cpu_share`` of one core. Figures
+    ///     are those of the last time somebody asked; the first call waits for them. None if no
+    ///     cycle ends in the meantime (1 s).
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Option<Dict<'py, Bound<'py, PyAny>>>> {
         let session = self.session()?;
         let until = Instant::now() + FIGURES_WITHIN;
@@ -344,8 +354,9 @@ impl Poller {
         }
     }
 
-    /// Follows set points again after ``vent``, or after a port that was gone has come back. What was commanded before does not return:
-    /// all set points are 0 kPa until they are set. Does nothing if the boards are not vented.
+    /// Follows set points again after ``vent``, or after a port that was gone has come back. What
+    /// was commanded before does not return: all set points are 0 kPa until they are set. Does
+    /// nothing if the boards are not vented.
     fn release(&self) -> PyResult<()> {
         let session = self.session()?;
         if session.vent().is_vented() {
@@ -354,13 +365,15 @@ impl Poller {
         Ok(())
     }
 
-    /// Whether 0 kPa is commanded until ``release``: by ``vent``, or because the port was gone and has come back.
+    /// Whether 0 kPa is commanded until ``release``: by ``vent``, or because the port was gone and
+    /// has come back.
     #[getter]
     fn vented(&self) -> PyResult<bool> {
         Ok(self.session()?.vent().is_vented())
     }
 
-    /// Commands 0 kPa to all boards and gives the bus back to the controller. Further calls do nothing.
+    /// Commands 0 kPa to all boards and gives the bus back to the controller. Further calls do
+    /// nothing.
     ///
     /// Raises
     /// ------

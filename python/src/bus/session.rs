@@ -182,8 +182,8 @@ impl Session {
         self.run.lock().poller.as_ref().is_some_and(|poller| !poller.is_finished())
     }
 
-    /// Begins the end, if it has not begun: 0 kPa to all boards, then the port is closed. `why` is what is said of it, unless the
-    /// port has failed before.
+    /// Begins the end, if it has not begun: 0 kPa to all boards, then the port is closed. `why` is
+    /// what is said of it, unless the port has failed before.
     pub fn end(&self, why: &str) -> Ending<Vented> {
         let mut run = self.run.lock();
         if let Some(end) = &run.end {

@@ -5,13 +5,16 @@ use crate::errors::CommandError;
 use pyo3::prelude::*;
 use std::time::{Duration, Instant};
 
-/// How often a caller that waits looks whether there is a new row: short beside the cycles of a bus, long beside a look.
+/// How often a caller that waits looks whether there is a new row: short beside the cycles of a
+/// bus, long beside a look.
 pub const LOOK_FOR_ROWS_EVERY: Duration = Duration::from_micros(300);
 
-/// How long the first figures of a run are waited for: the bus thread makes them at the end of its cycle.
+/// How long the first figures of a run are waited for: the bus thread makes them at the end of its
+/// cycle.
 pub const FIGURES_WITHIN: Duration = Duration::from_secs(1);
 
-/// Looks until `found` finds something or `until` has come, running the handlers of signals. Call it without the interpreter's lock.
+/// Looks until `found` finds something or `until` has come, running the handlers of signals. Call
+/// it without the interpreter's lock.
 pub fn look<T>(every: Duration, until: Instant, mut found: impl FnMut() -> Option<T>) -> PyResult<Option<T>> {
     let mut signals_at = Instant::now() + LOOK_EVERY;
     loop {

@@ -8,9 +8,10 @@ use pyo3::types::PyDict;
 /// Returns
 /// -------
 /// dict
-///     By the effect's name: a dictionary with ``title``, ``physics``, ``equation``, ``source``, ``rivals`` (effects it is easily
-///     confused with), ``check`` (what to look at first on the rig), and ``parameters``: by their names tuples (unit, value at
-///     which the effect is absent, meaning).
+///     By the effect's name: a dictionary with ``title``, ``physics``, ``equation``, ``source``,
+///     ``rivals`` (effects it is easily confused with), ``check`` (what to look at first on the
+///     rig), and ``parameters``: by their names tuples (unit, value at which the effect is absent,
+///     meaning).
 #[pyfunction]
 pub fn effects<'py>(py: Python<'py>) -> PyResult<Dict<'py, Dict<'py, Bound<'py, PyAny>>>> {
     let catalogue = PyDict::new(py);

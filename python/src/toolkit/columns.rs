@@ -1,4 +1,5 @@
-//! Columns from Python as the content of a file, so that one set of checks holds for both; and columns of a recording.
+//! Columns from Python as the content of a file, so that one set of checks holds for both; and
+//! columns of a recording.
 
 use crate::arrays::{floats, shape_text};
 use crate::errors;

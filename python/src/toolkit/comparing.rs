@@ -36,7 +36,8 @@ use std::time::Instant;
 /// Raises
 /// ------
 /// DataError
-///     Nothing can be compared, or an argument is unusable. What only some models or channels lack is in ``Comparison.table``.
+///     Nothing can be compared, or an argument is unusable. What only some models or channels lack
+///     is in ``Comparison.table``.
 #[pyfunction]
 #[pyo3(signature = (recording, rig=None, *, models=None, fit_seconds=None, fit_fraction=None, controller="auto", drive="auto", flow="iso6358", objective="rollout", starts=20, seed=1, measured_start=false, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function

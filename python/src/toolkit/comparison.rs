@@ -134,8 +134,9 @@ impl Comparison {
         self.kept.ranking.clone()
     }
 
-    /// One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``, ``model``, ``rollout_rmse_kpa``,
-    /// ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``, ``error`` (why there is no result, else ``None``).
+    /// One row per channel and model, as ``pandas.DataFrame`` takes it: columns ``channel``,
+    /// ``model``, ``rollout_rmse_kpa``, ``rollout_r2``, ``rollout_iae_kpa_s``, ``one_step_r2``,
+    /// ``error`` (why there is no result, else ``None``).
     #[getter]
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         type Number = fn(&KeptModel) -> Option<f64>;
@@ -181,7 +182,8 @@ impl Comparison {
         Ok((Array(PyArray1::from_slice(py, time_s)), Array(PyArray1::from_slice(py, rollout_kpa))))
     }
 
-    /// Measured and simulated pressures of one model on one channel, over the judging part where they can be compared.
+    /// Measured and simulated pressures of one model on one channel, over the judging part where
+    /// they can be compared.
     ///
     /// Parameters
     /// ----------
@@ -193,8 +195,8 @@ impl Comparison {
     /// Returns
     /// -------
     /// dict
-    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
-    ///     (compared rows,).
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured -
+    ///     simulated): float64 arrays of shape (compared rows,).
     fn residuals<'py>(
         &self,
         py: Python<'py>,
@@ -214,7 +216,8 @@ impl Comparison {
         Ok(Dict::new(dict))
     }
 
-    /// Draws the measured pressures of the judging part and every model's (needs matplotlib): see ``pneudrive_py.plots.comparison``, which takes the same keywords.
+    /// Draws the measured pressures of the judging part and every model's (needs matplotlib): see
+    /// ``pneudrive_py.plots.comparison``, which takes the same keywords.
     ///
     /// Returns
     /// -------

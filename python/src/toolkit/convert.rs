@@ -1,4 +1,5 @@
-//! Results as Python objects: dictionaries by way of JSON, tables for notebooks, where files come from.
+//! Results as Python objects: dictionaries by way of JSON, tables for notebooks, where files come
+//! from.
 
 use crate::errors::PneuDriveError;
 use crate::types::{Array, Dict, Vector};
@@ -11,7 +12,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
-/// The object that `value` is in the JSON files of the command line: dictionaries, lists, `None` for what is not finite.
+/// The object that `value` is in the JSON files of the command line: dictionaries, lists, `None`
+/// for what is not finite.
 pub fn object<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|error| PneuDriveError::new_err(error.to_string()))?;
     parsed(py, &text)

@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-/// Writes a recording of the truth plant and the rig's description; returns the number of rows. See ``pneudrive_py.sim.record``.
+/// Writes a recording of the truth plant and the rig's description; returns the number of rows. See
+/// ``pneudrive_py.sim.record``.
 #[pyfunction]
 #[pyo3(name = "_record", signature = (out, rig_out, *, seconds, rate_hz, channels, excitation, range_kpa, effects, realistic, drive, open_loop, joints, supply, seed))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function

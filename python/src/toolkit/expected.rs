@@ -6,7 +6,8 @@ use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::{Borrowed, FromPyObject};
 
-/// An argument of type `T`; what it is not is said as [`Described`] says it, and not in the words of the bindings.
+/// An argument of type `T`; what it is not is said as [`Described`] says it, and not in the words
+/// of the bindings.
 pub struct Expected<T>(pub T);
 
 /// What a user has to pass.

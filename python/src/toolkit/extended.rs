@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 /// A model with the effects that a diagnosis found, for the channels of one rig.
 ///
-/// ``Diagnosis.extended_model``, or what ``ExtendedModel.load`` reads. ``simulate`` simulates it; as ``diagnose(reference=...)`` it is
-/// what a later recording of the same rig is compared with.
+/// ``Diagnosis.extended_model``, or what ``ExtendedModel.load`` reads. ``simulate`` simulates it;
+/// as ``diagnose(reference=...)`` it is what a later recording of the same rig is compared with.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct ExtendedModel {
     pub file: Arc<ExtendedFile>,
@@ -35,7 +35,8 @@ impl ExtendedModel {
 
 #[pymethods]
 impl ExtendedModel {
-    /// Reads ``extended.toml`` of a diagnosis, or a parameter file that ``Parameters.save`` wrote: a model without effects.
+    /// Reads ``extended.toml`` of a diagnosis, or a parameter file that ``Parameters.save`` wrote:
+    /// a model without effects.
     ///
     /// Raises
     /// ------
@@ -51,7 +52,8 @@ impl ExtendedModel {
         Ok(Self { file: Arc::new(file), name })
     }
 
-    /// Writes the file (TOML), which ``pneudrive-model simulate`` and ``diagnose --reference`` read too.
+    /// Writes the file (TOML), which ``pneudrive-model simulate`` and ``diagnose --reference`` read
+    /// too.
     ///
     /// Raises
     /// ------

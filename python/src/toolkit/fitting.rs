@@ -87,7 +87,8 @@ impl Fit {
         Ok(Dict::new(dict))
     }
 
-    /// One line per channel: (channel, error on the fitted part, on the rest, starts, condition number).
+    /// One line per channel: (channel, error on the fitted part, on the rest, starts, condition
+    /// number).
     fn summary(&self) -> Vec<Vec<String>> {
         let line = |fit: &Kept| {
             vec![
@@ -119,8 +120,9 @@ impl Fit {
         Parameters { file: Arc::clone(&self.parameters), name: "fit".to_owned() }
     }
 
-    /// Errors of the rollouts on the fitted part, by channel: dictionaries with ``r2``, ``rmse_kpa``, ``mae_kpa``,
-    /// ``iae_kpa_s`` (integral of the absolute error), ``largest_kpa``, ``samples``, ``seconds``.
+    /// Errors of the rollouts on the fitted part, by channel: dictionaries with ``r2``,
+    /// ``rmse_kpa``, ``mae_kpa``, ``iae_kpa_s`` (integral of the absolute error), ``largest_kpa``,
+    /// ``samples``, ``seconds``.
     #[getter]
     fn fitted<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         self.scores(py, |fit| fit.fitted.as_ref())
@@ -138,7 +140,8 @@ impl Fit {
     /// -------
     /// names : list of str
     /// covariance : numpy.ndarray of float64, shape (free, free)
-    ///     In the parameters' units, corrected for correlated residuals; infinite where the data determine nothing.
+    ///     In the parameters' units, corrected for correlated residuals; infinite where the data
+    ///     determine nothing.
     fn covariance<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<(Vec<String>, Matrix<'py>)> {
         let fit = self.channel(channel)?;
         let covariance = PyArray2::from_vec2(py, &fit.covariance).map_err(errors::unusable)?;
@@ -161,8 +164,9 @@ impl Fit {
     /// Returns
     /// -------
     /// dict
-    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
-    ///     (compared rows,); ``role``: array of str, ``"fit"`` where the parameters were fitted and ``"held out"`` where they were not.
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured -
+    ///     simulated): float64 arrays of shape (compared rows,); ``role``: array of str, ``"fit"``
+    ///     where the parameters were fitted and ``"held out"`` where they were not.
     fn residuals<'py>(slf: &Bound<'py, Self>, channel: &str) -> PyResult<Bound<'py, PyAny>> {
         slf.get().channel(channel)?;
         slf.py().import("pneudrive_py.tables")?.call_method1("fit_residuals", (slf, channel))
@@ -174,7 +178,8 @@ impl Fit {
         self.parameters.settings.fit_seconds
     }
 
-    /// Draws measured and simulated pressures, the fitted part shaded, and their difference (needs matplotlib): see ``pneudrive_py.plots.fit``, which takes the same keywords.
+    /// Draws measured and simulated pressures, the fitted part shaded, and their difference (needs
+    /// matplotlib): see ``pneudrive_py.plots.fit``, which takes the same keywords.
     ///
     /// Returns
     /// -------
@@ -203,7 +208,8 @@ impl Fit {
         py.detach(|| self.parameters.save(&path).map_err(errors::store))
     }
 
-    /// Everything about the fits, by channel: parameters with intervals, starts, what is not determined and why.
+    /// Everything about the fits, by channel: parameters with intervals, starts, what is not
+    /// determined and why.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         let dict = PyDict::new(py);
         for fit in &self.channels {
@@ -248,9 +254,11 @@ impl Fit {
 /// model : {"nonlinear", "parametric", "linear"}, default "nonlinear"
 ///     Valve and chamber from first principles; Tassa et al. 2013; first-order lag of the command.
 /// fit_seconds, fit_fraction : float, optional
-///     Fit only the first so many seconds, or this share, and judge on the rest. Everything is fitted by default.
+///     Fit only the first so many seconds, or this share, and judge on the rest. Everything is
+///     fitted by default.
 /// controller : {"auto", "on", "off"}, default "auto"
-///     Whether the board's own pressure loop is simulated: by default where the drive is not recorded.
+///     Whether the board's own pressure loop is simulated: by default where the drive is not
+///     recorded.
 /// drive : {"auto", "spool", "separate"}, default "auto"
 ///     Kind of valve; by default as the columns say.
 /// flow : {"iso6358", "printed"}, default "iso6358"

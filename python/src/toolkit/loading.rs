@@ -15,8 +15,9 @@ use std::sync::Arc;
 /// Parameters
 /// ----------
 /// path : str or os.PathLike
-///     CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on;
-///     or MCAP, a ROS 2 bag of the node's topics or of ``pneudrive-host --record``.
+///     CSV, plain or compressed with gzip or zstd, with the columns ``t_s``, ``b0_cmd0_kpa``,
+///     ``b0_p0_kpa``, ``b0_u0`` and so on; or MCAP, a ROS 2 bag of the node's topics or of
+///     ``pneudrive-host --record``.
 /// rig : Rig or path, optional
 ///     With its sensors, samples at a sensor's limit are found and masked.
 /// channels : sequence of str, optional

@@ -12,7 +12,8 @@ use pyo3::types::PyDict;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Fitted parameters of one or more channels, with the rig they were fitted with and where they came from.
+/// Fitted parameters of one or more channels, with the rig they were fitted with and where they
+/// came from.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Parameters {
     pub file: Arc<ParameterFile>,
@@ -70,7 +71,8 @@ impl Parameters {
         Ok(self.channel(channel)?.setup.model.name())
     }
 
-    /// The parameters of a channel by name, in the model's order and units (see ``model_parameters``).
+    /// The parameters of a channel by name, in the model's order and units (see
+    /// ``model_parameters``).
     fn values<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, f64>> {
         let dict = PyDict::new(py);
         for parameter in &self.channel(channel)?.parameters {

@@ -11,8 +11,8 @@ use std::sync::{Arc, OnceLock};
 static IMPORTER: OnceLock<u32> = OnceLock::new();
 
 thread_local! {
-    /// The pool of a forked child, and whose it is. Kept by each thread that asks for one: a lock could be held for ever by a thread
-    /// that a fork left behind.
+    /// The pool of a forked child, and whose it is. Kept by each thread that asks for one: a lock
+    /// could be held for ever by a thread that a fork left behind.
     static CHILDS: RefCell<Option<(u32, Arc<ThreadPool>)>> = const { RefCell::new(None) };
 }
 
@@ -29,7 +29,8 @@ pub fn imported() {
 }
 
 impl Pool {
-    /// Rayon's own threads; in a forked child threads of its own, as many as `RAYON_NUM_THREADS` says or there are cores.
+    /// Rayon's own threads; in a forked child threads of its own, as many as `RAYON_NUM_THREADS`
+    /// says or there are cores.
     ///
     /// # Errors
     /// `PneuDriveError` if the system has no threads to give.

@@ -17,12 +17,14 @@ use std::sync::Arc;
 
 /// Measured data after checking: time increases, doubtful samples are masked and named.
 ///
-/// Made by ``load`` or ``Recording.from_columns``. Columns have the names of the file format, such as ``b0_p1_kpa`` for the
-/// pressure of board 0, channel 1. Pressures are in kPa gauge, times in s, angles in rad, drives from -1 (vent) to 1 (fill).
+/// Made by ``load`` or ``Recording.from_columns``. Columns have the names of the file format, such
+/// as ``b0_p1_kpa`` for the pressure of board 0, channel 1. Pressures are in kPa gauge, times in s,
+/// angles in rad, drives from -1 (vent) to 1 (fill).
 ///
-/// It behaves as a table whose rows are counted and whose columns are named, as a DataFrame does: ``recording["b0_p1_kpa"]`` is a
-/// column, a float64 array of shape (rows,); ``in``, ``for``, ``keys``, ``values``, ``items`` and ``get`` are about columns; ``len`` is
-/// the number of rows. ``dict(recording)`` holds all columns. It cannot be changed; it can be pickled.
+/// It behaves as a table whose rows are counted and whose columns are named, as a DataFrame does:
+/// ``recording["b0_p1_kpa"]`` is a column, a float64 array of shape (rows,); ``in``, ``for``,
+/// ``keys``, ``values``, ``items`` and ``get`` are about columns; ``len`` is the number of rows.
+/// ``dict(recording)`` holds all columns. It cannot be changed; it can be pickled.
 #[pyclass(frozen, module = "pneudrive_py")]
 pub struct Recording {
     pub loaded: Arc<Loaded>,
@@ -71,8 +73,8 @@ impl Recording {
     /// Parameters
     /// ----------
     /// columns : mapping from str to array_like of float, shape (rows,)
-    ///     Columns of the file format: ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so on. NaN is a missing value.
-    ///     A pandas DataFrame does as well.
+    ///     Columns of the file format: ``t_s``, ``b0_cmd0_kpa``, ``b0_p0_kpa``, ``b0_u0`` and so
+    ///     on. NaN is a missing value. A pandas DataFrame does as well.
     /// rig : Rig or path, optional
     ///     With its sensors, samples at a sensor's limit are found and masked.
     /// channels : sequence of str, optional
@@ -115,13 +117,14 @@ impl Recording {
         })
     }
 
-    /// A recording from what ``Poller.history`` returns: commands and pressures of all boards, cycle by cycle.
+    /// A recording from what ``Poller.history`` returns: commands and pressures of all boards,
+    /// cycle by cycle.
     ///
     /// Parameters
     /// ----------
     /// history : dict
-    ///     ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles, boards, 4), and if it is there ``supply_kpa``
-    ///     of shape (cycles, boards).
+    ///     ``t_s`` of shape (cycles,), ``commands_kpa`` and ``pressures_kpa`` of shape (cycles,
+    ///     boards, 4), and if it is there ``supply_kpa`` of shape (cycles, boards).
     /// rig, channels
     ///     As for ``from_columns``.
     #[staticmethod]
@@ -176,8 +179,8 @@ impl Recording {
         self.names().collect()
     }
 
-    /// What happened while it was recorded, as the file says: dictionaries with ``t_s`` (s, as ``time_s``), ``kind`` and ``text``. Empty
-    /// where the file says nothing.
+    /// What happened while it was recorded, as the file says: dictionaries with ``t_s`` (s, as
+    /// ``time_s``), ``kind`` and ``text``. Empty where the file says nothing.
     #[getter]
     fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &self.events.to_vec())
@@ -269,8 +272,8 @@ impl Recording {
     /// Parameters
     /// ----------
     /// start_s, stop_s : float, optional
-    ///     From the first row at or after ``start_s`` to the last before ``stop_s``, on the scale of ``time_s``; by default from the
-    ///     first row, and to the last.
+    ///     From the first row at or after ``start_s`` to the last before ``stop_s``, on the scale
+    ///     of ``time_s``; by default from the first row, and to the last.
     ///
     /// Returns
     /// -------
@@ -299,8 +302,9 @@ impl Recording {
     /// Returns
     /// -------
     /// Recording
-    ///     Pressures, supply and angles lie on the line between their neighbours, commands and drives hold; what is masked on either
-    ///     side is masked. Nothing is filtered: what is faster than half the new rate folds over.
+    ///     Pressures, supply and angles lie on the line between their neighbours, commands and
+    ///     drives hold; what is masked on either side is masked. Nothing is filtered: what is
+    ///     faster than half the new rate folds over.
     ///
     /// Raises
     /// ------
@@ -315,13 +319,15 @@ impl Recording {
         slf.py().import("pneudrive_py.tables")?.call_method1("dataframe", (slf,))
     }
 
-    /// Pressures, set points and drives as an ``xarray.Dataset`` (needs xarray) with dimensions ``t_s`` and ``channel``, units in the
-    /// attributes; ``usable`` says which pressures may be used.
+    /// Pressures, set points and drives as an ``xarray.Dataset`` (needs xarray) with dimensions
+    /// ``t_s`` and ``channel``, units in the attributes; ``usable`` says which pressures may be
+    /// used.
     fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("pneudrive_py.tables")?.call_method1("dataset", (slf,))
     }
 
-    /// Draws set points and usable pressures (needs matplotlib): see ``pneudrive_py.plots.recording``, which takes the same keywords.
+    /// Draws set points and usable pressures (needs matplotlib): see
+    /// ``pneudrive_py.plots.recording``, which takes the same keywords.
     ///
     /// Returns
     /// -------
@@ -335,7 +341,8 @@ impl Recording {
         slf.py().import("pneudrive_py.plots")?.call_method("recording", (slf, channels), options)
     }
 
-    /// The page that ``pneudrive-model show`` writes, one self-contained HTML file's content: figures of every channel, plots, events.
+    /// The page that ``pneudrive-model show`` writes, one self-contained HTML file's content:
+    /// figures of every channel, plots, events.
     fn html(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| self.page())
     }

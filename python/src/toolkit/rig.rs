@@ -12,10 +12,11 @@ use std::sync::Arc;
 /// Parameters
 /// ----------
 /// **tables : dict
-///     The tables of a rig file, such as ``supply={"pressure_kpa": 550.0}``: ``supply``, ``ambient``, ``chamber``, ``valve``,
-///     ``controller``, ``sensor``, and ``boards`` with what boards and channels have of their own, as in
-///     ``boards={"0": {"channels": {"3": {"chamber": {"volume_m3": 1e-4}}}}}``. All are optional; keys carry their units. See
-///     ``Rig.load`` for files.
+///     The tables of a rig file, such as ``supply={"pressure_kpa": 550.0}``: ``supply``,
+///     ``ambient``, ``chamber``, ``valve``, ``controller``, ``sensor``, and ``boards`` with what
+///     boards and channels have of their own, as in ``boards={"0": {"channels": {"3": {"chamber":
+///     {"volume_m3": 1e-4}}}}}``. All are optional; keys carry their units. See ``Rig.load`` for
+///     files.
 ///
 /// Raises
 /// ------
@@ -89,7 +90,8 @@ impl Rig {
         Ok(Self { inner: Arc::new(inner), file: None })
     }
 
-    /// The machine as one channel has it: of each table the channel's own, else its board's, else that of all.
+    /// The machine as one channel has it: of each table the channel's own, else its board's, else
+    /// that of all.
     ///
     /// Parameters
     /// ----------

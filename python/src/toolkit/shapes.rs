@@ -7,7 +7,8 @@ use pneudrive_model::rollout::{BatchColumn, BatchValues};
 use pyo3::prelude::*;
 use std::ops::{Deref, Range};
 
-/// Numbers row by row, where NumPy has them if possible: to copy a large array takes a tenth of the time of its simulation.
+/// Numbers row by row, where NumPy has them if possible: to copy a large array takes a tenth of the
+/// time of its simulation.
 pub enum Values<'py> {
     /// A contiguous array of floats.
     Lent(Floats<'py>),
@@ -43,7 +44,8 @@ impl Precise<'_> {
     }
 }
 
-/// A quantity of every chamber at every row; where it does not depend on one of them, it is kept once.
+/// A quantity of every chamber at every row; where it does not depend on one of them, it is kept
+/// once.
 pub struct Field<'py> {
     name: &'static str,
     values: Precise<'py>,
@@ -72,7 +74,8 @@ impl<'py> Field<'py> {
         Self { name, values, shape: vec![], chambers: 1, rows: 1, range: None, unit: "" }
     }
 
-    /// An array of shape (), (rows,) or (chambers, rows), whose values are to be finite and within `range`.
+    /// An array of shape (), (rows,) or (chambers, rows), whose values are to be finite and within
+    /// `range`.
     pub fn extract(
         name: &'static str,
         object: &Bound<'py, PyAny>,
@@ -94,7 +97,8 @@ impl<'py> Field<'py> {
         Ok(Self { name, values, shape, chambers, rows, range: Some(range), unit })
     }
 
-    /// Whether all values are within the range. What a column of the batch is made of is looked at there.
+    /// Whether all values are within the range. What a column of the batch is made of is looked at
+    /// there.
     pub fn check(&self) -> PyResult<()> {
         let Self { name, chambers, rows, range, unit, .. } = self;
         let Some([low, high]) = range else { return Ok(()) };
@@ -212,7 +216,8 @@ pub fn joint(chambers: &mut Extent, rows: &mut Extent, fields: &[&Field<'_>]) ->
     Ok(())
 }
 
-/// As [`numbers`], but an array of float32 with a row and a chamber of its own for each value stays what it is.
+/// As [`numbers`], but an array of float32 with a row and a chamber of its own for each value stays
+/// what it is.
 fn precise_numbers<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<(Vec<usize>, Precise<'py>)> {
     if let Ok(array) = object.extract::<PyReadonlyArrayDyn<'py, f32>>()
         && array.is_c_contiguous()

@@ -74,7 +74,8 @@ impl Simulation {
         Array(PyArray1::from_slice(py, &self.loaded.recording.time_s))
     }
 
-    /// Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the inputs are missing.
+    /// Simulated pressures, kPa gauge; float64 array of shape (rows, channels), NaN where the
+    /// inputs are missing.
     #[getter]
     fn pressure_kpa<'py>(&self, py: Python<'py>) -> Matrix<'py> {
         let array = PyArray2::zeros(py, [self.loaded.recording.rows(), self.channels.len()], false);
@@ -89,8 +90,9 @@ impl Simulation {
         Array(array)
     }
 
-    /// The 95 % band around each simulated pressure, kPa gauge; float64 array of shape (rows, channels, 2): lowest and highest. The models of
-    /// ``diagnose`` have one; NaN for those of a fit, and where the inputs are missing.
+    /// The 95 % band around each simulated pressure, kPa gauge; float64 array of shape (rows,
+    /// channels, 2): lowest and highest. The models of ``diagnose`` have one; NaN for those of a
+    /// fit, and where the inputs are missing.
     #[getter]
     fn band_kpa<'py>(&self, py: Python<'py>) -> Array<'py, f64, Ix3> {
         let array = PyArray::zeros(py, [self.loaded.recording.rows(), self.channels.len(), 2], false);
@@ -107,7 +109,8 @@ impl Simulation {
         Array(array)
     }
 
-    /// Share of the measured pressures that the band holds, by channel: 0 to 1, ``None`` where there is no band or nothing was measured.
+    /// Share of the measured pressures that the band holds, by channel: 0 to 1, ``None`` where
+    /// there is no band or nothing was measured.
     #[getter]
     fn band_holds<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, Option<f64>>> {
         let dict = PyDict::new(py);
@@ -117,7 +120,8 @@ impl Simulation {
         Ok(Dict::new(dict))
     }
 
-    /// Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``, ``None`` where nothing was measured.
+    /// Errors against the measured pressures, by channel: dictionaries as in ``Fit.fitted``,
+    /// ``None`` where nothing was measured.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ScoreDict<'py>>> {
         let dict = PyDict::new(py);
@@ -127,7 +131,8 @@ impl Simulation {
         Ok(Dict::new(dict))
     }
 
-    /// Measured and simulated pressures of one channel where they can be compared: where the measured one may be used.
+    /// Measured and simulated pressures of one channel where they can be compared: where the
+    /// measured one may be used.
     ///
     /// Parameters
     /// ----------
@@ -137,8 +142,8 @@ impl Simulation {
     /// Returns
     /// -------
     /// dict
-    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured - simulated): float64 arrays of shape
-    ///     (compared rows,).
+    ///     ``t_s``, ``measured_kpa``, ``simulated_kpa`` and ``residual_kpa`` (measured -
+    ///     simulated): float64 arrays of shape (compared rows,).
     fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Vector<'py>>> {
         let one = self.channels.iter().find(|one| one.id.to_string() == channel).ok_or_else(|| {
             errors::unusable(format!(
@@ -163,7 +168,8 @@ impl Simulation {
         Ok(Dict::new(dict))
     }
 
-    /// Draws measured and simulated pressures, and their difference (needs matplotlib): see ``pneudrive_py.plots.simulation``, which takes the same keywords.
+    /// Draws measured and simulated pressures, and their difference (needs matplotlib): see
+    /// ``pneudrive_py.plots.simulation``, which takes the same keywords.
     ///
     /// Returns
     /// -------
@@ -232,14 +238,16 @@ impl Described for Simulated {
 
 /// Simulates the channels of a recording from its commands or drives alone.
 ///
-/// Measured pressures are not used, except for the first of each stretch to start from, and to judge the simulation by.
+/// Measured pressures are not used, except for the first of each stretch to start from, and to
+/// judge the simulation by.
 ///
 /// Parameters
 /// ----------
 /// recording : Recording
 ///     Commands (for the linear model, or with the board's loop) or drives.
 /// parameters : Parameters or ExtendedModel
-///     Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``. Their channels must include the recording's.
+///     Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``. Their channels must
+///     include the recording's.
 /// rig : Rig or path, optional
 ///     By default the one the parameters were fitted with.
 /// controller : {"auto", "on", "off"}, default "auto"

@@ -1,4 +1,5 @@
-//! Long work: on a thread of its own, so that other Python threads run, Ctrl-C ends it, and progress can be told.
+//! Long work: on a thread of its own, so that other Python threads run, Ctrl-C ends it, and
+//! progress can be told.
 
 use super::pool::Pool;
 use crate::errors::PneuDriveError;
@@ -53,7 +54,8 @@ impl Watch {
         self.step.lock().unwrap_or_else(PoisonError::into_inner).done += 1;
     }
 
-    /// Ends the work here when nobody waits for it, by unwinding without the panic hook: for work that takes no flag.
+    /// Ends the work here when nobody waits for it, by unwinding without the panic hook: for work
+    /// that takes no flag.
     pub fn checkpoint(&self) {
         if self.cancel.load(Ordering::Relaxed) {
             resume_unwind(Box::new(Abandoned));
@@ -65,8 +67,9 @@ impl Watch {
     }
 }
 
-/// Runs `work` on a thread of its own. Meanwhile signals are handled, and `progress` is called with (done, total, what) from the
-/// calling thread whenever there is news. An exception from either abandons the work.
+/// Runs `work` on a thread of its own. Meanwhile signals are handled, and `progress` is called with
+/// (done, total, what) from the calling thread whenever there is news. An exception from either
+/// abandons the work.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -79,7 +82,8 @@ pub fn run<T: Send + 'static>(
     attend(py, progress, &watch, receiver)
 }
 
-/// The same for work on borrowed memory: after an exception, waits until the work has come to its next checkpoint.
+/// The same for work on borrowed memory: after an exception, waits until the work has come to its
+/// next checkpoint.
 pub fn run_scoped<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

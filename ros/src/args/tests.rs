@@ -10,7 +10,8 @@ fn the_arguments_are_consistent() {
     Flags::command().debug_assert();
 }
 
-/// Help is 100 wide where it is not read on a terminal, and an example that is broken cannot be copied.
+/// Help is 100 wide where it is not read on a terminal, and an example that is broken cannot be
+/// copied.
 #[test]
 fn examples_of_the_help_are_whole_lines() {
     let help = Flags::command().get_after_help().unwrap().to_string();

@@ -179,7 +179,8 @@ fn what_is_cleared_does_not_come_back_by_itself() {
     assert_eq!(points.get(1), counts([0.0, 99.0, 0.0, 0.0]));
 }
 
-/// Of two controllers of one joint, one that goes on does not renew what the other, which has died, commanded.
+/// Of two controllers of one joint, one that goes on does not renew what the other, which has died,
+/// commanded.
 #[test]
 fn each_channel_has_its_own_deadline() {
     let (gate, points) = gate();

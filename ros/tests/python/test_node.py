@@ -175,8 +175,8 @@ def test_late_joiners_and_killed_peers():
             assert other.stdout.readline() == "connected\n", "a late joiner gets states"
             until("its command", lambda: joint.states[-1].effort[4] == pytest.approx(60, abs=0.5))
             other.kill()
-        # Longer than it takes until 30,000 states that the dead one has not acknowledged would have been kept for it, if it
-        # were not for its lease: 20 s.
+        # Longer than it takes until 30,000 states that the dead one has not acknowledged would have
+        # been kept for it, if it were not for its lease: 20 s.
         start, before = time.monotonic(), len(joint.states)
         while time.monotonic() - start < 3:
             joint.wait_for_new_states(10)

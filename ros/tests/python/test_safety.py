@@ -93,7 +93,8 @@ def test_limits_refuse_and_ramp():
         sent = [s.effort[4] for s in states]
         rising = [(t, kpa) for t, kpa in zip(times, sent) if 20 < kpa < 140]
         assert len(rising) > 20, "it is ramped"
-        # A step is late by at most what the ramp makes up for at once, 50 ms, and rounded to a count.
+        # A step is late by at most what the ramp makes up for at once, 50 ms, and rounded to a
+        # count.
         (from_s, from_kpa), (to_s, to_kpa) = rising[0], rising[-1]
         assert to_kpa - from_kpa <= 100 * (to_s - from_s + 0.06) + 2
 

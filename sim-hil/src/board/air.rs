@@ -9,7 +9,8 @@ pub struct PlantAir {
 }
 
 impl PlantAir {
-    /// Puts `plant` (of this integration step, ns) behind the boards: board n has its channels 4n to 4n + 3.
+    /// Puts `plant` (of this integration step, ns) behind the boards: board n has its channels 4n
+    /// to 4n + 3.
     pub fn new(plant: Plant, step_ns: u64) -> Self {
         Self { plant, step_ns }
     }

@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 
 /// A board with an emulated RP2040 that runs the firmware's ELF, wired as `pin_map` says.
 ///
-/// It boots at time 0, as after power-on, and answers some 130 ms later. Its loop, its line rate and its turnaround are
-/// the firmware's own.
+/// It boots at time 0, as after power-on, and answers some 130 ms later. Its loop, its line rate
+/// and its turnaround are the firmware's own.
 pub struct ChipBoard {
     chip: Chip,
     address: Address,
@@ -17,7 +17,8 @@ pub struct ChipBoard {
     position: u8,
     /// How far it may run ahead of what it can hear, ns.
     quantum_ns: u64,
-    /// Chip time 0 in virtual time, ns: the chip's clock stands still while the board has no supply.
+    /// Chip time 0 in virtual time, ns: the chip's clock stands still while the board has no
+    /// supply.
     origin_ns: u64,
     advanced_to_ns: u64,
     powered: bool,
@@ -27,8 +28,8 @@ pub struct ChipBoard {
     sending: VecDeque<Character>,
 }
 
-/// When the voltages at the ADC are renewed: once a control loop, just before the firmware converts them, because that is
-/// what one sample of the plant stands for.
+/// When the voltages at the ADC are renewed: once a control loop, just before the firmware converts
+/// them, because that is what one sample of the plant stands for.
 #[derive(Debug)]
 struct SensorWiring {
     renew_ns: u64,
@@ -57,8 +58,8 @@ impl ChipBoard {
     /// Positions that the two-way address switch can be set to.
     pub const POSITIONS: usize = 4;
 
-    /// Powers a board whose address switch stands at `position`, 0 to 3, which is also its place in the rig, with these parts on its
-    /// I2C connector.
+    /// Powers a board whose address switch stands at `position`, 0 to 3, which is also its place in
+    /// the rig, with these parts on its I2C connector.
     ///
     /// # Errors
     /// The file is no program for this chip.
@@ -127,7 +128,8 @@ impl ChipBoard {
         self.sensors.converting_ns = now_ns;
     }
 
-    /// Mean voltage across each valve's coil as a share of the supply: the driver puts (not DIR) - PWM across it.
+    /// Mean voltage across each valve's coil as a share of the supply: the driver puts (not DIR) -
+    /// PWM across it.
     fn coils(&self) -> [f64; 4] {
         std::array::from_fn(|valve| {
             let level = |pin| f64::from(u8::from(self.chip.pin_level(pin) == Level::High));
@@ -169,7 +171,8 @@ impl BusNode for ChipBoard {
             Ticks::NEVER => u64::MAX,
             at => self.origin_ns + at.get() * TICK_NS,
         };
-        // An event of the chip is handled late by at most the quantum, which is what it may run ahead.
+        // An event of the chip is handled late by at most the quantum, which is what it may run
+        // ahead.
         chip_ns.max(self.advanced_to_ns + self.quantum_ns).min(self.sensors.renew_ns)
     }
 

@@ -1,4 +1,5 @@
-//! Parts on a native board's I2C connector, a supply sensor and an IMU, and the chip's own temperature sensor.
+//! Parts on a native board's I2C connector, a supply sensor and an IMU, and the chip's own
+//! temperature sensor.
 
 use super::i2c_world::{I2cConfig, I2cWorld};
 use crate::bus::Air;

@@ -26,7 +26,8 @@ pub(super) struct I2cWorld {
 impl I2cWorld {
     /// Standard deviation of a reading of the supply, Pa: 0.03 % of a transducer of 1 MPa.
     const SUPPLY_NOISE_PA: f64 = 300.0;
-    /// The BMI323's noise densities of 180 ug and 0.007 degrees/s per root Hz, over 50 Hz: m/s^2 and rad/s.
+    /// The BMI323's noise densities of 180 ug and 0.007 degrees/s per root Hz, over 50 Hz: m/s^2
+    /// and rad/s.
     const ACCELERATION_NOISE: f64 = 0.0125;
     const RATE_NOISE: f64 = 0.000_86;
     const GRAVITY_M_S2: f64 = 9.806_65;
@@ -43,7 +44,8 @@ impl I2cWorld {
         air.supply_pa(now_ns).map(|pa| pa + noise)
     }
 
-    /// Acceleration, gravity included, m/s^2, and angular rate, rad/s, along and about the part's axes.
+    /// Acceleration, gravity included, m/s^2, and angular rate, rad/s, along and about the part's
+    /// axes.
     pub(super) fn motion(&mut self, now_ns: u64, air: &mut dyn Air) -> ([f64; 3], [f64; 3]) {
         let (acceleration, rate) = felt(air.joint(self.position, now_ns));
         let acceleration = acceleration.map(|a| a + Self::ACCELERATION_NOISE * normal(&mut self.imu_noise));
@@ -51,8 +53,9 @@ impl I2cWorld {
     }
 }
 
-/// Acceleration, m/s^2, and angular rate, rad/s, on the end plate of a joint that stands upright: z along its axis, bent by `q_u`
-/// about x, then by `q_v` about the new y. Gravity alone: what the plate itself is accelerated by is left out.
+/// Acceleration, m/s^2, and angular rate, rad/s, on the end plate of a joint that stands upright: z
+/// along its axis, bent by `q_u` about x, then by `q_v` about the new y. Gravity alone: what the
+/// plate itself is accelerated by is left out.
 fn felt(joint: JointNow) -> ([f64; 3], [f64; 3]) {
     let [(su, cu), (sv, cv)] = joint.angles_rad.map(f64::sin_cos);
     let [wu, wv] = joint.rates_rad_s;

@@ -1,7 +1,7 @@
 //! Boards on the bus, and the air behind them.
 //!
-//! [`NativeBoard`] runs the control crate itself; [`ChipBoard`] runs the firmware's ELF on an emulated RP2040;
-//! [`OriginalBoard`] behaves as the original's firmware does, with its faults;
+//! [`NativeBoard`] runs the control crate itself; [`ChipBoard`] runs the firmware's ELF on an
+//! emulated RP2040; [`OriginalBoard`] behaves as the original's firmware does, with its faults;
 //! [`PlantAir`] puts the truth plant behind the sensors and valves of either.
 
 mod air;

@@ -12,8 +12,9 @@ use std::collections::VecDeque;
 
 /// A board that runs the control crate natively, with its own loop and its own clock.
 ///
-/// Parameters that a host changes are kept as long as the simulator runs. It reads its four sensors once a loop, at the beginning; the drives that the control step computes act at once, with
-/// the resolution of the PWM. Its clock counts microseconds since its own power-up, as the chip's does.
+/// Parameters that a host changes are kept as long as the simulator runs. It reads its four sensors
+/// once a loop, at the beginning; the drives that the control step computes act at once, with the
+/// resolution of the PWM. Its clock counts microseconds since its own power-up, as the chip's does.
 #[derive(Debug)]
 pub struct NativeBoard {
     board: Board,
@@ -48,8 +49,8 @@ pub struct NativeBoardConfig {
     pub turnaround: Turnaround,
     /// First control step after time 0, ns; boards are not in step with each other. Default 0.
     pub phase_ns: u64,
-    /// From power-up to the first control step, ns. Default 128 ms, the RP2040's crystal and boot delay. It does not apply
-    /// at time 0: the rig has been on for a while.
+    /// From power-up to the first control step, ns. Default 128 ms, the RP2040's crystal and boot
+    /// delay. It does not apply at time 0: the rig has been on for a while.
     pub boot_ns: u64,
     /// What is on its I2C connector.
     pub i2c: I2cConfig,
@@ -68,7 +69,8 @@ impl Default for NativeBoardConfig {
 }
 
 impl NativeBoard {
-    /// A board with this address, at this position of the rig (which four channels of the air it has).
+    /// A board with this address, at this position of the rig (which four channels of the air it
+    /// has).
     ///
     /// # Errors
     /// A control parameter outside its limits.
@@ -144,7 +146,8 @@ impl NativeBoard {
         match self.start.check(&set) {
             Err(refusal) => self.board.port().end_commit(refusal),
             Ok(()) => {
-                // As on the chip, a flash that fails shows in the record's number after the restart.
+                // As on the chip, a flash that fails shows in the record's number after the
+                // restart.
                 let _ = self.start.keep(&mut self.flash, &set);
                 self.set_powered(false, now_ns, air);
                 self.set_powered(true, now_ns + FLASH_NS, air);

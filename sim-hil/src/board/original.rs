@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 /// - It looks at its receive buffer once a loop of 859 us. It compares each byte and the one before
 ///   it with its address, and keeps nothing else: no idle gap starts a frame, and no whole frame
 ///   aligns the next one. So 0xFF before `FF FF` makes board 0 read its request one byte early.
-/// - After its address it takes the next eight bytes, whatever they are, for four commands. It waits
-///   for them for 1 ms each.
+/// - After its address it takes the next eight bytes, whatever they are, for four commands. It
+///   waits for them for 1 ms each.
 /// - It answers first, always, in the original's format. Then it looks at the commands: one above
 ///   1023, and all four are dropped. So a checked request is answered and dropped.
 /// - It has no command timeout: set points hold for ever.

@@ -1,8 +1,9 @@
 //! How a board wires the chip, in one place: the counterpart of `firmware/src/pins.rs`.
 //!
-//! The valve pins have pull-ups on the board (vent while nothing drives them), the switch closes to ground, and a
-//! divider brings the sensor's 0 to 5 V to the ADC's 0 to 3.3 V in proportion, both supplies being each other's
-//! reference: the ADC's 12-bit code is the sensor's share of its supply.
+//! The valve pins have pull-ups on the board (vent while nothing drives them), the switch closes to
+//! ground, and a divider brings the sensor's 0 to 5 V to the ADC's 0 to 3.3 V in proportion, both
+//! supplies being each other's reference: the ADC's 12-bit code is the sensor's share of its
+//! supply.
 
 /// I2C block of the connector.
 pub(super) const I2C_BLOCK: usize = 0;

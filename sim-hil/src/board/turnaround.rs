@@ -6,8 +6,8 @@ pub enum Turnaround {
         /// From stop bit to start bit, ns.
         delay_ns: u64,
     },
-    /// At the next turn of the board's main loop, which runs on by itself: the original, whose loop took 0.86 ms
-    /// (1164 Hz with one board; Arduino loop, one look at the receive buffer a turn).
+    /// At the next turn of the board's main loop, which runs on by itself: the original, whose loop
+    /// took 0.86 ms (1164 Hz with one board; Arduino loop, one look at the receive buffer a turn).
     OnceALoop {
         /// Period of the loop, ns.
         period_ns: u64,

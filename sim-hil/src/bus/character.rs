@@ -12,7 +12,8 @@ pub struct Character {
 pub struct Heard {
     /// The eight data bits, right or wrong.
     pub byte: u8,
-    /// Whether the receiver flags it (framing error): two drivers fought, or the driver let go too soon.
+    /// Whether the receiver flags it (framing error): two drivers fought, or the driver let go too
+    /// soon.
     pub damaged: bool,
 }
 

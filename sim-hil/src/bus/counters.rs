@@ -1,7 +1,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What happened on the bus, in numbers. Serialised, it is the JSON object that `pneudrive-sim` prints at its end.
+/// What happened on the bus, in numbers. Serialised, it is the JSON object that `pneudrive-sim`
+/// prints at its end.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct BusCounters {
     /// Packets that the host put on the wire whole, to whatever address.
@@ -29,7 +30,8 @@ pub struct BusCounters {
 }
 
 impl BusCounters {
-    /// Everything that a healthy bus never shows: collisions, early, overlong, gapped, truncated and unasked answers.
+    /// Everything that a healthy bus never shows: collisions, early, overlong, gapped, truncated
+    /// and unasked answers.
     pub fn violations(&self) -> u64 {
         self.collisions + self.early + self.overlong + self.gaps + self.truncated + self.unasked
     }

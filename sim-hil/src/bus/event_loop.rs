@@ -32,7 +32,8 @@ struct Place {
 }
 
 impl Bus {
-    /// Boards on a line, at time 0. `strict` makes every violation a panic, for tests on a bus without faults.
+    /// Boards on a line, at time 0. `strict` makes every violation a panic, for tests on a bus
+    /// without faults.
     ///
     /// The board at position n has the n-th four channels of `air`, whatever its address is.
     pub fn new(
@@ -86,8 +87,8 @@ impl Bus {
         &self.counters
     }
 
-    /// The host's adapter gets `bytes` to send at `at_ns`. It sends them back to back, after what it still has to send;
-    /// never before the present time of the bus.
+    /// The host's adapter gets `bytes` to send at `at_ns`. It sends them back to back, after what
+    /// it still has to send; never before the present time of the bus.
     pub fn send(&mut self, at_ns: u64, bytes: &[u8]) {
         let mut not_before_ns = at_ns.max(self.now_ns);
         for &byte in bytes {
@@ -105,7 +106,8 @@ impl Bus {
         self.receiver.pop(self.now_ns)
     }
 
-    /// Nothing is on the wire and the host has nothing left to send (a board may still be about to answer).
+    /// Nothing is on the wire and the host has nothing left to send (a board may still be about to
+    /// answer).
     pub fn is_quiet(&self) -> bool {
         self.wire.is_free() && self.transmitter.is_empty()
     }
@@ -127,8 +129,8 @@ impl Bus {
         .max(self.now_ns)
     }
 
-    /// Before when the host has nothing to gain from looking, ns: a run of characters goes on, which ends then if it is
-    /// a whole packet. `None` on a quiet bus.
+    /// Before when the host has nothing to gain from looking, ns: a run of characters goes on,
+    /// which ends then if it is a whole packet. `None` on a quiet bus.
     ///
     /// A hint for pacing, not a promise: boards may end early.
     pub fn run_ends_at_ns(&self) -> Option<u64> {
@@ -148,7 +150,8 @@ impl Bus {
         self.receiver.next_at_ns().filter(|&at| at > self.now_ns)
     }
 
-    /// A part of the plant's work up to the next event of a board; says whether any is left. See [`Air::work_ahead`].
+    /// A part of the plant's work up to the next event of a board; says whether any is left. See
+    /// [`Air::work_ahead`].
     pub fn work_ahead(&mut self) -> bool {
         let boards = self.boards.iter().map(|place| place.node.next_event_ns()).min();
         let until_ns = boards.into_iter().chain(self.faults.next_event_ns()).min().unwrap_or(self.now_ns);

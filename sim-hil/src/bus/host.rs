@@ -47,7 +47,8 @@ impl HostTransmitter {
         self.queue.front().map(|next| next.not_before_ns.max(self.free_at_ns()))
     }
 
-    /// Takes the next character if its start bit has fallen by `now_ns`: start time, byte, and whether it opens a burst.
+    /// Takes the next character if its start bit has fallen by `now_ns`: start time, byte, and
+    /// whether it opens a burst.
     pub fn take(&mut self, now_ns: u64) -> Option<(u64, u8, bool)> {
         let start_ns = self.next_start_ns().filter(|&start| start <= now_ns)?;
         let free_at_ns = self.free_at_ns();
@@ -61,7 +62,8 @@ impl HostTransmitter {
         Some((start_ns, next.byte, opens_burst))
     }
 
-    /// End of the last stop bit sent; counted from the burst's first start bit, so that rounding does not add up.
+    /// End of the last stop bit sent; counted from the burst's first start bit, so that rounding
+    /// does not add up.
     fn free_at_ns(&self) -> u64 {
         self.burst_first_ns + self.line.characters_ns(self.burst_sent)
     }

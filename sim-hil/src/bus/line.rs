@@ -1,12 +1,14 @@
 use pneudrive_protocol::pulse::{Parts, Pulse, PulseError, pulse, resistor_for};
 use pneudrive_protocol::{BITS_PER_CHARACTER, Baud, IDLE_GAP_CHARACTERS};
 
-/// How long bits last on the virtual wire, and what the boards' line drivers allow. Times in ns of virtual time.
+/// How long bits last on the virtual wire, and what the boards' line drivers allow. Times in ns of
+/// virtual time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line {
     bits_per_second: u64,
     pulse: Pulse,
-    /// Silence that must lie between the request's last stop bit and an answer's first start bit, ns.
+    /// Silence that must lie between the request's last stop bit and an answer's first start bit,
+    /// ns.
     pub min_turnaround_ns: u64,
 }
 
@@ -14,8 +16,8 @@ impl Line {
     /// Bits per second of a wire that takes no time to speak of.
     const INSTANT: u64 = 1_000_000_000;
 
-    /// The host's adapter must have let go of the pair before a board drives it. The driver disable times in
-    /// datasheets of 1 Mbaud transceivers stay below 1 us.
+    /// The host's adapter must have let go of the pair before a board drives it. The driver disable
+    /// times in datasheets of 1 Mbaud transceivers stay below 1 us.
     pub const MIN_TURNAROUND_NS: u64 = 1_000;
 
     /// A wire of this line rate; the boards' 555 has the smallest resistor that covers a packet.
@@ -31,8 +33,8 @@ impl Line {
         })
     }
 
-    /// A wire that takes no time to speak of: 1 ns a bit, 0.2 us an exchange. For `--timing instant`; no 555 can
-    /// be too short for it and no turnaround too quick.
+    /// A wire that takes no time to speak of: 1 ns a bit, 0.2 us an exchange. For
+    /// `--timing instant`; no 555 can be too short for it and no turnaround too quick.
     pub fn instant() -> Self {
         Self { bits_per_second: Self::INSTANT, pulse: pulse(976, Parts::ORIGINAL), min_turnaround_ns: 0 }
     }
@@ -57,7 +59,8 @@ impl Line {
 
     /// Time of `characters` back to back, ns, rounded up.
     ///
-    /// The n-th start bit of a burst lies at `characters_ns(n)` after the first, so rounding never adds up.
+    /// The n-th start bit of a burst lies at `characters_ns(n)` after the first, so rounding never
+    /// adds up.
     pub fn characters_ns(&self, characters: u64) -> u64 {
         (characters * u64::from(BITS_PER_CHARACTER) * 1_000_000_000).div_ceil(self.bits_per_second)
     }

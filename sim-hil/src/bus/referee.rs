@@ -166,7 +166,8 @@ impl Speech {
 }
 
 impl HostSide {
-    /// Takes a byte; gives the address when the last ten are a packet of either format (bit 15 of every value word is 0).
+    /// Takes a byte; gives the address when the last ten are a packet of either format (bit 15 of
+    /// every value word is 0).
     fn push(&mut self, byte: u8) -> Option<Address> {
         if self.len == PACKET_LEN {
             self.window.rotate_left(1);

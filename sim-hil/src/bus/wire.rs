@@ -13,7 +13,8 @@ pub(super) struct InFlight {
     pub heard: Heard,
     /// Its talker's rate.
     pub line: Line,
-    /// Noise that fell into a character spoils that character; no receiver takes it for one of its own.
+    /// Noise that fell into a character spoils that character; no receiver takes it for one of its
+    /// own.
     pub absorbed: bool,
 }
 
@@ -42,7 +43,8 @@ pub(super) struct Wire {
     /// Every talker's present or last run of characters.
     runs: Vec<Run>,
     runs_begun: u64,
-    /// Pairs of runs that have met, as the newer run's number and the older one's; the latest few are enough.
+    /// Pairs of runs that have met, as the newer run's number and the older one's; the latest few
+    /// are enough.
     fights: VecDeque<(u64, u64)>,
 }
 
@@ -74,9 +76,9 @@ impl Wire {
         self.flights.iter().map(|flight| flight.end_ns).min()
     }
 
-    /// A start bit falls. Two drivers pull the pair both ways: what overlaps is damaged on both sides, and as a zero
-    /// usually wins, the bits are the AND of both. Noise is too weak to be seen as a fight: it flips bits, and only
-    /// some of them in the stop bit.
+    /// A start bit falls. Two drivers pull the pair both ways: what overlaps is damaged on both
+    /// sides, and as a zero usually wins, the bits are the AND of both. Noise is too weak to be
+    /// seen as a fight: it flips bits, and only some of them in the stop bit.
     pub fn begin(&mut self, talker: Talker, line: Line, character: Character) -> Contention {
         let start_ns = character.start_ns;
         let heard = Heard { byte: character.byte, damaged: false };
@@ -135,7 +137,8 @@ impl Wire {
         true
     }
 
-    /// The driver let go before the stop bit of the character that `talker` began last: its receivers flag it.
+    /// The driver let go before the stop bit of the character that `talker` began last: its
+    /// receivers flag it.
     pub fn cut_off_last(&mut self, talker: Talker) {
         if let Some(flight) = self.flights.iter_mut().rev().find(|flight| flight.talker == talker) {
             flight.heard.damaged = true;
@@ -149,7 +152,8 @@ impl Wire {
     }
 }
 
-/// Noise hits a character: at least one bit flips, and the highest bit decides whether the stop bit is hit too.
+/// Noise hits a character: at least one bit flips, and the highest bit decides whether the stop bit
+/// is hit too.
 fn spoil(character: &mut InFlight, noise: &mut InFlight) {
     character.heard.byte ^= noise.heard.byte | 1;
     character.heard.damaged |= noise.heard.byte >= 0x80;

@@ -51,8 +51,8 @@ enum Command {
     Manual(Manual),
 }
 
-/// Does what a command line says, the program's name first. Returns the exit status: 0 done, 1 failed while running, 2 unusable
-/// arguments. Help and arguments that are none end the process.
+/// Does what a command line says, the program's name first. Returns the exit status: 0 done, 1
+/// failed while running, 2 unusable arguments. Help and arguments that are none end the process.
 pub fn main(line: Vec<OsString>) -> u8 {
     let cli = negative_values(Cli::command()).try_get_matches_from(line);
     let cli = cli.and_then(|matches| Cli::from_arg_matches(&matches));
@@ -81,7 +81,8 @@ impl Cli {
     }
 }
 
-/// Lets `-50` be a value of every option: then its range is what is said to be wrong, not the option's name.
+/// Lets `-50` be a value of every option: then its range is what is said to be wrong, not the
+/// option's name.
 fn negative_values(command: clap::Command) -> clap::Command {
     command
         .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })

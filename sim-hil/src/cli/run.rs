@@ -23,28 +23,34 @@ pub(super) struct RunArgs {
     /// How long bytes take on the wire
     #[arg(long, value_enum, default_value = "wire")]
     timing: TimingArg,
-    /// Line rate of the virtual wire, bit/s, 1200 to 7812500 (what a client sets on the port is ignored)
+    /// Line rate of the virtual wire, bit/s, 1200 to 7812500 (what a client sets on the port is
+    /// ignored)
     #[arg(long, value_name = "RATE", default_value_t = Baud::ORIGINAL.get(), value_parser = parse_baud)]
     baud: u32,
     /// From a request's last stop bit to the answer's first start bit, us, 0 to 1000000
     #[arg(long, value_name = "US", default_value_t = 15.0, value_parser = parse_turnaround)]
     turnaround_us: f64,
-    /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed turnaround
+    /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed
+    /// turnaround
     #[arg(long, conflicts_with = "turnaround_us")]
     original_loop: bool,
-    /// These boards behave as the original's firmware does, faults included: numbers separated by commas, or all
+    /// These boards behave as the original's firmware does, faults included: numbers separated by
+    /// commas, or all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     original: Option<BoardsArg>,
     /// These boards measure the supply pressure: numbers separated by commas, or all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     supply_sensor: Option<BoardsArg>,
-    /// These boards have an IMU, on the end plate of their joint: numbers separated by commas, or all
+    /// These boards have an IMU, on the end plate of their joint: numbers separated by commas, or
+    /// all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     imu: Option<BoardsArg>,
-    /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at 1 Mbaud
+    /// Run this firmware on emulated chips instead of native boards: 1 to 4 devices, wire timing at
+    /// 1 Mbaud
     #[arg(long, value_name = "ELF", conflicts_with_all = ["turnaround_us", "original_loop"])]
     firmware: Option<PathBuf>,
-    /// Switch an effect on in the plant, as in supply_sag=40 or valve_hysteresis=0.06@b0c2; repeatable
+    /// Switch an effect on in the plant, as in supply_sag=40 or valve_hysteresis=0.06@b0c2;
+    /// repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     effects: Vec<Effect>,
     /// Inject a fault on the bus, as in bit_flip=1e-4,on=answers or unplug@3,board=1; repeatable
@@ -68,10 +74,12 @@ pub(super) struct RunArgs {
     /// Date requests back by this instead of the measured round trip of the pty, us
     #[arg(long, value_name = "US")]
     pty_latency_us: Option<u64>,
-    /// Put each request on the wire when it is seen, as a plain responder would, instead of dating it back by the pty's round trip
+    /// Put each request on the wire when it is seen, as a plain responder would, instead of dating
+    /// it back by the pty's round trip
     #[arg(long, conflicts_with = "pty_latency_us")]
     no_dating: bool,
-    /// Wait the last so many us before an answer is due, and the first after it, in a loop instead of asleep
+    /// Wait the last so many us before an answer is due, and the first after it, in a loop instead
+    /// of asleep
     #[arg(long, value_name = "US", default_value_t = 20, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     spin_us: u64,
     /// Hand over at most so many bytes together; 1 hands over each at its own stop bit

@@ -3,7 +3,8 @@ use crate::bus::BusCounters;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// An adapter's fault with its own random numbers, so that adding one fault does not change another.
+/// An adapter's fault with its own random numbers, so that adding one fault does not change
+/// another.
 #[derive(Debug)]
 pub(super) struct AdapterFault {
     spec: FaultSpec,

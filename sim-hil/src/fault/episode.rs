@@ -100,7 +100,8 @@ impl EpisodeFault {
         self.running.and_then(|episode| episode.next_character_ns).is_some_and(|at| at <= now_ns)
     }
 
-    /// Time to the next episode: exponentially distributed, so that episodes come at random at the given rate.
+    /// Time to the next episode: exponentially distributed, so that episodes come at random at the
+    /// given rate.
     fn draw_pause_ns(&mut self) -> Option<u64> {
         let When::Rate(rate) = self.spec.when else { return None };
         let uniform: f64 = self.rng.random();

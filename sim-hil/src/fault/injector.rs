@@ -59,7 +59,8 @@ impl LineEvent {
 }
 
 impl FaultInjector {
-    /// The given faults on a line with `boards` boards. Equal seeds give equal faults for equal traffic.
+    /// The given faults on a line with `boards` boards. Equal seeds give equal faults for equal
+    /// traffic.
     ///
     /// # Errors
     /// A fault of a board that is not there.

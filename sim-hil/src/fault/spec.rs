@@ -59,7 +59,8 @@ impl Path {
 impl FaultSpec {
     /// Longest duration and latest time, s.
     const SECONDS_MAX: f64 = 1e6;
-    /// Most episodes a second; more than one a character time at 1 Mbaud would be no episodes any more.
+    /// Most episodes a second; more than one a character time at 1 Mbaud would be no episodes any
+    /// more.
     const PER_SECOND_MAX: f64 = 1e5;
 
     fn option(&mut self, text: &str) -> Result<(), FaultError> {

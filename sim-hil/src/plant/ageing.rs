@@ -1,4 +1,5 @@
-//! What changes slowly in a channel: a wearing valve, a coil that heats up, water in the line, a crack that grows.
+//! What changes slowly in a channel: a wearing valve, a coil that heats up, water in the line, a
+//! crack that grows.
 
 use rand_chacha::ChaCha8Rng;
 
@@ -33,7 +34,8 @@ pub struct Ageing {
 }
 
 impl Ageing {
-    /// `None` when nothing ages, so that the integrator can skip it. `rng` is drawn from only by water.
+    /// `None` when nothing ages, so that the integrator can skip it. `rng` is drawn from only by
+    /// water.
     pub fn new(physics: &AgeingPhysics, step_s: f64, rng: ChaCha8Rng) -> Option<Self> {
         let AgeingPhysics { wear_per_s, heating, water, burst } = physics;
         let still = wear_per_s.abs() <= 0.0 && heating.is_none() && water.is_none() && burst.is_none();
@@ -46,8 +48,8 @@ impl Ageing {
         })
     }
 
-    /// The condition for the step that starts at `time_s`, with the coil at duty `coil` and the chamber at
-    /// `gauge_pa`.
+    /// The condition for the step that starts at `time_s`, with the coil at duty `coil` and the
+    /// chamber at `gauge_pa`.
     pub fn step(&mut self, time_s: f64, coil: f64, gauge_pa: f64) -> Condition {
         let mut condition = Condition { gain: (self.physics.wear_per_s * time_s).exp(), ..Condition::NEW };
         if let Some((loss, time_constant)) = self.physics.heating {
@@ -128,7 +130,8 @@ mod tests {
         assert!((a.step(10.0, 0.0, 0.0).gain - (-1.0_f64).exp()).abs() < 1e-12);
     }
 
-    /// First-order heating with the square of the duty: after one time constant at half duty, 0.25 (1 - 1/e).
+    /// First-order heating with the square of the duty: after one time constant at half duty, 0.25
+    /// (1 - 1/e).
     #[test]
     fn coil_heats_with_the_square_of_the_duty() {
         let mut a = ageing(AgeingPhysics { heating: Some((0.4, 0.5)), ..AgeingPhysics::default() });

@@ -1,4 +1,5 @@
-//! What every real rig has and no textbook describes exactly: a background of small imperfections, drawn anew for each channel.
+//! What every real rig has and no textbook describes exactly: a background of small imperfections,
+//! drawn anew for each channel.
 //!
 //! A method that names causes is worth something only if none of this makes it name one.
 
@@ -6,22 +7,26 @@ use super::noise::{Purpose, normal, stream, uniform};
 use super::parameters::ValveParameters;
 use super::physics::{ChannelPhysics, GasPhysics, SideVolume};
 
-/// Coefficients of a smooth relative deviation over an argument from 0 to 1, as a polynomial of degree 3 without a constant part.
+/// Coefficients of a smooth relative deviation over an argument from 0 to 1, as a polynomial of
+/// degree 3 without a constant part.
 pub type Deviation = [f64; 3];
 
 /// How large the imperfections are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Background {
-    /// Smooth deviation of each metering edge's conductance over its opening, relative standard deviation, 0 to 0.3.
+    /// Smooth deviation of each metering edge's conductance over its opening, relative standard
+    /// deviation, 0 to 0.3.
     pub valve_curve: f64,
     /// The same of the flow function over the pressure ratio, 0 to 0.3.
     pub flow_function: f64,
-    /// How far the gas is from the exponent that the plant states, towards the isothermal one: standard deviation of the exponent, 0 to
-    /// 0.3.
+    /// How far the gas is from the exponent that the plant states, towards the isothermal one:
+    /// standard deviation of the exponent, 0 to 0.3.
     pub exponent: f64,
-    /// Restriction of the tube between valve and chamber, conductance of the open valve over that of the tube, 0 (no tube) to 0.3.
+    /// Restriction of the tube between valve and chamber, conductance of the open valve over that
+    /// of the tube, 0 (no tube) to 0.3.
     pub tube: f64,
-    /// Wander of the supply over 2 s beside the slow one, fraction of its gauge pressure, standard deviation, 0 to 0.2.
+    /// Wander of the supply over 2 s beside the slow one, fraction of its gauge pressure, standard
+    /// deviation, 0 to 0.2.
     pub fast_wander: f64,
 }
 
@@ -37,8 +42,9 @@ impl Background {
         Self { valve_curve: 0.0, flow_function: 0.0, exponent: 0.0, tube: 0.0, fast_wander: 0.0 }
     }
 
-    /// Curves that are off by less than a percent, a tube that takes a thirtieth of the valve's loss, gas a little less than adiabatic,
-    /// 0.3 % of the supply: the base model then errs by several times the sensor's noise, since a chamber sums up flows.
+    /// Curves that are off by less than a percent, a tube that takes a thirtieth of the valve's
+    /// loss, gas a little less than adiabatic, 0.3 % of the supply: the base model then errs by
+    /// several times the sensor's noise, since a chamber sums up flows.
     #[must_use]
     pub fn typical() -> Self {
         Self { valve_curve: 0.004, flow_function: 0.004, exponent: 0.01, tube: 0.03, fast_wander: 0.003 }
@@ -88,9 +94,11 @@ impl Background {
     }
 }
 
-/// The polynomial whose parts of degree 1, 2 and 3 over 0 to 1 are orthogonal and of the given root mean squares, without its constant.
+/// The polynomial whose parts of degree 1, 2 and 3 over 0 to 1 are orthogonal and of the given root
+/// mean squares, without its constant.
 fn legendre([a, b, c]: [f64; 3]) -> Deviation {
-    // Shifted Legendre polynomials 2x - 1, 6x^2 - 6x + 1, 20x^3 - 30x^2 + 12x - 1, over their root mean squares.
+    // Shifted Legendre polynomials 2x - 1, 6x^2 - 6x + 1, 20x^3 - 30x^2 + 12x - 1, over their root
+    // mean squares.
     let [a, b, c] = [a * 3.0_f64.sqrt(), b * 5.0_f64.sqrt(), c * 7.0_f64.sqrt()];
     [2.0 * a - 6.0 * b + 12.0 * c, 6.0 * b - 30.0 * c, 20.0 * c]
 }

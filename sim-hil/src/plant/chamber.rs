@@ -1,8 +1,8 @@
 //! Mass and energy balance of the gas behind one valve.
 //!
-//! Up to three volumes: the chamber, the tube between valve and chamber, and the space between the vent edge and a
-//! muffler. The sensor sits at the valve's port. First law for an ideal gas of constant heats (`d(p V)/(gamma - 1) =
-//! cp sum(T m) + Q - p dV`):
+//! Up to three volumes: the chamber, the tube between valve and chamber, and the space between the
+//! vent edge and a muffler. The sensor sits at the valve's port. First law for an ideal gas of
+//! constant heats (`d(p V)/(gamma - 1) = cp sum(T m) + Q - p dV`):
 //!
 //! `V dp/dt = gamma R sum(T_i m_i) + (gamma - 1) Q - gamma p dV/dt`
 
@@ -117,8 +117,8 @@ impl ChamberPhysics {
         fixed && rigid && self.line.is_none() && self.muffler.is_none()
     }
 
-    /// [`ChamberPhysics::rates`] of a plain channel with a still joint and no leak, a quarter faster: most channels of most
-    /// runs are that. The same numbers to the last bit.
+    /// [`ChamberPhysics::rates`] of a plain channel with a still joint and no leak, a quarter
+    /// faster: most channels of most runs are that. The same numbers to the last bit.
     #[inline]
     pub fn plain_rates(&self, y: &GasState, s: &Surroundings) -> (GasState, Flows) {
         let exponent = match self.gas {
@@ -156,14 +156,16 @@ impl ChamberPhysics {
         };
         let mut rate = GasState::default();
         let outflow = flows.vent + flows.leak;
-        // What flows in from the supply carries its temperature, what flows back carries the port's.
+        // What flows in from the supply carries its temperature, what flows back carries the
+        // port's.
         let fill_k = if flows.fill >= 0.0 { s.supply_k } else { port_k };
         let out_k = if outflow >= 0.0 { port_k } else { self.ambient_k };
         let (into_chamber, heat_flow) = match &self.line {
             None => (flows.fill - outflow, fill_k * flows.fill - out_k * outflow),
             Some(line) => {
                 let through = self.flow.mass_flow(line.conductance, port, port_k, y.chamber_pa, gas_k);
-                // A thin tube exchanges heat within milliseconds: isothermal, unless the whole plant is of fixed temperature.
+                // A thin tube exchanges heat within milliseconds: isothermal, unless the whole
+                // plant is of fixed temperature.
                 let exponent = match self.gas {
                     GasPhysics::Fixed { exponent } => exponent,
                     GasPhysics::Balance { .. } => 1.0,
@@ -186,7 +188,8 @@ impl ChamberPhysics {
         if let Some((compliance, time_constant)) = self.creep {
             rate.creep = (compliance * (y.chamber_pa - self.ambient_pa) - y.creep) / time_constant;
         }
-        // Part of dV/dt that does not hang on dp/dt; the wall's prompt stretch goes to the left-hand side.
+        // Part of dV/dt that does not hang on dp/dt; the wall's prompt stretch goes to the
+        // left-hand side.
         let lengthening = self.volume_factor * self.area_m2 * self.offset_m * s.angle_rate;
         let swelling = lengthening * stretch + cylinder * rate.creep;
         let (exponent, heat) = match self.gas {

@@ -1,4 +1,5 @@
-//! From the drive a board asks for to the spool: the driver's resolution, crosstalk, dead time, current limit, lag, friction.
+//! From the drive a board asks for to the spool: the driver's resolution, crosstalk, dead time,
+//! current limit, lag, friction.
 
 use std::collections::VecDeque;
 
@@ -12,15 +13,17 @@ pub struct SpoolStep {
     pub end: f64,
 }
 
-/// One channel's chain. The order is that of the hardware: the driver's output reaches the coil (crosstalk, dead
-/// time, current limit), the force follows the current (lag), and friction stands between force and spool.
+/// One channel's chain. The order is that of the hardware: the driver's output reaches the coil
+/// (crosstalk, dead time, current limit), the force follows the current (lag), and friction stands
+/// between force and spool.
 #[derive(Debug, Clone)]
 pub struct DriveChain {
     resolution: f64,
     crosstalk: f64,
     limit: f64,
     queue: Option<VecDeque<f64>>,
-    /// Share of the way to the drive the force makes in half a step and in a whole one; `None` without lag.
+    /// Share of the way to the drive the force makes in half a step and in a whole one; `None`
+    /// without lag.
     lag: Option<(f64, f64)>,
     friction: Friction,
     force: f64,
@@ -71,7 +74,8 @@ impl DriveChain {
         }
     }
 
-    /// Moves the spool over one step during which this channel's driver puts out `drive` and its neighbour's `neighbour`.
+    /// Moves the spool over one step during which this channel's driver puts out `drive` and its
+    /// neighbour's `neighbour`.
     #[inline]
     pub fn step(&mut self, drive: f64, neighbour: f64) -> SpoolStep {
         let drive =
@@ -110,7 +114,8 @@ impl DriveChain {
 }
 
 impl Friction {
-    /// Play, then stick-and-jump, then the sticking spot; each passes its input through when it is off.
+    /// Play, then stick-and-jump, then the sticking spot; each passes its input through when it is
+    /// off.
     #[inline]
     fn apply(&mut self, force: f64) -> f64 {
         if !self.active {
@@ -118,14 +123,16 @@ impl Friction {
         }
         // Play: the spool is pushed by whichever face of the gap touches it.
         self.play_out = self.play_out.clamp(force - self.play, force + self.play);
-        // Stiction: nothing moves until the force has gone a threshold away, then the spool jumps after it.
+        // Stiction: nothing moves until the force has gone a threshold away, then the spool jumps
+        // after it.
         if (self.play_out - self.stiction_out).abs() >= self.stiction {
             self.stiction_out = self.play_out;
         }
         self.stick_at_spot(self.stiction_out)
     }
 
-    /// A burr: a spool that crosses or reaches the spot stays there until pulled away by the tear-off distance.
+    /// A burr: a spool that crosses or reaches the spot stays there until pulled away by the
+    /// tear-off distance.
     fn stick_at_spot(&mut self, wanted: f64) -> f64 {
         let Some((spot, tear_off)) = self.spot else {
             return wanted;

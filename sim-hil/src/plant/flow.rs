@@ -1,7 +1,8 @@
 //! Flow through an orifice, ISO 6358-1:2013.
 //!
 //! `m = C rho_0 sqrt(T_0 / T_u) p_u phi(p_d / p_u)` with `phi = 1` up to the critical ratio `b` and
-//! `phi = (1 - ((r - b) / (1 - b))^2)^m` above it. Reference state ANR: 293.15 K, 100 kPa, 65 % humidity.
+//! `phi = (1 - ((r - b) / (1 - b))^2)^m` above it. Reference state ANR: 293.15 K, 100 kPa, 65 %
+//! humidity.
 
 use super::background::{Deviation, factor};
 use super::error::PlantError;
@@ -13,8 +14,9 @@ pub const ANR_TEMPERATURE_K: f64 = 293.15;
 
 /// The flow function `phi` of ISO 6358 with a laminar segment next to equal pressures.
 ///
-/// The subsonic branch has an infinite slope at `r = 1`, which no real orifice has and no fixed step can follow: from
-/// `laminar_ratio` to 1 the straight line to zero is used, as usual in simulation of ISO 6358 orifices.
+/// The subsonic branch has an infinite slope at `r = 1`, which no real orifice has and no fixed
+/// step can follow: from `laminar_ratio` to 1 the straight line to zero is used, as usual in
+/// simulation of ISO 6358 orifices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlowFunction {
     critical_ratio: f64,
@@ -34,8 +36,8 @@ impl Default for FlowFunction {
 }
 
 impl FlowFunction {
-    /// A flow function with critical ratio `b` (0 to 0.8), subsonic exponent (0.2 to 1) and the pressure ratio from which
-    /// the flow is laminar (above `b`, up to 0.99999).
+    /// A flow function with critical ratio `b` (0 to 0.8), subsonic exponent (0.2 to 1) and the
+    /// pressure ratio from which the flow is laminar (above `b`, up to 0.99999).
     ///
     /// # Errors
     /// Names the argument that is outside its range.
@@ -64,8 +66,8 @@ impl FlowFunction {
         Self { critical_ratio, exponent, laminar_ratio, per_subsonic, laminar_slope, bend: [0.0; 3] }
     }
 
-    /// The same function with the critical ratio and the exponent moved. Whether the result is in range is checked with
-    /// [`FlowFunction::new`] once everything is resolved.
+    /// The same function with the critical ratio and the exponent moved. Whether the result is in
+    /// range is checked with [`FlowFunction::new`] once everything is resolved.
     pub(super) fn changed_by(&self, critical_ratio: f64, exponent: f64) -> Self {
         let changed = Self::unchecked(
             self.critical_ratio + critical_ratio,
@@ -105,8 +107,8 @@ impl FlowFunction {
 
     /// `phi` at the ratio of the downstream to the upstream absolute pressure, 0 to 1.
     ///
-    /// `phi` is concave, so the laminar chord lies below it between `laminar_ratio` and 1 and above it elsewhere: the
-    /// smaller of the two is the function, without a branch.
+    /// `phi` is concave, so the laminar chord lies below it between `laminar_ratio` and 1 and above
+    /// it elsewhere: the smaller of the two is the function, without a branch.
     #[must_use]
     #[inline]
     pub fn phi(&self, ratio: f64) -> f64 {
@@ -116,8 +118,9 @@ impl FlowFunction {
         subsonic.min(self.laminar_slope * (1.0 - ratio)) * factor(&self.bend, ratio)
     }
 
-    /// Mass flow, kg/s, from `a` to `b` (negative when it goes back) through conductance `conductance` in m^3/(s Pa); absolute
-    /// pressures in Pa, temperatures upstream of either direction in K.
+    /// Mass flow, kg/s, from `a` to `b` (negative when it goes back) through conductance
+    /// `conductance` in m^3/(s Pa); absolute pressures in Pa, temperatures upstream of either
+    /// direction in K.
     #[must_use]
     #[inline]
     pub fn mass_flow(&self, conductance: f64, a_pa: f64, a_k: f64, b_pa: f64, b_k: f64) -> f64 {
@@ -144,7 +147,8 @@ fn gas_factor(temperature_k: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Choked flow by the definition of the sonic conductance: 1 dm^3/(s bar) at 7 bar absolute passes 7 dm^3/s (ANR).
+    /// Choked flow by the definition of the sonic conductance: 1 dm^3/(s bar) at 7 bar absolute
+    /// passes 7 dm^3/s (ANR).
     #[test]
     fn choked_flow_is_the_sonic_conductance() {
         let flow = FlowFunction::default();

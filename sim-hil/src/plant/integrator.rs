@@ -1,8 +1,9 @@
 //! Classical fourth-order Runge-Kutta over the whole rig with a fixed step.
 //!
-//! Explicit, because nothing here is stiff at the step: the fastest volumes are checked against it when the plant is
-//! built, and between kinks (choking, corners) the error falls with the fourth power. What moves in jumps (drives,
-//! friction, source) is constant or prescribed within a step, so that every step starts smooth.
+//! Explicit, because nothing here is stiff at the step: the fastest volumes are checked against it
+//! when the plant is built, and between kinks (choking, corners) the error falls with the fourth
+//! power. What moves in jumps (drives, friction, source) is constant or prescribed within a step,
+//! so that every step starts smooth.
 
 use super::chamber::{GAS_STATES, GasState, Surroundings};
 use super::id::CHANNELS_PER_BOARD;

@@ -1,7 +1,8 @@
-//! Motion of a continuum joint: two bending angles, each driven by the pressure difference of a pair of chambers.
+//! Motion of a continuum joint: two bending angles, each driven by the pressure difference of a
+//! pair of chambers.
 //!
-//! `q'' = w^2 (c (p_a - p_b) - q) - 2 z w q'`. Pair 0/1 bends `q_u`, pair 2/3 bends `q_v`; the chamber at the higher
-//! pressure lengthens: `l_0,1 = h +- r q_u`, `l_2,3 = h +- r q_v`.
+//! `q'' = w^2 (c (p_a - p_b) - q) - 2 z w q'`. Pair 0/1 bends `q_u`, pair 2/3 bends `q_v`; the
+//! chamber at the higher pressure lengthens: `l_0,1 = h +- r q_u`, `l_2,3 = h +- r q_v`.
 
 use super::physics::JointPhysics;
 

@@ -1,9 +1,10 @@
 //! The truth plant: the rig behind the boards, in finer detail than any model that is fitted to it.
 //!
-//! [`Plant`] integrates supply, valves, tubes, chambers, joints and sensors on its own fixed grid (20 kHz by default)
-//! and knows nothing of boards, buses or clocks: time comes in as an argument, drives go in, ADC samples come out.
-//! With no [`Effect`] switched on it is the paper's nonlinear model (fixed gas temperature, prompt spool, locked joint,
-//! ideal sensor but for noise and quantisation); everything a real rig adds is switched on by name.
+//! [`Plant`] integrates supply, valves, tubes, chambers, joints and sensors on its own fixed grid
+//! (20 kHz by default) and knows nothing of boards, buses or clocks: time comes in as an argument,
+//! drives go in, ADC samples come out. With no [`Effect`] switched on it is the paper's nonlinear
+//! model (fixed gas temperature, prompt spool, locked joint, ideal sensor but for noise and
+//! quantisation); everything a real rig adds is switched on by name.
 //!
 //! `docs/plant.md` holds the equations, their sources and the table of effects.
 //!

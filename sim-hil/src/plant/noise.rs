@@ -1,4 +1,5 @@
-//! Seeded randomness. Every use has its own stream, so that switching one thing on does not change another's numbers.
+//! Seeded randomness. Every use has its own stream, so that switching one thing on does not change
+//! another's numbers.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -96,7 +97,8 @@ mod tests {
         assert_ne!(draw(1, Purpose::Water, 3), draw(1, Purpose::Water, 4));
     }
 
-    /// Variance 1 and correlation exp(-1) one correlation time apart, over 20 000 correlation times (standard error 0.01).
+    /// Variance 1 and correlation exp(-1) one correlation time apart, over 20 000 correlation times
+    /// (standard error 0.01).
     #[test]
     fn wander_has_its_variance_and_correlation_time() {
         let mut wander = Wander::new(stream(5, Purpose::SupplyWander, 0), 2.0);

@@ -1,12 +1,14 @@
 //! What the rig is like before any effect is switched on.
 //!
-//! The defaults are the nominal rig of the project (chambers of 0.36 litre, 550 kPa supply) with a valve that fills a
-//! chamber from 0 to 300 kPa in 0.41 s. Pressures whose name says nothing else are gauge.
+//! The defaults are the nominal rig of the project (chambers of 0.36 litre, 550 kPa supply) with a
+//! valve that fills a chamber from 0 to 300 kPa in 0.41 s. Pressures whose name says nothing else
+//! are gauge.
 
 use super::background::Background;
 use super::flow::FlowFunction;
 
-/// A rig: one supply, `channels` valve/chamber/sensor channels, four to a board, two joint axes to a board.
+/// A rig: one supply, `channels` valve/chamber/sensor channels, four to a board, two joint axes to
+/// a board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlantParameters {
     /// Channels in the rig, 1 to 1024; the last board may have fewer than four.
@@ -65,22 +67,25 @@ pub struct ChamberParameters {
 pub enum GasModel {
     /// `dp/dt = n R T / V (m_in - m_out) - n p V' / V` with `T` the fixed ambient temperature.
     ///
-    /// With `n = 1.4` this is the printed nonlinear model: the adiabatic balance in which the outflow carries the
-    /// enthalpy of gas at ambient temperature. It does not conserve mass (`p V / (R T)` is not the integral of the flows).
-    /// With `n = 1` it is the isothermal balance, which does.
+    /// With `n = 1.4` this is the printed nonlinear model: the adiabatic balance in which the
+    /// outflow carries the enthalpy of gas at ambient temperature. It does not conserve mass
+    /// (`p V / (R T)` is not the integral of the flows). With `n = 1` it is the isothermal balance,
+    /// which does.
     FixedTemperature {
         /// `n`, 1 to 1.67.
         polytropic_exponent: f64,
     },
     /// Mass and energy balance with heat exchange to a wall at ambient temperature.
     EnergyBalance {
-        /// Time constant of the gas temperature at 250 kPa absolute in the resting volume, s, 0.002 or more;
-        /// infinite is the adiabatic chamber. The wall's conductance is constant, so the time constant grows with the mass.
+        /// Time constant of the gas temperature at 250 kPa absolute in the resting volume, s, 0.002
+        /// or more; infinite is the adiabatic chamber. The wall's conductance is constant, so the
+        /// time constant grows with the mass.
         wall_time_constant_s: f64,
     },
 }
 
-/// Absolute pressure at which [`GasModel::EnergyBalance`] states its time constant, kPa: the middle of the working range.
+/// Absolute pressure at which [`GasModel::EnergyBalance`] states its time constant, kPa: the middle
+/// of the working range.
 pub const HEAT_REFERENCE_KPA_ABS: f64 = 250.0;
 
 /// A proportional valve: one spool, a fill edge and a vent edge (ISO 6358 conductances).
@@ -89,7 +94,8 @@ pub const HEAT_REFERENCE_KPA_ABS: f64 = 250.0;
 /// `corner(y) = (y + sqrt(y^2 + e^2)) / 2`, the slope `G` such that the edge is open at `|x| = 1`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ValveParameters {
-    /// Sonic conductance of an open edge, m^3/(s Pa) as in ISO 6358-1 (1e-8 is 1 dm^3/(s bar)), 1e-11 to 1e-6.
+    /// Sonic conductance of an open edge, m^3/(s Pa) as in ISO 6358-1 (1e-8 is 1 dm^3/(s bar)),
+    /// 1e-11 to 1e-6.
     pub conductance_m3_per_s_pa: f64,
     /// Spool position at which the fill edge would open if its corner were sharp, -0.5 to 0.5.
     pub fill_edge: f64,
@@ -105,7 +111,8 @@ pub struct ValveParameters {
     pub spool_time_constant_s: f64,
 }
 
-/// The joint four chambers move: two bending angles, each a damped second-order system driven by a pair's pressure difference.
+/// The joint four chambers move: two bending angles, each a damped second-order system driven by a
+/// pair's pressure difference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointParameters {
     /// Whether it moves. A locked joint has both angles at 0.
@@ -121,21 +128,24 @@ pub struct JointParameters {
 /// A ratiometric sensor (0.5 to 4.5 V over 0 to 100 psi) and its converter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorParameters {
-    /// Noise before conversion, kPa RMS, white over samples, 0 to 20. With 12-bit conversion rounded to the bus's 10 bits
-    /// (0.258 kPa RMS) the default makes 0.36 kPa.
+    /// Noise before conversion, kPa RMS, white over samples, 0 to 20. With 12-bit conversion
+    /// rounded to the bus's 10 bits (0.258 kPa RMS) the default makes 0.36 kPa.
     pub noise_kpa: f64,
-    /// Converter bits, 8 to 12. [`Plant::sample`](super::Plant::sample) answers on the 12-bit scale; fewer bits make coarser steps.
+    /// Converter bits, 8 to 12. [`Plant::sample`](super::Plant::sample) answers on the 12-bit
+    /// scale; fewer bits make coarser steps.
     pub adc_bits: u32,
 }
 
 /// What differs from run to run and from channel to channel without being an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nuisances {
-    /// Slow random wander of the supply, fraction of its gauge pressure, standard deviation, 0 to 0.2.
+    /// Slow random wander of the supply, fraction of its gauge pressure, standard deviation, 0 to
+    /// 0.2.
     pub supply_wander: f64,
     /// Correlation time of the wander, s, 0.5 or more.
     pub supply_wander_time_s: f64,
-    /// Spread of conductance, volume, edges and leakage from channel to channel, relative standard deviation, 0 to 0.3.
+    /// Spread of conductance, volume, edges and leakage from channel to channel, relative standard
+    /// deviation, 0 to 0.3.
     pub spread: f64,
     /// What every real rig has and no textbook describes.
     pub background: Background,

@@ -1,4 +1,5 @@
-//! What the integrator runs: parameters, spread and effects resolved to SI numbers for each channel, board and the supply.
+//! What the integrator runs: parameters, spread and effects resolved to SI numbers for each
+//! channel, board and the supply.
 
 use super::background::Deviation;
 use super::flow::FlowFunction;
@@ -68,7 +69,8 @@ pub struct ChamberPhysics {
     pub volume_factor: f64,
     /// Relative volume per pressure, at once, 1/Pa.
     pub compliance: f64,
-    /// Relative volume per pressure in the long run beyond `compliance`, 1/Pa, and its time constant, s.
+    /// Relative volume per pressure in the long run beyond `compliance`, 1/Pa, and its time
+    /// constant, s.
     pub creep: Option<(f64, f64)>,
     /// Tube between valve (with the sensor) and chamber.
     pub line: Option<SideVolume>,
@@ -186,7 +188,8 @@ pub struct RelayRegulator {
 }
 
 impl PlantParameters {
-    /// Mass flow of one open fill edge into an empty chamber, kg/s: the yardstick for effects of the supply.
+    /// Mass flow of one open fill edge into an empty chamber, kg/s: the yardstick for effects of
+    /// the supply.
     pub(super) fn reference_flow(&self) -> f64 {
         self.valve.conductance_m3_per_s_pa * super::flow::ANR_DENSITY_KG_PER_M3 * self.supply_pa_abs()
     }

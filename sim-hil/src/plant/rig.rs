@@ -13,11 +13,13 @@ use super::supply::{Source, Supply};
 use super::truth::ChannelTruth;
 use super::valve::Valve;
 
-/// The rig behind the boards: supply, valves, chambers, joints and sensors, advanced on a fixed grid.
+/// The rig behind the boards: supply, valves, chambers, joints and sensors, advanced on a fixed
+/// grid.
 ///
-/// The grid's points are multiples of `step_ns`. What is set or asked between two points acts or is answered as at the
-/// point before, so that results depend on the drives and their grid points alone, not on how the calls are
-/// spaced. Two plants of the same parameters, effects and seed that get the same calls give the same bits.
+/// The grid's points are multiples of `step_ns`. What is set or asked between two points acts or is
+/// answered as at the point before, so that results depend on the drives and their grid points
+/// alone, not on how the calls are spaced. Two plants of the same parameters, effects and seed that
+/// get the same calls give the same bits.
 #[derive(Debug, Clone)]
 pub struct Plant {
     integrator: Integrator,
@@ -49,7 +51,8 @@ impl Plant {
     /// A plant at rest at time zero, all drives 0.
     ///
     /// # Errors
-    /// A parameter or effect outside its range, an effect where there is no channel, a volume too fast for the step.
+    /// A parameter or effect outside its range, an effect where there is no channel, a volume too
+    /// fast for the step.
     pub fn new(parameters: PlantParameters, effects: &[Effect], seed: u64) -> Result<Self, PlantError> {
         parameters.validate()?;
         let resolved = resolve(&parameters, effects, seed)?;
@@ -116,7 +119,8 @@ impl Plant {
         self.steps * self.step_ns
     }
 
-    /// Integrates to the last grid point at or before `time_ns`. A time already passed changes nothing.
+    /// Integrates to the last grid point at or before `time_ns`. A time already passed changes
+    /// nothing.
     pub fn advance_to(&mut self, time_ns: u64) {
         let target = time_ns / self.step_ns;
         while self.steps < target {
@@ -162,7 +166,8 @@ impl Plant {
         self.integrator.dynamics().chambers[place].port_pa(&gas) - self.ambient_pa
     }
 
-    /// Sets a valve's drive from now on: -1 (full vent) to 1 (full fill), the duty with the direction's sign.
+    /// Sets a valve's drive from now on: -1 (full vent) to 1 (full fill), the duty with the
+    /// direction's sign.
     ///
     /// # Errors
     /// No such channel, or `drive` is not a number from -1 to 1.
@@ -175,10 +180,12 @@ impl Plant {
         Ok(())
     }
 
-    /// Converts the four channels of a board one after the other, as its loop does once a cycle: 12-bit counts.
+    /// Converts the four channels of a board one after the other, as its loop does once a cycle:
+    /// 12-bit counts.
     ///
-    /// Noise, crosstalk between consecutive conversions and stale results happen here and nowhere else, so call it
-    /// once per board loop. Channels the rig does not have read 0 kPa without noise.
+    /// Noise, crosstalk between consecutive conversions and stale results happen here and nowhere
+    /// else, so call it once per board loop. Channels the rig does not have read 0 kPa without
+    /// noise.
     ///
     /// # Errors
     /// No such board.

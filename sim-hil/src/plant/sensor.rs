@@ -1,7 +1,8 @@
 //! The pressure sensor and its converter: gauge pressure to volts to counts.
 //!
-//! Ratiometric, 0.5 to 4.5 V over 0 to 100 psi with a 5 V supply that is also the converter's reference, so counts
-//! depend on the pressure alone. Converters round to the nearest code (transitions half a step either side).
+//! Ratiometric, 0.5 to 4.5 V over 0 to 100 psi with a 5 V supply that is also the converter's
+//! reference, so counts depend on the pressure alone. Converters round to the nearest code
+//! (transitions half a step either side).
 
 use rand_chacha::ChaCha8Rng;
 
@@ -94,11 +95,13 @@ impl Sensor {
         }
     }
 
-    /// Voltage the sensor puts out for `gauge_pa` at its port, with noise, before the converter's multiplexer.
+    /// Voltage the sensor puts out for `gauge_pa` at its port, with noise, before the converter's
+    /// multiplexer.
     fn output_volts(&mut self, gauge_pa: f64, time_s: f64) -> f64 {
         let p = &self.physics;
         let kpa = 1e-3 * if self.lag_share.is_some() { self.filtered_pa } else { gauge_pa };
-        // From one sample to the next the pressure goes one way: it is pushed along by whichever end of the gap touches.
+        // From one sample to the next the pressure goes one way: it is pushed along by whichever
+        // end of the gap touches.
         self.shown_kpa = self.shown_kpa.clamp(kpa - p.play_kpa, kpa + p.play_kpa);
         let kpa = self.shown_kpa;
         let share = kpa / FULL_SCALE_KPA;
@@ -110,8 +113,8 @@ impl Sensor {
         kpa_to_volts(reading).clamp(0.0, ADC_REFERENCE_V)
     }
 
-    /// Converts one sample. `held_v` is the charge the channel sampled before left on the converter's capacitor; what
-    /// this one leaves is returned.
+    /// Converts one sample. `held_v` is the charge the channel sampled before left on the
+    /// converter's capacitor; what this one leaves is returned.
     pub fn sample(&mut self, gauge_pa: f64, time_s: f64, held_v: f64) -> f64 {
         let output = self.output_volts(gauge_pa, time_s);
         let settled = output + self.physics.crosstalk * (held_v - output);
@@ -122,7 +125,8 @@ impl Sensor {
         settled
     }
 
-    /// Stale spells start at random such that they fill their share of the time, and have an exponential length.
+    /// Stale spells start at random such that they fill their share of the time, and have an
+    /// exponential length.
     fn is_stale(&mut self, time_s: f64) -> bool {
         let Some((share, spell_s)) = self.physics.stale else {
             return false;

@@ -79,7 +79,8 @@ fn compressor_cycle(periods: f64) -> f64 {
 }
 
 impl SupplyLine {
-    /// Mass flow, kg/s, for a pressure drop in Pa (the inverse of `drop = linear m + quadratic m |m|`).
+    /// Mass flow, kg/s, for a pressure drop in Pa (the inverse of
+    /// `drop = linear m + quadratic m |m|`).
     #[inline]
     pub fn mass_flow(&self, drop_pa: f64) -> f64 {
         // The root without cancellation: 2 d / (l + sqrt(l^2 + 4 q |d|)).

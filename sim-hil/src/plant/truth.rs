@@ -5,7 +5,8 @@
 pub struct ChannelTruth {
     /// Absolute pressure in the chamber, Pa.
     pub pressure_pa: f64,
-    /// Absolute pressure at the valve's port, where the sensor sits, Pa; the chamber's unless a tube lies between.
+    /// Absolute pressure at the valve's port, where the sensor sits, Pa; the chamber's unless a
+    /// tube lies between.
     pub port_pa: f64,
     /// Gas temperature in the chamber, K.
     pub temperature_k: f64,

@@ -85,7 +85,8 @@ impl PlantParameters {
         }
     }
 
-    /// A chamber must keep a length when its neighbour is at full supply pressure, overshoot included.
+    /// A chamber must keep a length when its neighbour is at full supply pressure, overshoot
+    /// included.
     fn validate_joint_travel(&self) -> Result<(), PlantError> {
         let travel =
             self.joint.angle_rad_per_mpa * 1e-3 * self.supply.pressure_kpa * self.chamber.offset_m * 2.0;

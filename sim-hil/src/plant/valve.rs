@@ -29,7 +29,8 @@ pub struct Valve {
 
 impl Valve {
     pub fn new(p: &ValvePhysics) -> Self {
-        // One slope for both edges: they are ground on one spool. The edges of a symmetric spool are open at +-1.
+        // One slope for both edges: they are ground on one spool. The edges of a symmetric spool
+        // are open at +-1.
         let slope = p.gain * p.conductance / (1.0 - 0.5 * (p.fill_edge - p.vent_edge));
         let corner = p.corner * p.conductance;
         Self {
@@ -78,7 +79,8 @@ mod tests {
         (Valve::new(&physics), physics.conductance)
     }
 
-    /// Open edges pass the rated conductance (the hyperbola adds e^2/4 of it), closed ones the leakage.
+    /// Open edges pass the rated conductance (the hyperbola adds e^2/4 of it), closed ones the
+    /// leakage.
     #[test]
     fn edges_open_to_the_rated_conductance_and_close_to_the_leak() {
         let (valve, rated) = valve(|_| {});

@@ -2,8 +2,9 @@ use std::time::{Duration, Instant};
 
 /// Virtual time by the wall clock, ns.
 ///
-/// When the simulator could not keep up (the machine was busy, or it was stopped), virtual time stands still for that
-/// long instead of being made up for in a rush: boards would take the rush for a host that fell silent.
+/// When the simulator could not keep up (the machine was busy, or it was stopped), virtual time
+/// stands still for that long instead of being made up for in a rush: boards would take the rush
+/// for a host that fell silent.
 #[derive(Debug)]
 pub(super) struct PacedClock {
     start: Instant,

@@ -19,19 +19,20 @@ pub struct HandedOver {
 }
 
 impl RequestDating {
-    /// A request seen so soon after an answer was handed over, ns, is a reaction to it, and was as late as the answer. A
-    /// later one has another reason.
+    /// A request seen so soon after an answer was handed over, ns, is a reaction to it, and was as
+    /// late as the answer. A later one has another reason.
     const REACTION_NS: u64 = 100_000;
 
     /// The start of bytes seen at `seen_ns`, on a bus that has been simulated up to `simulated_ns`.
     ///
-    /// Whatever was on the wire has ended by `simulated_ns`, or it is still there and the bytes fall into it: in
-    /// either case nothing before that time can be changed.
+    /// Whatever was on the wire has ended by `simulated_ns`, or it is still there and the bytes
+    /// fall into it: in either case nothing before that time can be changed.
     pub fn start_ns(self, seen_ns: u64, before: HandedOver, simulated_ns: u64) -> u64 {
         self.quiet_horizon_ns(seen_ns, before).max(simulated_ns)
     }
 
-    /// How far a quiet bus may be simulated at `now_ns`, so that a request that is under way can still be dated back.
+    /// How far a quiet bus may be simulated at `now_ns`, so that a request that is under way can
+    /// still be dated back.
     pub fn quiet_horizon_ns(self, now_ns: u64, before: HandedOver) -> u64 {
         let reacts = now_ns.saturating_sub(before.at_ns) <= Self::REACTION_NS;
         let late_ns = if reacts { before.late_ns } else { 0 };
@@ -47,7 +48,8 @@ mod tests {
     const ANSWER_ENDED_NS: u64 = 1_215_000;
     const PUNCTUAL: HandedOver = HandedOver { at_ns: ANSWER_ENDED_NS, late_ns: 0 };
 
-    /// A client that answers an answer at once is on the wire at once: cycles are as long as the wire makes them.
+    /// A client that answers an answer at once is on the wire at once: cycles are as long as the
+    /// wire makes them.
     #[test]
     fn a_reaction_within_the_round_trip_costs_nothing() {
         for after_ns in [40_000, 50_000] {
@@ -63,7 +65,8 @@ mod tests {
         assert_eq!(DATING.quiet_horizon_ns(1_300_000, PUNCTUAL), DATING.start_ns(1_300_000, PUNCTUAL, 0));
     }
 
-    /// The simulator handed the answer over 20 us late. The client's reaction is as late, and none of it is its own.
+    /// The simulator handed the answer over 20 us late. The client's reaction is as late, and none
+    /// of it is its own.
     #[test]
     fn the_simulators_own_delay_is_not_the_clients() {
         let late = HandedOver { at_ns: ANSWER_ENDED_NS + 20_000, late_ns: 20_000 };

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-/// A simulator in a thread of the calling process, for `--port sim`. The caller talks to it through the pty's bytes, as
-/// to any other port.
+/// A simulator in a thread of the calling process, for `--port sim`. The caller talks to it through
+/// the pty's bytes, as to any other port.
 ///
 /// ```no_run
 /// use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};

@@ -15,18 +15,23 @@ use std::time::Duration;
 pub struct PtyOptions {
     /// A symbolic link to make to the port, removed at the end.
     pub link: Option<PathBuf>,
-    /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at start.
+    /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at
+    /// start.
     pub pty_latency_us: Option<u64>,
-    /// Whether requests are dated back at all: `false` puts each on the wire when it is seen, as a plain responder would. Then a client
-    /// pays for the pty's detour and for the simulator's own delay. Default true.
+    /// Whether requests are dated back at all: `false` puts each on the wire when it is seen, as a
+    /// plain responder would. Then a client pays for the pty's detour and for the simulator's own
+    /// delay. Default true.
     pub dates_back: bool,
-    /// So many us are waited in a loop instead of asleep before an answer is due, and after it for the next request: 0 to
+    /// So many us are waited in a loop instead of asleep before an answer is due, and after it for
+    /// the next request: 0 to
     /// 1000. Default 20.
     pub spin_us: u64,
-    /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one piece.
+    /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one
+    /// piece.
     pub fifo: usize,
-    /// The boards have been on for as long as they vent after power-up: who opens the port finds them as on a rig that was switched on
-    /// before. Emulated chips take as long for it as they take otherwise. Default false: power-up is when the rig is built.
+    /// The boards have been on for as long as they vent after power-up: who opens the port finds
+    /// them as on a rig that was switched on before. Emulated chips take as long for it as they
+    /// take otherwise. Default false: power-up is when the rig is built.
     pub past_power_up: bool,
 }
 
@@ -59,8 +64,9 @@ pub struct FrontEnd {
     report: PaceReport,
 }
 
-/// Emulated chips take nearly as long as they simulate: while something is on the wire they are run in stretches of this, ns,
-/// so that little is left to do when an answer is due. Native boards are simulated in no time.
+/// Emulated chips take nearly as long as they simulate: while something is on the wire they are run
+/// in stretches of this, ns, so that little is left to do when an answer is due. Native boards are
+/// simulated in no time.
 const CHIP_STRETCH_NS: u64 = 20_000;
 /// Longest sleep: how long a request to stop may go unnoticed, ns.
 const NAP_NS: u64 = 5_000_000;
@@ -68,8 +74,8 @@ const NAP_NS: u64 = 5_000_000;
 const NO_CLIENT_NAP: Duration = Duration::from_millis(2);
 /// Further behind than this, virtual time slips, ns.
 const BEHIND_MAX_NS: u64 = 20_000_000;
-/// The plant works ahead while a run of characters is under way, and on a bus that has been quiet for this long, ns:
-/// between two exchanges of a busy bus a client's next request comes first.
+/// The plant works ahead while a run of characters is under way, and on a bus that has been quiet
+/// for this long, ns: between two exchanges of a busy bus a client's next request comes first.
 const WORK_AFTER_QUIET_NS: u64 = 300_000;
 /// How far ahead of the wall clock an exchange that takes no time may be simulated, ns.
 const INSTANT_AHEAD_NS: u64 = 1_000;
@@ -114,7 +120,8 @@ impl FrontEnd {
         self.port.path()
     }
 
-    /// Lets time run until `stop` is set, or for `duration` of virtual time. Between two calls time stands still.
+    /// Lets time run until `stop` is set, or for `duration` of virtual time. Between two calls time
+    /// stands still.
     ///
     /// # Errors
     /// The pty failed.

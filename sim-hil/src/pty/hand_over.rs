@@ -18,7 +18,8 @@ impl HandOver {
         Self { fifo, run: Vec::new(), newest_ns: 0, late_sum_us: 0.0, last: HandedOver::default() }
     }
 
-    /// Takes what the bus has for the host, and writes what is due. `now_ns` says what time it is when it is written.
+    /// Takes what the bus has for the host, and writes what is due. `now_ns` says what time it is
+    /// when it is written.
     pub fn step(
         &mut self,
         bus: &mut Bus,

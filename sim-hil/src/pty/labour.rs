@@ -1,7 +1,8 @@
-/// How long a part of the plant's work takes on this machine: with four chambers a few us, with sixteen about 20 us.
+/// How long a part of the plant's work takes on this machine: with four chambers a few us, with
+/// sixteen about 20 us.
 ///
-/// Work that is begun too late delays an answer. What the last part took is a good guess of the next; when nothing is known, it
-/// is guessed long.
+/// Work that is begun too late delays an answer. What the last part took is a good guess of the
+/// next; when nothing is known, it is guessed long.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Labour {
     guess_ns: u64,

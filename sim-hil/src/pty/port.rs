@@ -36,9 +36,9 @@ pub(super) enum Wake {
 impl VirtualPort {
     /// Makes a pseudo-terminal in raw mode and, if asked for, a symbolic link to it.
     ///
-    /// A symbolic link that leads nowhere is replaced (a simulator that was killed leaves one behind). One that leads to
-    /// something may be another simulator's, whose clients would be on other boards the next time they open it; neither that
-    /// nor a file is replaced.
+    /// A symbolic link that leads nowhere is replaced (a simulator that was killed leaves one
+    /// behind). One that leads to something may be another simulator's, whose clients would be on
+    /// other boards the next time they open it; neither that nor a file is replaced.
     ///
     /// # Errors
     /// The system gives no pseudo-terminal, or the link cannot be made.
@@ -76,8 +76,9 @@ impl VirtualPort {
         if self.raised_baud()?.is_some() {
             cfsetspeed(&mut settings, BaudRate::B38400)?;
         }
-        // Only what differs: the next client may be setting its own in this moment, and must find them afterwards. Flag by flag: a
-        // `Termios` keeps the characters that `cfmakeraw` has set beside those that were put back, and differs where VMIN is not 1.
+        // Only what differs: the next client may be setting its own in this moment, and must find
+        // them afterwards. Flag by flag: a `Termios` keeps the characters that `cfmakeraw` has set
+        // beside those that were put back, and differs where VMIN is not 1.
         let flags = |of: &Termios| (of.input_flags, of.output_flags, of.control_flags, of.local_flags);
         if flags(&settings) == flags(&found) {
             Ok(())
@@ -86,8 +87,9 @@ impl VirtualPort {
         }
     }
 
-    /// What a client left unread must not greet the next one. A serial port forgets it when it is closed; a pty does not.
-    /// The settings go back to raw mode too, and a raised line rate to an ordinary one; the rest stays, as a port's does.
+    /// What a client left unread must not greet the next one. A serial port forgets it when it is
+    /// closed; a pty does not. The settings go back to raw mode too, and a raised line rate to an
+    /// ordinary one; the rest stays, as a port's does.
     pub(super) fn forget_unread(&self) -> nix::Result<()> {
         tcflush(self.open_client()?, FlushArg::TCIFLUSH)?;
         self.make_raw()

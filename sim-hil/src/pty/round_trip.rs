@@ -12,8 +12,9 @@ const PAUSE: Duration = Duration::from_micros(150);
 /// What an exchange may take before it is given up as lost to the scheduler, ns.
 const PATIENCE_NS: u64 = 20_000_000;
 
-/// Median time, ns, from writing ten bytes to a pty until ten bytes have come back from a thread that sleeps on the other
-/// side and writes at once. With `spin`, this side looks for them without sleeping.
+/// Median time, ns, from writing ten bytes to a pty until ten bytes have come back from a thread
+/// that sleeps on the other side and writes at once. With `spin`, this side looks for them without
+/// sleeping.
 ///
 /// # Errors
 /// The system gives no pseudo-terminal.

@@ -36,7 +36,8 @@ pub struct RecordArgs {
     /// Lowest and highest set point, kPa gauge
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], default_values_t = [50.0, 300.0])]
     pub range: Vec<f64>,
-    /// Switch an effect on: id, id=value or id:name=value,name=value, each with an optional @b0 or @b0c2; repeatable
+    /// Switch an effect on: id, id=value or id:name=value,name=value, each with an optional @b0 or
+    /// @b0c2; repeatable
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<Effect>,
     /// Add small amounts of what every rig has; an --effect of the same name replaces its share
@@ -45,7 +46,8 @@ pub struct RecordArgs {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Close the loop once a row and record the drive it holds until the next row, so that the plant alone can be simulated
+    /// Close the loop once a row and record the drive it holds until the next row, so that the
+    /// plant alone can be simulated
     #[arg(long)]
     pub drive: bool,
     /// Leave the loop open: random drives up to this amplitude, recorded, and no set points
@@ -75,8 +77,8 @@ pub struct RecordArgs {
     /// Laboratory nuisances: 1 % supply wander, 5 % spread between channels
     #[arg(long)]
     pub nuisances: bool,
-    /// With what every real rig has and no textbook describes: valves' curves and flow functions a little off, tubes, gas between
-    /// isothermal and adiabatic, two time scales of supply wander
+    /// With what every real rig has and no textbook describes: valves' curves and flow functions a
+    /// little off, tubes, gas between isothermal and adiabatic, two time scales of supply wander
     #[arg(long)]
     pub background: bool,
     /// Sensor noise before conversion, kPa RMS

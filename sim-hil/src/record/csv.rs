@@ -44,7 +44,8 @@ pub(super) fn write_csv_until(
     let not_created =
         |error: std::io::Error| RecordError::NotCreated { path: path.to_owned(), reason: error.to_string() };
     let file = BufWriter::new(File::create(&partial).map_err(not_created)?);
-    // Compressed files are ended properly after the last row that there is; whether it is the last one asked for is looked at afterwards.
+    // Compressed files are ended properly after the last row that there is; whether it is the last
+    // one asked for is looked at afterwards.
     let stopped = Cell::new(false);
     let rows = rows.into_iter().take_while(|_| {
         stopped.set(stopped.get() || stop());
@@ -67,7 +68,8 @@ pub(super) fn write_csv_until(
         Err(source) => Err(failed(source)),
     };
     finished.inspect_err(|_| {
-        // The error that matters is the first one; a leftover that cannot be removed either is named by its ending.
+        // The error that matters is the first one; a leftover that cannot be removed either is
+        // named by its ending.
         drop(std::fs::remove_file(&partial));
     })
 }
@@ -132,7 +134,8 @@ fn header(channels: usize, columns: Columns) -> Vec<String> {
 }
 
 fn fields(row: &Row, channels: usize, columns: Columns) -> Vec<String> {
-    // Times to the nanosecond, pressures to the pascal's thousandth, drives exactly: they are what a simulation is fed with.
+    // Times to the nanosecond, pressures to the pascal's thousandth, drives exactly: they are what
+    // a simulation is fed with.
     let mut out = vec![format!("{:.9}", row.t_s)];
     for first in (0..channels).step_by(CHANNELS_PER_BOARD) {
         let own = first..(first + CHANNELS_PER_BOARD).min(channels);

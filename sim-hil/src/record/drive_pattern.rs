@@ -9,7 +9,8 @@ const HOLD_S: [f64; 2] = [0.05, 0.8];
 /// Share of holds at zero drive: leaks and creep show there.
 const REST_SHARE: f64 = 0.15;
 
-/// Random drives held for random times. Out of the pressure range the sign is the one that leads back.
+/// Random drives held for random times. Out of the pressure range the sign is the one that leads
+/// back.
 #[derive(Debug, Clone)]
 pub struct DrivePattern {
     amplitude: f64,

@@ -77,7 +77,8 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    /// Exit status of a program that ends with this error: 2 for unusable arguments, 1 for a failure while running.
+    /// Exit status of a program that ends with this error: 2 for unusable arguments, 1 for a
+    /// failure while running.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {

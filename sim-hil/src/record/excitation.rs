@@ -13,7 +13,8 @@ pub enum Excitation {
     Steps,
     /// Random levels held for 0.15 to 0.4 s: separates lags and dead times.
     FastSteps,
-    /// Amplitude-modulated pseudo-random sequence: random levels held for 0.1 to 1.2 s, mostly briefly.
+    /// Amplitude-modulated pseudo-random sequence: random levels held for 0.1 to 1.2 s, mostly
+    /// briefly.
     Aprbs,
     /// Sine sweeps of 10 s from 0.1 to 3 Hz with random centre and amplitude.
     Sine,

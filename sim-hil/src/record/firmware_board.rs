@@ -57,7 +57,8 @@ impl BoardLaw for FirmwareBoard {
             answer = self.board.receive_byte(Micros::new(end - left * BYTE_US), byte);
         }
         let packet = answer.and_then(|bytes| Packet::decode(&bytes).ok());
-        // A whole request to its own address, on a quiet line, after a control step: the control crate answers it.
+        // A whole request to its own address, on a quiet line, after a control step: the control
+        // crate answers it.
         packet.map(|p| p.values.map(Counts::get)).expect("the board answers every exchange of a recording")
     }
 }
@@ -103,7 +104,8 @@ mod tests {
         FirmwareBoard::new(settings).unwrap()
     }
 
-    /// Half of full drive at 20 counts of error, in 255ths of the PWM; the answer is the last loop's pressure.
+    /// Half of full drive at 20 counts of error, in 255ths of the PWM; the answer is the last
+    /// loop's pressure.
     #[test]
     fn drives_and_answers_like_the_ideal_board() {
         let mut board = board(ControlSettings::default());
@@ -115,7 +117,8 @@ mod tests {
         }
     }
 
-    /// The rig file of boards on a bus is made from these settings: they must be those of the boards.
+    /// The rig file of boards on a bus is made from these settings: they must be those of the
+    /// boards.
     #[test]
     fn a_configuration_comes_back_from_its_settings() {
         let wild = BoardConfig {

@@ -7,8 +7,9 @@ use super::settings::ControlSettings;
 
 /// The original's law in the original's units.
 ///
-/// `drive = kp (command - pressure) - kd (pressure - previous)`, over `saturation`, clipped at 1; the pressure is the 12-bit sample
-/// rounded to 10 bits and low-passed. Commands start at 102 counts (0 kPa).
+/// `drive = kp (command - pressure) - kd (pressure - previous)`, over `saturation`, clipped at 1;
+/// the pressure is the 12-bit sample rounded to 10 bits and low-passed. Commands start at 102
+/// counts (0 kPa).
 #[derive(Debug, Clone)]
 pub struct IdealBoard {
     settings: ControlSettings,
@@ -49,8 +50,8 @@ impl BoardLaw for IdealBoard {
     }
 }
 
-/// A 12-bit sample rounded to the bus's 10 bits, half counts to the even one: rounding them up would add an eighth of a count
-/// (0.1 kPa) in the mean.
+/// A 12-bit sample rounded to the bus's 10 bits, half counts to the even one: rounding them up
+/// would add an eighth of a count (0.1 kPa) in the mean.
 pub fn to_10_bits(sample12: u16) -> u16 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1023")]
     let counts = (f64::from(sample12) / 4.0).round_ties_even().min(1023.0) as u16;

@@ -1,7 +1,9 @@
-//! Recordings of the truth plant without a bus: what a host would have recorded, for fitting and for blind tests.
+//! Recordings of the truth plant without a bus: what a host would have recorded, for fitting and
+//! for blind tests.
 //!
-//! A [`Recorder`] runs a plant under an excitation, in closed loop with a board's control law or with drives that are held from
-//! row to row, and yields one [`Row`] per exchange. [`write_csv`] stores them in the measured-data format.
+//! A [`Recorder`] runs a plant under an excitation, in closed loop with a board's control law or
+//! with drives that are held from row to row, and yields one [`Row`] per exchange. [`write_csv`]
+//! stores them in the measured-data format.
 //!
 //! ```
 //! use pneudrive_sim::record::{Recorder, RecordingSettings};

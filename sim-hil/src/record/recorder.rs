@@ -21,9 +21,11 @@ pub struct Row {
     pub t_s: f64,
     /// Set points sent, kPa gauge, as the 10-bit counts that go over the bus; empty in open loop.
     pub command_kpa: Vec<f64>,
-    /// Pressures answered, kPa gauge: measured at most one board loop before, without any effect of this row's command.
+    /// Pressures answered, kPa gauge: measured at most one board loop before, without any effect of
+    /// this row's command.
     pub pressure_kpa: Vec<f64>,
-    /// Drives at the exchange, -1 to 1; held until the next row unless the loop is closed on the board.
+    /// Drives at the exchange, -1 to 1; held until the next row unless the loop is closed on the
+    /// board.
     pub drive: Vec<f64>,
     /// Bending angles, rad, one pair a board, without measurement noise.
     pub angles_rad: Vec<[f64; 2]>,
@@ -72,7 +74,8 @@ impl Recorder {
         }
     }
 
-    /// A recording with other boards; `law` makes one. It is not used when the loop is closed once a row or open.
+    /// A recording with other boards; `law` makes one. It is not used when the loop is closed once
+    /// a row or open.
     ///
     /// # Errors
     /// As [`Recorder::new`].
@@ -89,7 +92,8 @@ impl Recorder {
         let control = match settings.control_loop {
             Loop::Board { age } => Control::Boards {
                 boards: (0..plant.boards()).map(|_| law()).collect(),
-                // The measurement is `age` loops old at a row when the loops run that long before it.
+                // The measurement is `age` loops old at a row when the loops run that long before
+                // it.
                 clock: LoopClock::new(settings.control.rate_hz, 1.0 - age),
                 set_points: set_points.collect(),
             },

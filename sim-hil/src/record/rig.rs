@@ -1,4 +1,5 @@
-//! The rig file that goes with a recording: what its user would know of the rig, and nothing of its effects.
+//! The rig file that goes with a recording: what its user would know of the rig, and nothing of its
+//! effects.
 
 use serde::Serialize;
 
@@ -57,7 +58,8 @@ struct Sensor {
     kpa_per_count: f64,
 }
 
-/// The nominal rig as TOML. Effects, spread and nuisances are left out: they are what a fit or a diagnosis must find.
+/// The nominal rig as TOML. Effects, spread and nuisances are left out: they are what a fit or a
+/// diagnosis must find.
 ///
 /// # Errors
 /// Only if the TOML writer refuses a number.
@@ -82,7 +84,8 @@ pub(crate) fn nominal_toml(p: &PlantParameters, law: &ControlSettings) -> Result
             length_m: p.chamber.length_m,
             offset_m: p.chamber.offset_m,
         },
-        // Only the product of area and discharge coefficient can be identified, so it is fixed at 1.
+        // Only the product of area and discharge coefficient can be identified, so it is fixed
+        // at 1.
         valve: Valve { discharge_coefficient: 1.0, critical_ratio: p.valve.flow.critical_ratio() },
         controller: Controller {
             rate_hz: law.rate_hz,

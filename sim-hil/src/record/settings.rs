@@ -31,7 +31,8 @@ pub struct RecordingSettings {
     pub control: ControlSettings,
     /// Optional columns.
     pub columns: Columns,
-    /// Record the true port pressure instead of the sensor's counts. The control loop goes on using the sensor.
+    /// Record the true port pressure instead of the sensor's counts. The control loop goes on using
+    /// the sensor.
     pub exact: bool,
 }
 
@@ -40,18 +41,21 @@ pub struct RecordingSettings {
 pub enum Loop {
     /// On the board, at the controller's rate; the host only sends set points.
     ///
-    /// `age` is how old the answered measurement is at an exchange, in board loops, 0 to less than 1: board and host share no clock, so a
-    /// real one is anywhere in between. The command acts `1 - age` loops after the exchange: between the answered
-    /// measurement and the first drive that knows the command there is always one board loop.
+    /// `age` is how old the answered measurement is at an exchange, in board loops, 0 to less than
+    /// 1: board and host share no clock, so a real one is anywhere in between. The command acts
+    /// `1 - age` loops after the exchange: between the answered measurement and the first drive
+    /// that knows the command there is always one board loop.
     Board {
         /// Age of the answered measurement, in board loops.
         age: f64,
     },
-    /// Once a row: the drive is computed from the row's command and pressure and held until the next row. With the
-    /// column `u` the plant alone can be simulated from such a recording. The law is the ideal one.
+    /// Once a row: the drive is computed from the row's command and pressure and held until the
+    /// next row. With the column `u` the plant alone can be simulated from such a recording. The
+    /// law is the ideal one.
     Row,
-    /// Nowhere: random drives up to an amplitude are held for 0.05 to 0.8 s, with the sign that leads back where the pressure
-    /// has left the range. There are no set points, and no columns for them.
+    /// Nowhere: random drives up to an amplitude are held for 0.05 to 0.8 s, with the sign that
+    /// leads back where the pressure has left the range. There are no set points, and no columns
+    /// for them.
     Open {
         /// Largest drive, 0 to 1.
         amplitude: f64,
@@ -103,8 +107,9 @@ impl Default for Columns {
 }
 
 impl Default for ControlSettings {
-    /// The nominal rig's controller: 1 kHz, the original's gains without derivative and filter. Virtual boards on a bus
-    /// ([`RigOptions`](crate::rig::RigOptions)) run the firmware's law, which has both.
+    /// The nominal rig's controller: 1 kHz, the original's gains without derivative and filter.
+    /// Virtual boards on a bus ([`RigOptions`](crate::rig::RigOptions)) run the firmware's law,
+    /// which has both.
     fn default() -> Self {
         Self { rate_hz: 1000.0, kp: 10.0, kd: 0.0, saturation: 400.0, filter: 0.0 }
     }

@@ -50,16 +50,17 @@ pub struct RigOptions {
     pub timing: Timing,
     /// When answers begin, with [`Timing::Wire`].
     pub turnaround: Turnaround,
-    /// The boards' control loops. `baud` is set to the line's, `hears_itself` to false; `answer_delay` is `turnaround`'s
-    /// business here.
+    /// The boards' control loops. `baud` is set to the line's, `hears_itself` to false;
+    /// `answer_delay` is `turnaround`'s business here.
     pub control: BoardConfig,
-    /// Run this on emulated chips instead of native boards: one to four boards, [`Timing::Wire`] at the firmware's
-    /// 1 Mbaud; `turnaround` and `control` are then the firmware's business.
+    /// Run this on emulated chips instead of native boards: one to four boards, [`Timing::Wire`] at
+    /// the firmware's 1 Mbaud; `turnaround` and `control` are then the firmware's business.
     pub firmware: Option<Firmware>,
     /// Positions of boards that behave as the original's firmware does, with its faults
     /// ([`OriginalBoard`]): whatever `control`, `turnaround` and `firmware` say. None by default.
     pub original: BTreeSet<u8>,
-    /// Positions of boards with a sensor of the supply pressure on their I2C connector. None by default.
+    /// Positions of boards with a sensor of the supply pressure on their I2C connector. None by
+    /// default.
     pub supply_sensors: BTreeSet<u8>,
     /// Positions of boards with an IMU on their I2C connector. None by default.
     pub imus: BTreeSet<u8>,
@@ -169,8 +170,8 @@ impl RigOptions {
         Ok(PlantAir::new(Plant::new(parameters, &self.effects, self.seed)?, step_ns))
     }
 
-    /// The rig file of a recording that a host makes of these boards: what its user would know of the rig, and the law
-    /// that these boards run. Effects and nuisances are left out.
+    /// The rig file of a recording that a host makes of these boards: what its user would know of
+    /// the rig, and the law that these boards run. Effects and nuisances are left out.
     ///
     /// # Errors
     /// [`RigError::FirmwareLaw`]: the law of a firmware file is not known.
@@ -201,7 +202,8 @@ impl RigOptions {
     }
 
     fn native_board(&self, n: u8, line: Line) -> Result<Box<dyn BusNode + Send>, RigError> {
-        // A line that takes no time asks of the boards what their fastest line rate does: shortest gaps and echoes.
+        // A line that takes no time asks of the boards what their fastest line rate does: shortest
+        // gaps and echoes.
         let (baud, turnaround) = match self.timing {
             Timing::Wire => (self.baud, self.turnaround),
             Timing::Instant => (fastest_baud(), Turnaround::Fixed { delay_ns: 0 }),

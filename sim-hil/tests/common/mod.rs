@@ -38,7 +38,8 @@ impl Air for StillAir {
     }
 }
 
-/// A board that says what a test gave it to say, when it was told to, and writes down what it hears.
+/// A board that says what a test gave it to say, when it was told to, and writes down what it
+/// hears.
 #[derive(Debug)]
 pub struct ScriptedBoard {
     address: Address,
@@ -129,7 +130,8 @@ impl Default for Host {
 }
 
 impl Host {
-    /// Sends a request now; everything that comes back before the answer is whole or the time is up.
+    /// Sends a request now; everything that comes back before the answer is whole or the time is
+    /// up.
     pub fn exchange_bytes(&self, bus: &mut Bus, request: &[u8]) -> Vec<u8> {
         let end_ns = bus.now_ns() + self.timeout_ns;
         bus.send(bus.now_ns(), request);

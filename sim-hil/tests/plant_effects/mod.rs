@@ -1,4 +1,5 @@
-//! Every effect by name: nothing when null, something when on, and the something is what its physics says.
+//! Every effect by name: nothing when null, something when on, and the something is what its
+//! physics says.
 
 mod bench;
 mod changes;
@@ -50,7 +51,8 @@ fn null_effects_change_no_bit() {
     }
 }
 
-/// In a recording of 6 s, read through a sensor with 0.36 kPa of noise, every moderate effect is there.
+/// In a recording of 6 s, read through a sensor with 0.36 kPa of noise, every moderate effect is
+/// there.
 #[test]
 fn moderate_effects_change_the_recording() {
     let plain = recording(None, 6.0);

@@ -107,7 +107,8 @@ pub fn assert_direction(id: &str) -> bool {
             run(&mut plant, 1.0, 0.42);
             let own = kpa(&plant);
             near(reading(&mut plant, 0), 0.96 * own, 0.2);
-            // What the converter held of channel 0 shows up in channel 1, beside its own pressure (it leaks up by 1 kPa).
+            // What the converter held of channel 0 shows up in channel 1, beside its own pressure
+            // (it leaks up by 1 kPa).
             let other = |c| 1e-3 * (plant.truth(channel(c)).unwrap().pressure_pa - AMBIENT);
             let expected = [0.96 * other(1) + 0.04 * 0.96 * own, 0.96 * other(2)];
             near(reading(&mut plant, 1), expected[0], 0.2);
@@ -196,7 +197,8 @@ fn wall_creep() {
     assert!(kpa(&plant) < before - 15.0, "a creeping wall lets the pressure down");
 }
 
-/// Filling channel 0 lengthens it and squeezes its partner, whose valve is shut; the other pair does not notice.
+/// Filling channel 0 lengthens it and squeezes its partner, whose valve is shut; the other pair
+/// does not notice.
 fn chamber_coupling() {
     let mut plant = rig("chamber_coupling=1.5", 100.0);
     run(&mut plant, 1.0, 0.8);

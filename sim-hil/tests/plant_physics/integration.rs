@@ -3,7 +3,8 @@
 use super::{AMBIENT, C0, GAMMA, R, SUPPLY, T, build, ns};
 use pneudrive_sim::plant::{ANR_DENSITY_KG_PER_M3, ChannelId, PlantParameters};
 
-/// At rest the two edges pass the same flow, from either side. The pressure is found here by bisection on the ISO 6358 formula.
+/// At rest the two edges pass the same flow, from either side. The pressure is found here by
+/// bisection on the ISO 6358 formula.
 #[test]
 fn steady_state_balances_the_edges() {
     let mut p = PlantParameters { channels: 1, ..PlantParameters::default() };
@@ -35,7 +36,8 @@ fn steady_state_balances_the_edges() {
     }
 }
 
-/// The paper's model, written down again with areas, `psi` and a fixed temperature, and integrated at 100 kHz.
+/// The paper's model, written down again with areas, `psi` and a fixed temperature, and integrated
+/// at 100 kHz.
 #[test]
 fn with_everything_off_the_plant_is_the_papers_model() {
     let drives = [0.6, -0.25, 0.12, 1.0, -1.0, 0.055, -0.04, 0.3];
@@ -123,7 +125,8 @@ fn halving_the_step_changes_little() {
     assert!(at_100 > at_50, "{at_100} {at_50}");
 }
 
-/// Where nothing kinks (choked filling, a lagging spool past its corner) the error falls with the fourth power of the step.
+/// Where nothing kinks (choked filling, a lagging spool past its corner) the error falls with the
+/// fourth power of the step.
 #[test]
 fn the_error_falls_with_the_fourth_power() {
     let run = |step_ns: u64| {

@@ -1,13 +1,17 @@
 //! Blind tests of the diagnosis from the command line; docs/diagnosis.md says how to use it.
 //!
 //! ```text
-//! blind generate DIR --rounds 3          recordings and truth.json, by the truth plant alone; --seed 7 makes others,
-//!                                        --size limit|moderate|gross and --loop drive|closed only some; --hard by a rig with
-//!                                        a background of imperfections, which its file describes wrongly; --short a minute of
-//!                                        two channels, to make many
-//! blind diagnose DIR --program PATH      report.json beside each, by the program `pneudrive-model`; --at-once 2 two at a time
-//! blind score DIR                        the confusion matrix, from truth.json and report.json, and reliability.svg
-//! blind table [FILE]                     whether the diagnosis still says of fixed recordings what the table says
+//! blind generate DIR --rounds 3     recordings and truth.json, by the truth plant alone; --seed 7
+//!                                   makes others, --size limit|moderate|gross and
+//!                                   --loop drive|closed only some; --hard by a rig with a
+//!                                   background of imperfections, which its file describes wrongly;
+//!                                   --short a minute of two channels, to make many
+//! blind diagnose DIR --program PATH report.json beside each, by the program `pneudrive-model`;
+//!                                   --at-once 2 two at a time
+//! blind score DIR                   the confusion matrix, from truth.json and report.json, and
+//!                                   reliability.svg
+//! blind table [FILE]                whether the diagnosis still says of fixed recordings what the
+//!                                   table says
 //! ```
 
 mod recording;
@@ -106,7 +110,8 @@ struct Kind {
     short: bool,
 }
 
-/// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on the board.
+/// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on
+/// the board.
 fn generate(
     directory: &Path,
     seed: u64,

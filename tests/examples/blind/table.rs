@@ -16,8 +16,9 @@ use super::recording::{Extent, record};
 pub const SHARE: f64 = 0.1;
 
 const HEAD: &str = "\
-# What the diagnosis says of fixed recordings by the truth plant, right or wrong: what a rewrite is compared with.
-# `cargo run --release -p system-tests --example blind -- table` compares, with --write it makes this file.
+# What the diagnosis says of fixed recordings by the truth plant, right or wrong: what a rewrite is
+# compared with. `cargo run --release -p system-tests --example blind -- table` compares, with
+# --write it makes this file.
 ";
 
 /// What is asked.
@@ -32,7 +33,8 @@ pub struct Request {
     pub write: bool,
 }
 
-/// Makes and diagnoses the recordings; prints what differs from the table. `false` where something does.
+/// Makes and diagnoses the recordings; prints what differs from the table. `false` where something
+/// does.
 pub fn run(request: &Request) -> Result<bool> {
     let file = request
         .file
@@ -69,7 +71,8 @@ pub fn run(request: &Request) -> Result<bool> {
     Ok(differences.is_empty())
 }
 
-/// Makes one recording and says what the diagnosis says. It is given the data file and the nominal rig, nothing else.
+/// Makes one recording and says what the diagnosis says. It is given the data file and the nominal
+/// rig, nothing else.
 fn diagnosed(folder: &Path, name: &str, case: &Case) -> Result<Entry> {
     let folder = folder.join(name);
     record(&folder, case, Extent::SHORT)?;

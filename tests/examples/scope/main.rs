@@ -1,4 +1,5 @@
-//! The pictures of docs/bring-up.md: what a scope should show, drawn from the emulated chip's own pins.
+//! The pictures of docs/bring-up.md: what a scope should show, drawn from the emulated chip's own
+//! pins.
 //!
 //! `cargo run -p system-tests --example scope -- docs/bring-up`
 

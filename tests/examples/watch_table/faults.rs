@@ -39,13 +39,15 @@ const FAULTS: [(&str, [f64; 4]); 24] = [
 const RIG_FAULTS: [(&str, [f64; 4]); 2] =
     [("supply_level", [-10.0, -20.0, -40.0, -80.0]), ("supply_sag", [5.0, 10.0, 20.0, 40.0])];
 
-/// When the change is made, how long it may take to be found, and how long the rig is off in between, s.
+/// When the change is made, how long it may take to be found, and how long the rig is off in
+/// between, s.
 const AT_S: f64 = 640.0;
 const PATIENCE_S: f64 = 300.0;
 const OFF_S: f64 = 1.0;
 
-/// Prints a table: of how many rigs the change was found, the median delay, and of how many it got the right name. What is usual is
-/// learnt once a rig; after that the rig is off for a second, and comes back changed, with the movements of its first minutes.
+/// Prints a table: of how many rigs the change was found, the median delay, and of how many it got
+/// the right name. What is usual is learnt once a rig; after that the rig is off for a second, and
+/// comes back changed, with the movements of its first minutes.
 pub fn run(kind: Kind, seeds: Range<u64>, only: &[String]) {
     let folder = tempfile::tempdir().unwrap();
     let healthy: Vec<(u64, Watcher)> = seeds

@@ -6,13 +6,14 @@ use pneudrive_model::watch::{WatchEvent, WatchSettings};
 
 use super::rig::Kind;
 
-/// Levels of the statistic whose crossings are counted: how they grow rarer says how far the threshold is.
+/// Levels of the statistic whose crossings are counted: how they grow rarer says how far the
+/// threshold is.
 const LEVELS: [f64; 6] = [20.0, 25.0, 30.0, 35.0, 40.0, 45.0];
 /// A crossing counts anew once the statistic has fallen below this share of the level.
 const BACK: f64 = 0.7;
 
-/// Watches a rig of each seed; prints every false alarm and, in the end, their rate, how often lower levels were crossed, and how
-/// much memory the program had.
+/// Watches a rig of each seed; prints every false alarm and, in the end, their rate, how often
+/// lower levels were crossed, and how much memory the program had.
 pub fn run(kind: Kind, seeds: Range<u64>, hours: f64) {
     let folder = tempfile::tempdir().unwrap();
     let settings = WatchSettings::default();

@@ -1,8 +1,10 @@
-//! What `pneudrive-model watch` finds on virtual rigs: false alarms of healthy ones, and how long it takes for a change of which size.
+//! What `pneudrive-model watch` finds on virtual rigs: false alarms of healthy ones, and how long
+//! it takes for a change of which size.
 //!
-//! `watch_table healthy RIGS HOURS SEED [loop]` watches so many rigs for so many hours each; `watch_table faults RIGS SEED [EFFECT..]
-//! [loop]` makes each change, or these, at four sizes on so many rigs; `watch_table cost` measures what a row of 16 chambers at 1 kHz takes. With `loop` the
-//! drives are not recorded. All are in docs/watch.md.
+//! `watch_table healthy RIGS HOURS SEED [loop]` watches so many rigs for so many hours each;
+//! `watch_table faults RIGS SEED [EFFECT..] [loop]` makes each change, or these, at four sizes on
+//! so many rigs; `watch_table cost` measures what a row of 16 chambers at 1 kHz takes. With `loop`
+//! the drives are not recorded. All are in docs/watch.md.
 
 #![allow(clippy::unwrap_used, reason = "a measurement that cannot be made is a failure")]
 
@@ -38,7 +40,8 @@ fn main() {
     }
 }
 
-/// The largest mean of a Poisson distribution that so few counts leave possible, 95 % (one-sided, exact).
+/// The largest mean of a Poisson distribution that so few counts leave possible, 95 % (one-sided,
+/// exact).
 fn poisson_upper95(count: u32) -> f64 {
     let at_most = |mean: f64| {
         let mut term = (-mean).exp();

@@ -1,4 +1,5 @@
-//! A virtual rig with a laboratory's imperfections: its rows, and what `fit` makes of its first minutes.
+//! A virtual rig with a laboratory's imperfections: its rows, and what `fit` makes of its first
+//! minutes.
 
 use std::path::Path;
 

@@ -1,7 +1,10 @@
-//! What the self-test finds on virtual rigs: false alarms of healthy ones, and how often a fault of which size is found.
+//! What the self-test finds on virtual rigs: false alarms of healthy ones, and how often a fault of
+//! which size is found.
 //!
-//! `check_table healthy RIGS CHECKS` makes so many rigs and checks each so often against its first check; `check_table faults
-//! RIGS [EFFECT..]` hides each fault, or these, at five sizes in so many rigs; `check_table show EFFECT SEED [PAGE.html]` prints one check, and writes its page. Both are in docs/check.md.
+//! `check_table healthy RIGS CHECKS` makes so many rigs and checks each so often against its first
+//! check; `check_table faults RIGS [EFFECT..]` hides each fault, or these, at five sizes in so many
+//! rigs; `check_table show EFFECT SEED [PAGE.html]` prints one check, and writes its page. Both are
+//! in docs/check.md.
 
 #![allow(clippy::unwrap_used, reason = "a measurement that cannot be made is a failure")]
 
@@ -24,12 +27,14 @@ const FAULTS: [(&str, [f64; 5]); 12] = [
     ("sensor_crosstalk", [0.005, 0.01, 0.015, 0.02, 0.04]),
     ("drive_crosstalk", [0.02, 0.05, 0.1, 0.15, 0.2]),
 ];
-/// Shares of the tolerances at which a change is counted too: what stricter tolerances would find, and how often in vain.
+/// Shares of the tolerances at which a change is counted too: what stricter tolerances would find,
+/// and how often in vain.
 const STRICTER: [f64; 2] = [0.7, 0.5];
 /// Of the whole rig.
 const SUPPLY: (&str, [f64; 5]) = ("supply_level", [-10.0, -25.0, -50.0, -75.0, -100.0]);
 
-/// When a check begins, s after the rig was switched on: never at the same time, so that noise is other noise.
+/// When a check begins, s after the rig was switched on: never at the same time, so that noise is
+/// other noise.
 fn begin_s(number: u64) -> f64 {
     0.5 + 0.137 * number as f64
 }

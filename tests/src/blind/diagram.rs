@@ -17,7 +17,8 @@ fn y(share: f64) -> f64 {
     TOP + EDGE * (1.0 - share)
 }
 
-/// An SVG: stated probability across, share that was hidden upwards with its 95 % interval, and beside each point how many sets it is.
+/// An SVG: stated probability across, share that was hidden upwards with its 95 % interval, and
+/// beside each point how many sets it is.
 #[must_use]
 pub fn svg(bins: &[Bin]) -> String {
     let (width, height) = (LEFT + EDGE + 56.0, TOP + EDGE + 52.0);

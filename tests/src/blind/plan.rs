@@ -4,15 +4,16 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
-/// Effects of the catalogue with their detection limit, moderate and gross size in the truth plant's units.
+/// Effects of the catalogue with their detection limit, moderate and gross size in the truth
+/// plant's units.
 pub const CATALOGUE: [(&str, [f64; 3]); 21] = [
     ("supply_sag", [10.0, 40.0, 120.0]),
     ("supply_ripple", [8.0, 20.0, 60.0]),
     ("transport_delay", [0.005, 0.012, 0.05]),
     ("valve_lag", [0.006, 0.02, 0.08]),
     ("valve_hysteresis", [0.01, 0.05, 0.15]),
-    // Between the steps of a drive that moves by one count of the sensor, 0.025: at a step itself rounding decides whether the spool tears off,
-    // and below the first it always does.
+    // Between the steps of a drive that moves by one count of the sensor, 0.025: at a step itself
+    // rounding decides whether the spool tears off, and below the first it always does.
     ("valve_stiction", [0.03, 0.06, 0.14]),
     ("drive_saturation", [0.9, 0.7, 0.4]),
     ("valve_asymmetry", [0.92, 0.7, 0.4]),
@@ -99,7 +100,8 @@ impl Case {
     }
 }
 
-/// How a hard round's recording is made: by a rig with a background of imperfections, which its file describes wrongly.
+/// How a hard round's recording is made: by a rig with a background of imperfections, which its
+/// file describes wrongly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Hard {
     /// Rows a second.
@@ -117,7 +119,8 @@ pub struct Hard {
 /// Rates of hard rounds, Hz: recorded drives, and loops on the board.
 const RATES_HZ: [f64; 4] = [50.0, 100.0, 200.0, 500.0];
 
-/// The cases of a round, each with circumstances of its own, drawn beside it: the same seed hides the same things.
+/// The cases of a round, each with circumstances of its own, drawn beside it: the same seed hides
+/// the same things.
 #[must_use]
 pub fn hard(seed: u64, cases: Vec<Case>) -> Vec<Case> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x6861_7264);
@@ -136,8 +139,8 @@ pub fn hard(seed: u64, cases: Vec<Case>) -> Vec<Case> {
     drawn.collect()
 }
 
-/// The same cases in recordings of which a thousand can be diagnosed in an hour: on channels that they have, of hard ones a minute with no
-/// more than 100 rows a second.
+/// The same cases in recordings of which a thousand can be diagnosed in an hour: on channels that
+/// they have, of hard ones a minute with no more than 100 rows a second.
 #[must_use]
 pub fn short(mut cases: Vec<Case>) -> Vec<Case> {
     for case in &mut cases {
@@ -158,8 +161,8 @@ pub fn short(mut cases: Vec<Case>) -> Vec<Case> {
 /// Names of the size classes.
 pub const SIZES: [&str; 3] = ["limit", "moderate", "gross"];
 
-/// A round of cases: every effect of the catalogue at one size, as many nulls as a third of them, one-channel cases, pairs and effects off the
-/// catalogue. The same seed gives the same cases.
+/// A round of cases: every effect of the catalogue at one size, as many nulls as a third of them,
+/// one-channel cases, pairs and effects off the catalogue. The same seed gives the same cases.
 #[must_use]
 pub fn round(seed: u64, size: usize, drive: bool) -> Vec<Case> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
@@ -214,12 +217,14 @@ pub const SHORT_CHANNELS: usize = 2;
 /// Length of short recordings, s.
 pub const SHORT_S: f64 = 60.0;
 
-/// The rounds of the table of what the diagnosis says: seed, size and whether the drive is recorded.
+/// The rounds of the table of what the diagnosis says: seed, size and whether the drive is
+/// recorded.
 const TABLE: [(u64, usize, bool); 4] = [(901, 1, true), (902, 2, true), (903, 1, false), (904, 2, false)];
 
-/// The cases of the table with their names, four rounds of about eleven: a third of the catalogue each, so that every effect comes at
-/// least once and play and stiction in closed loop, where they matter most; one with nothing hidden, a pair, an effect off the catalogue
-/// and, where the round has one on a channel that is recorded, an effect on one channel.
+/// The cases of the table with their names, four rounds of about eleven: a third of the catalogue
+/// each, so that every effect comes at least once and play and stiction in closed loop, where they
+/// matter most; one with nothing hidden, a pair, an effect off the catalogue and, where the round
+/// has one on a channel that is recorded, an effect on one channel.
 #[must_use]
 pub fn table() -> Vec<(String, Case)> {
     let mut table = Vec::new();

@@ -14,7 +14,8 @@ const BINS: [f64; 7] = [0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0];
 pub struct Reliability {
     /// Each probability of a set of effects, and whether that set was hidden.
     stated: Vec<(f64, bool)>,
-    /// Of each report, the sum over all sets of the squared error of its probability (G. W. Brier, Monthly Weather Review 78, 1950): 0 to 2.
+    /// Of each report, the sum over all sets of the squared error of its probability (G. W. Brier,
+    /// Monthly Weather Review 78, 1950): 0 to 2.
     brier: Vec<f64>,
     /// Of each report, the probability that the hidden set is not listed, and whether it is not.
     unlisted: Vec<(f64, bool)>,
@@ -55,8 +56,9 @@ impl Bin {
 }
 
 impl Reliability {
-    /// Takes in a report; one without probabilities is left out. Sets that differ in "something else" only count as one. What is left to 1
-    /// is the probability that the hidden set is not listed.
+    /// Takes in a report; one without probabilities is left out. Sets that differ in "something
+    /// else" only count as one. What is left to 1 is the probability that the hidden set is not
+    /// listed.
     pub fn add(&mut self, case: &Case, report: &Value) {
         let Some(alternatives) = report["alternatives"].as_array().filter(|all| !all.is_empty()) else {
             return;

@@ -68,7 +68,8 @@ pub fn score(case: &Case, report: &Value) -> Outcome {
     if worst != Outcome::Wrong && false_names > 0 { Outcome::Extra } else { worst }
 }
 
-/// Parameters that the truth plant and the diagnosis define alike: effect, the diagnosis' parameter, and its unit over the plant's.
+/// Parameters that the truth plant and the diagnosis define alike: effect, the diagnosis'
+/// parameter, and its unit over the plant's.
 const SAME: [(&str, &str, f64); 14] = [
     ("supply_ripple", "amplitude", 1.0),
     ("transport_delay", "delay", 1.0),
@@ -86,8 +87,9 @@ const SAME: [(&str, &str, f64); 14] = [
     ("sensor_crosstalk", "share", 1.0),
 ];
 
-/// Whether the 95 % interval of a hidden effect's size contains the size that was hidden. `None` where it was not named first, its
-/// size is not defined alike on both sides, or the report gives no interval.
+/// Whether the 95 % interval of a hidden effect's size contains the size that was hidden. `None`
+/// where it was not named first, its size is not defined alike on both sides, or the report gives
+/// no interval.
 #[must_use]
 pub fn covered(case: &Case, report: &Value) -> Option<bool> {
     let (Kind::Single | Kind::OneChannel, [effect], [argument]) =

@@ -1,6 +1,8 @@
-//! What the diagnosis says of fixed recordings, as a file: what a change of the code is compared with.
+//! What the diagnosis says of fixed recordings, as a file: what a change of the code is compared
+//! with.
 //!
-//! The table does not say what is right, only what was said: a rewrite that keeps the behaviour keeps the table.
+//! The table does not say what is right, only what was said: a rewrite that keeps the behaviour
+//! keeps the table.
 
 use std::collections::BTreeMap;
 
@@ -114,8 +116,9 @@ impl Number {
         Some(Self { value: rounded(estimate[key].as_f64()?), ci95: ci95.map(|ends| ends.map(rounded)) })
     }
 
-    /// The largest move of the value or an end of the interval, as a part of the interval's width, or of the value where there is no
-    /// interval; infinite when only one of the two has an interval.
+    /// The largest move of the value or an end of the interval, as a part of the interval's width,
+    /// or of the value where there is no interval; infinite when only one of the two has an
+    /// interval.
     fn moved(&self, now: &Self) -> f64 {
         let (moves, width) = match (self.ci95, now.ci95) {
             (Some(then), Some(ends)) => {
@@ -130,8 +133,9 @@ impl Number {
 }
 
 impl Table {
-    /// What differs in `now`, in sentences: names always, numbers where they have moved by more than `share` of their interval.
-    /// Recordings of this table that `now` lacks are differences too.
+    /// What differs in `now`, in sentences: names always, numbers where they have moved by more
+    /// than `share` of their interval. Recordings of this table that `now` lacks are differences
+    /// too.
     #[must_use]
     pub fn differences(&self, now: &Self, share: f64) -> Vec<String> {
         let mut found = Vec::new();

@@ -1,7 +1,7 @@
 use pneudrive_sim::bus::Air;
 
-/// Pressures that go up and down by 3 counts a millisecond, each sensor by itself: no physics, but every answer differs from
-/// the one before and from every other board's.
+/// Pressures that go up and down by 3 counts a millisecond, each sensor by itself: no physics, but
+/// every answer differs from the one before and from every other board's.
 #[derive(Debug, Default)]
 pub(super) struct Waves;
 

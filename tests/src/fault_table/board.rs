@@ -36,7 +36,8 @@ impl SpiedBoard {
         }
     }
 
-    /// A board that begins to answer has obeyed a request: the one among what it has heard that ended a turnaround ago.
+    /// A board that begins to answer has obeyed a request: the one among what it has heard that
+    /// ended a turnaround ago.
     fn answer_begins(&mut self, at_ns: u64) {
         let address = self.board.address();
         let bytes: Vec<u8> = self.heard.iter().map(|&(_, byte)| byte).collect();

@@ -11,7 +11,8 @@ pub struct Case {
     pub chip_seconds: u64,
 }
 
-/// A fault that strikes many times a second: a few seconds are enough on emulated chips, which take their time.
+/// A fault that strikes many times a second: a few seconds are enough on emulated chips, which take
+/// their time.
 const fn case(fault: &'static str, lasts_ms: u64) -> Case {
     Case { fault, lasts_ms, chip_seconds: 3 }
 }

@@ -1,14 +1,15 @@
-//! What faults cost, and that nothing wrong is believed or obeyed: the table of docs/reliability.md.
+//! What faults cost, and that nothing wrong is believed or obeyed: the table of
+//! docs/reliability.md.
 //!
 //! ```text
-//!  host's poller -- TappedLine -- virtual bus with faults -- SpiedBoard -- native board or emulated chip
-//!                       |                                        |
+//!  host's poller -- TappedLine -- virtual bus with faults -- SpiedBoard -- native board,
+//!                       |                                        |       or emulated chip
 //!                       +----------------- Truth ----------------+
 //! ```
 //!
-//! Commands and pressures change in every cycle, so that an old or a crossed value shows. What the host sent and what the
-//! boards said is noted where it leaves them, before any fault; what the boards obeyed and what the host believed is compared
-//! with that.
+//! Commands and pressures change in every cycle, so that an old or a crossed value shows. What the
+//! host sent and what the boards said is noted where it leaves them, before any fault; what the
+//! boards obeyed and what the host believed is compared with that.
 
 mod air;
 mod board;

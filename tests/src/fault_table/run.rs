@@ -75,9 +75,11 @@ pub struct Outcome {
     pub wrong_pressures: u64,
     /// Requests obeyed that the host had not sent to that board.
     pub wrong_commands: u64,
-    /// Longest time from one answer of a board to its next, less the fault's own duration and the period, ns.
+    /// Longest time from one answer of a board to its next, less the fault's own duration and the
+    /// period, ns.
     pub recovery_ns: u64,
-    /// Greatest age of the command that a board's valves acted on, from its first bit on the wire, ns.
+    /// Greatest age of the command that a board's valves acted on, from its first bit on the wire,
+    /// ns.
     pub oldest_command_ns: u64,
     /// How often the fault took effect.
     pub struck: u64,
@@ -173,7 +175,8 @@ fn rig(boards: Boards, faults: &[&str], truth: &SharedTruth) -> bus::Bus {
     }
 }
 
-/// Native boards behind these faults, over pressures that never stand still; what they say and obey is noted in `truth`.
+/// Native boards behind these faults, over pressures that never stand still; what they say and obey
+/// is noted in `truth`.
 ///
 /// # Panics
 /// A fault is none.
@@ -200,7 +203,8 @@ fn on_a_line(
     bus::Bus::new(line, nodes, Box::new(Waves), faults, false)
 }
 
-/// The host knows its adapter, unless the fault is that it echoes: on a line this noisy it could not always find out.
+/// The host knows its adapter, unless the fault is that it echoes: on a line this noisy it could
+/// not always find out.
 fn echo(fault: &str) -> EchoMode {
     if fault == "echo" { BusOptions::default().echo } else { EchoMode::Known(Echo::Absent) }
 }

@@ -91,7 +91,8 @@ impl<L: Line> LineWithStranger<L> {
         }
     }
 
-    /// `request` with the other board's address. CRCs are linear: what the address changes in one it changes in all.
+    /// `request` with the other board's address. CRCs are linear: what the address changes in one
+    /// it changes in all.
     fn swapped(&self, request: [u8; PACKET_LEN]) -> [u8; PACKET_LEN] {
         let board = 0xFF - request[1];
         let to = |board| {

@@ -14,7 +14,8 @@ struct BoardTruth {
     sent: VecDeque<Sent>,
     /// Its last answers, newest last.
     said: VecDeque<Said>,
-    /// When the command that its valves act on was sent, and when it was heard, ns; none while they vent.
+    /// When the command that its valves act on was sent, and when it was heard, ns; none while they
+    /// vent.
     acting: Option<(u64, u64)>,
     /// Before this it vents, because it has just been powered, ns.
     vents_until_ns: u64,
@@ -93,7 +94,8 @@ impl Truth {
         }
     }
 
-    /// Board `index` obeys a request that it heard as `heard`; `None` if what it heard was no request to it at all.
+    /// Board `index` obeys a request that it heard as `heard`; `None` if what it heard was no
+    /// request to it at all.
     pub(super) fn board_obeys(&mut self, index: usize, now_ns: u64, heard: Option<Words>) {
         let board = &mut self.boards[index];
         let place = heard.and_then(|heard| board.sent.iter().rposition(|sent| sent.words == heard));

@@ -1,7 +1,8 @@
-//! A fixed subset of the blind tests: the truth plant hides an effect, the diagnosis gets the data file and the nominal rig.
+//! A fixed subset of the blind tests: the truth plant hides an effect, the diagnosis gets the data
+//! file and the nominal rig.
 //!
-//! Shorter than the published cases (60 s, two channels) so that it takes a few minutes at most; the whole table is
-//! `cargo run -p system-tests --example blind`, see docs/diagnosis.md.
+//! Shorter than the published cases (60 s, two channels) so that it takes a few minutes at most;
+//! the whole table is `cargo run -p system-tests --example blind`, see docs/diagnosis.md.
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{Request, diagnose};
@@ -107,7 +108,8 @@ fn nothing_is_named_where_nothing_is_hidden() {
     }
 }
 
-/// Slugs of water come and go: the error depends on nothing that is measured, and is far beyond noise and wander.
+/// Slugs of water come and go: the error depends on nothing that is measured, and is far beyond
+/// noise and wander.
 #[test]
 fn an_error_without_a_pattern_is_unexplained_and_not_adequate() {
     let (outcome, report) = blind_report(Kind::OffCatalogue, &["line_water"], 17);
@@ -138,7 +140,8 @@ fn what_the_converter_does_is_named_without_the_drives_columns() {
     }
 }
 
-/// The loop chatters behind the tube: the base model alone goes far astray, and nothing explains from there.
+/// The loop chatters behind the tube: the base model alone goes far astray, and nothing explains
+/// from there.
 #[test]
 fn a_narrow_tube_is_named_without_the_drives_columns() {
     let (outcome, report) = closed_loop(&["line_restriction=0.8"], 22, 60.0);
@@ -160,7 +163,8 @@ fn stiction_and_play_are_told_apart_without_the_drives_columns() {
     }
 }
 
-/// Taken as always in balance, the space before the muffler would be named as something else beside it.
+/// Taken as always in balance, the space before the muffler would be named as something else beside
+/// it.
 #[test]
 fn a_muffler_is_named_with_the_space_before_it_and_nothing_else() {
     let (outcome, report) = blind_report(Kind::Single, &["vent_restriction=0.8"], 25);
@@ -171,7 +175,8 @@ fn a_muffler_is_named_with_the_space_before_it_and_nothing_else() {
     assert!((of("area_ratio") / 1.25 - 1.0).abs() < 0.1, "{}", of("area_ratio"));
 }
 
-/// Pressures of several channels move together, so what one valve does shows in traces on the others.
+/// Pressures of several channels move together, so what one valve does shows in traces on the
+/// others.
 #[test]
 fn an_effect_on_one_channel_is_said_to_act_there_alone() {
     let (outcome, report) = blind_report(Kind::OneChannel, &["valve_asymmetry=0.7@b0c1"], 26);

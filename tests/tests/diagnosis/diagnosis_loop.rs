@@ -1,7 +1,9 @@
-//! The loop closes: a recording that cannot tell two causes apart, the commands that the diagnosis asks for, the host playing them to
-//! the same boards, and a second diagnosis of both recordings that can.
+//! The loop closes: a recording that cannot tell two causes apart, the commands that the diagnosis
+//! asks for, the host playing them to the same boards, and a second diagnosis of both recordings
+//! that can.
 //!
-//! Boards, host and recorder are the real ones, in virtual time: the result does not depend on the machine.
+//! Boards, host and recorder are the real ones, in virtual time: the result does not depend on the
+//! machine.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +52,8 @@ impl HiddenRig {
     }
 }
 
-/// A minute of slow ramps between a few levels: the pressure follows, and any kind of lag does nearly the same to it.
+/// A minute of slow ramps between a few levels: the pressure follows, and any kind of lag does
+/// nearly the same to it.
 fn slow_ramps() -> String {
     let mut text = "t_s,b0_cmd0_kpa\n".to_owned();
     // From 0 to 1, and they look random.

@@ -1,5 +1,6 @@
-//! The extended model leaves as a file and comes back as a simulation: what was measured on the test blocks is what `extended.toml`
-//! simulates, from drives or commands alone, neighbours included.
+//! The extended model leaves as a file and comes back as a simulation: what was measured on the
+//! test blocks is what `extended.toml` simulates, from drives or commands alone, neighbours
+//! included.
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{
@@ -9,8 +10,8 @@ use pneudrive_model::rig::Rig;
 use pneudrive_sim::plant::{Effect, Nuisances};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
 
-/// A recording of the truth plant with `effect` hidden in it, diagnosed; and its extended model simulated from the file, without
-/// the measured pressures but for the first.
+/// A recording of the truth plant with `effect` hidden in it, diagnosed; and its extended model
+/// simulated from the file, without the measured pressures but for the first.
 fn round_trip(effect: &str, control_loop: Loop, drive: bool) -> (Diagnosis, Vec<SimulatedChannel>) {
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();
@@ -45,8 +46,8 @@ fn round_trip(effect: &str, control_loop: Loop, drive: bool) -> (Diagnosis, Vec<
     (diagnosis, simulated)
 }
 
-/// Root mean square, on the test blocks, of the difference between what the diagnosis compared and what the file simulates, and of the
-/// residual itself, kPa.
+/// Root mean square, on the test blocks, of the difference between what the diagnosis compared and
+/// what the file simulates, and of the residual itself, kPa.
 fn on_test_blocks(diagnosis: &Diagnosis, simulated: &[SimulatedChannel]) -> (f64, f64) {
     let (mut apart, mut residual, mut count) = (0.0, 0.0, 0.0_f64);
     for ((data, model), simulated) in diagnosis.channels.iter().zip(&diagnosis.extended_models).zip(simulated)
@@ -73,7 +74,8 @@ fn assert_the_same(effect: &str, control_loop: Loop, drive: bool) {
     assert!(apart < 0.1 * residual, "{named:?}: {apart} kPa apart, residual {residual} kPa");
 }
 
-/// Channels that draw from one supply: the file's simulation has to find by itself what the others draw.
+/// Channels that draw from one supply: the file's simulation has to find by itself what the others
+/// draw.
 #[test]
 fn a_supply_that_all_channels_share() {
     assert_the_same("supply_sag", Loop::Row, true);

@@ -1,6 +1,7 @@
-//! What a measured drive settles: a board whose gain is not what the rig file says does to a closed loop what other valves and tubes do, and
-//! without the drives the diagnosis takes the board's error for the pneumatics'. The host polls virtual boards and asks them
-//! for their drives, in virtual time.
+//! What a measured drive settles: a board whose gain is not what the rig file says does to a closed
+//! loop what other valves and tubes do, and without the drives the diagnosis takes the board's
+//! error for the pneumatics'. The host polls virtual boards and asks them for their drives, in
+//! virtual time.
 
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
@@ -64,7 +65,8 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
         if polling.cycle().unwrap() == Supply::Ended {
             break;
         }
-        // Virtual time passes faster than the writer writes, which loses rows that wait for more than 5 s.
+        // Virtual time passes faster than the writer writes, which loses rows that wait for more
+        // than 5 s.
         while recorder.rows_waiting() > 1_000 {
             std::thread::yield_now();
         }

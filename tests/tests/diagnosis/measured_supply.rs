@@ -1,5 +1,6 @@
-//! What a measured supply settles: a supply that the rig file states wrongly does to the inflow what another fill edge does, and without
-//! a measurement the two cannot be told apart. The truth plant hides both, and the diagnosis gets the data file and the nominal rig.
+//! What a measured supply settles: a supply that the rig file states wrongly does to the inflow
+//! what another fill edge does, and without a measurement the two cannot be told apart. The truth
+//! plant hides both, and the diagnosis gets the data file and the nominal rig.
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{Request, diagnose};
@@ -8,8 +9,8 @@ use pneudrive_sim::plant::Nuisances;
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
 use system_tests::blind::score::named;
 
-/// The report on 60 s of two channels whose supply has 150 kPa less than the rig file says, with these other effects. Where the supply is
-/// measured, the board told it after every tenth poll.
+/// The report on 60 s of two channels whose supply has 150 kPa less than the rig file says, with
+/// these other effects. Where the supply is measured, the board told it after every tenth poll.
 fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();

@@ -1,4 +1,5 @@
-//! Regulators with their own loop: a recording of commands and pressures and no rig is compared with the linear model.
+//! Regulators with their own loop: a recording of commands and pressures and no rig is compared
+//! with the linear model.
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::json::Report;
@@ -35,7 +36,8 @@ fn assert_named(defect: Defect, effect: &str, parameter: &str, size: f64) {
         let value = report.causes[0].parameters[parameter].value;
         assert!((value / size - 1.0).abs() < 0.1, "{defect:?}: {parameter} {value}, not {size}");
     }
-    // One crossing of a dead band that is missed by a hair leaves a large error until the next: its gain is a matter of luck.
+    // One crossing of a dead band that is missed by a hair leaves a large error until the next: its
+    // gain is a matter of luck.
     if effect == "dead_band" {
         return;
     }

@@ -1,6 +1,7 @@
-//! With every effect off the truth plant is the nonlinear model of the paper, in other words: two descriptions that share no
-//! code (conductances and the ANR density there, areas and the flow function here) agree to within the error of integration.
-//! What is fitted to the plant's recordings therefore starts from a model that lacks nothing, and whatever a diagnosis finds
+//! With every effect off the truth plant is the nonlinear model of the paper, in other words: two
+//! descriptions that share no code (conductances and the ANR density there, areas and the flow
+//! function here) agree to within the error of integration. What is fitted to the plant's
+//! recordings therefore starts from a model that lacks nothing, and whatever a diagnosis finds
 //! there was put there.
 
 use pneudrive_model::data::{LoadOptions, load};
@@ -11,13 +12,14 @@ use pneudrive_model::rollout::Start;
 use pneudrive_sim::plant::{Nuisances, PlantParameters, SensorParameters};
 use pneudrive_sim::record::{Columns, Loop, Recorder, RecordingSettings, rig_toml, write_csv};
 
-/// Density (kg/m^3) and temperature (K) of the state in which sonic conductances are stated, ISO 8778.
+/// Density (kg/m^3) and temperature (K) of the state in which sonic conductances are stated,
+/// ISO 8778.
 const ANR: (f64, f64) = (1.185, 293.15);
 /// Gas constant of dry air, J/(kg K).
 const AIR: f64 = 287.05;
 
-/// Effective area in mm^2 of a sonic conductance in m^3/(s Pa): the choked flow `C rho_0 sqrt(T_0 / T) p` is
-/// `A psi_max sqrt(2 / (R T)) p`.
+/// Effective area in mm^2 of a sonic conductance in m^3/(s Pa): the choked flow
+/// `C rho_0 sqrt(T_0 / T) p` is `A psi_max sqrt(2 / (R T)) p`.
 fn area_mm2(conductance: f64) -> f64 {
     conductance * ANR.0 * (ANR.1 * AIR / 2.0).sqrt() / psi_max() * 1e6
 }
@@ -38,8 +40,8 @@ fn parameter(plant: &PlantParameters, name: &str) -> f64 {
     }
 }
 
-/// The model simulated from the drives of a recording without noise and rounding, with the plant's own numbers: nothing is
-/// fitted.
+/// The model simulated from the drives of a recording without noise and rounding, with the plant's
+/// own numbers: nothing is fitted.
 fn agreement(settings: &RecordingSettings, substeps: usize) -> Vec<Score> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("truth.csv");

@@ -1,7 +1,8 @@
-//! The loop of a rig's life: a healthy rig is checked and calibrated; a leak grows; the watch says so; the diagnosis against the
-//! calibrated model names it; the check confirms it, and the repair.
+//! The loop of a rig's life: a healthy rig is checked and calibrated; a leak grows; the watch says
+//! so; the diagnosis against the calibrated model names it; the check confirms it, and the repair.
 //!
-//! Boards, host, recorder and models are the real ones, in virtual time: the result does not depend on the machine.
+//! Boards, host, recorder and models are the real ones, in virtual time: the result does not depend
+//! on the machine.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,8 @@ const LEAKS: ChannelId = ChannelId { board: 0, channel: 2 };
 /// Length of the stretch that the watch learns from, s.
 const LEARN_S: f64 = 300.0;
 
-/// Commands of channels 1 and 2: steps and holds between 40 and 220 kPa, which look random; others with another seed.
+/// Commands of channels 1 and 2: steps and holds between 40 and 220 kPa, which look random; others
+/// with another seed.
 fn movements(seconds: f64, seed: u32) -> String {
     let mut text = "t_s,b0_cmd1_kpa,b0_cmd2_kpa\n".to_owned();
     let scatter = |k: u32| f64::from((k + seed).wrapping_mul(2_654_435_761) >> 8) / f64::from(1_u32 << 24);
@@ -38,7 +40,8 @@ fn movements(seconds: f64, seed: u32) -> String {
     text
 }
 
-/// The host plays commands to the boards of a rig and records what they answer, with the valves' drives.
+/// The host plays commands to the boards of a rig and records what they answer, with the valves'
+/// drives.
 fn play(rig: &RigOptions, commands: &str, file: &Path) -> PathBuf {
     Take { commands, rate_hz: 100, drives: true, begins_s: 3.0 }.record(rig, file);
     file.to_owned()

@@ -1,6 +1,7 @@
 //! The firmware on the bus, to the tick: when it answers, how, and when not.
 //!
-//! `cargo test -p system-tests --test firmware bus:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware bus:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 use pneudrive_chip::{Level, LineErrors, Ticks};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
@@ -11,7 +12,8 @@ use pneudrive_protocol::{
 };
 use system_tests::chip_bench::{Answer, BUS, CHARACTER, ChipBench, DRIVER_ENABLE, packet, print_delays};
 
-/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its first start bit.
+/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its
+/// first start bit.
 const EARLIEST: Ticks = Ticks::new(1_700);
 const LATEST: Ticks = Ticks::from_micros(20);
 
@@ -48,7 +50,8 @@ fn answers_begin_after_the_hosts_pulse_and_within_20_us_and_go_out_back_to_back(
     assert_eq!(bench.chip.uart_overruns(BUS), 0);
 }
 
-/// Once a second the log is written, in critical sections of some 20 us each: they must leave the bus's interrupts alone.
+/// Once a second the log is written, in critical sections of some 20 us each: they must leave the
+/// bus's interrupts alone.
 #[test]
 fn an_answer_does_not_wait_for_the_log() {
     let mut bench = ChipBench::running(0);
@@ -109,7 +112,8 @@ fn so_do_answers_in_a_session() {
     print_delays("in a session", &mut delays);
 }
 
-/// A host puts a byte 0x00 before a request where the byte before was 0xFF: alone, or (adapters may do that) in one run with it.
+/// A host puts a byte 0x00 before a request where the byte before was 0xFF: alone, or (adapters may
+/// do that) in one run with it.
 #[test]
 fn a_guard_byte_before_a_request_costs_nothing() {
     let mut bench = ChipBench::booted(0);
@@ -138,7 +142,8 @@ fn the_switch_sets_the_address_and_nobody_else_is_answered() {
     }
 }
 
-/// Four boards polled without any pause: the chip hears requests and answers of the three others all the time.
+/// Four boards polled without any pause: the chip hears requests and answers of the three others
+/// all the time.
 #[test]
 fn at_the_wires_limit_every_request_is_answered_and_no_other() {
     let mut bench = ChipBench::booted(2);
@@ -221,14 +226,15 @@ fn an_idle_gap_starts_a_frame_and_a_shorter_pause_does_not() {
     }
 }
 
-/// Whether a pause is a gap depends on the bytes' times, not on when the interrupt runs: the limit is the same at all phases
-/// of the control loop, which holds the interrupt back.
+/// Whether a pause is a gap depends on the bytes' times, not on when the interrupt runs: the limit
+/// is the same at all phases of the control loop, which holds the interrupt back.
 #[test]
 fn the_gap_is_found_from_the_times_of_the_bytes() {
     let request = packet(0, [200; 4]).encode();
     let mut bench = ChipBench::booted(0);
     for n in 0..2_000 {
-        // From end to end 35 us of stamps, which have a resolution of 1 us, are a gap: below 34 us never, from 36 us on always.
+        // From end to end 35 us of stamps, which have a resolution of 1 us, are a gap: below 34 us
+        // never, from 36 us on always.
         let (pause, whole) = if n % 2 == 0 { (Ticks::new(2_985), true) } else { (Ticks::new(3_250), false) };
         let end = bench.send(&request[..5]);
         bench.chip.run_until(end + pause);

@@ -1,6 +1,7 @@
 //! The firmware's control loop and outputs, to the tick.
 //!
-//! `cargo test -p system-tests --test firmware control_loop:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware control_loop:: -- --nocapture` prints the figures
+//! that docs/firmware.md states.
 
 use pneudrive_chip::{Level, Ticks};
 use system_tests::chip_bench::{BOOT, ChipBench, DIR, PWM, packet};
@@ -50,12 +51,14 @@ fn the_loop_runs_at_1_khz_with_little_jitter_on_a_busy_bus() {
         let (mean, worst) = mean_and_jitter_us(&times);
         println!("{what} every {mean:.3} us on average; the worst interval is {worst:.1} us off");
         assert!((mean - 1_000.0).abs() < 0.1, "{what}: mean period {mean} us");
-        // Which line of the log meets which step depends on every instruction: 22.5 to 24.6 us in five builds that differ in a line.
+        // Which line of the log meets which step depends on every instruction: 22.5 to 24.6 us in
+        // five builds that differ in a line.
         assert!(worst < 30.0, "{what}: jitter {worst} us");
     }
 }
 
-/// Until the DMA says that it has them all: the ADC goes on until it is told to stop, and what it converts then is thrown away.
+/// Until the DMA says that it has them all: the ADC goes on until it is told to stop, and what it
+/// converts then is thrown away.
 #[test]
 fn a_step_reads_each_sensor_sixteen_times() {
     const DMA_IRQ_0: usize = 11;
@@ -121,8 +124,9 @@ fn drives_valves(bench: &ChipBench) -> bool {
     DIR.iter().chain(&PWM).all(|pin| bench.chip.pin_output(*pin) != Level::Floating)
 }
 
-/// The pins are driven high from the program's first instructions on, but for the moment in which Embassy resets them; then they float
-/// (pulled up on the board). Until the end of the power-up vent none is ever low.
+/// The pins are driven high from the program's first instructions on, but for the moment in which
+/// Embassy resets them; then they float (pulled up on the board). Until the end of the power-up
+/// vent none is ever low.
 #[test]
 fn valve_pins_are_driven_high_from_the_first_instructions_on() {
     let mut bench = ChipBench::power_on(0);
@@ -168,8 +172,8 @@ fn load_in_a_second(bench: &mut ChipBench, act: fn(&mut ChipBench, u64)) -> f64 
     100.0 * (bench.chip.cycles() - cycles) as f64 / ticks as f64
 }
 
-/// The deepest stack in four seconds with requests, others' frames, sensor faults and logs, and the load with and
-/// without a bus.
+/// The deepest stack in four seconds with requests, others' frames, sensor faults and logs, and the
+/// load with and without a bus.
 #[test]
 fn the_stack_stays_small_and_the_processor_has_time() {
     let mut bench = ChipBench::running(0);

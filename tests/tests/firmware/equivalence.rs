@@ -1,8 +1,9 @@
 //! The native board and the chip do the same: one story, told to both.
 //!
-//! The story is a script of milliseconds. Half a millisecond after a control step the sensors change and something is said
-//! on the bus; before the next step it is noted what the board has answered and what its valves do. The chip is only
-//! watched from outside, at its pins; the native board is the control crate, called as `sim-hil` calls it.
+//! The story is a script of milliseconds. Half a millisecond after a control step the sensors
+//! change and something is said on the bus; before the next step it is noted what the board has
+//! answered and what its valves do. The chip is only watched from outside, at its pins; the native
+//! board is the control crate, called as `sim-hil` calls it.
 
 use pneudrive_chip::{LineErrors, Ticks};
 use pneudrive_control::{AdcSample, Board, BoardConfig, DirPwm, Micros};
@@ -12,7 +13,8 @@ use rand_pcg::Pcg32;
 use system_tests::chip_bench::{BUS, CHARACTER, ChipBench, packet};
 
 const OWN: u8 = 1;
-/// When in a millisecond the sensors change and the bus is used, and when it is noted what came of it, us after the step.
+/// When in a millisecond the sensors change and the bus is used, and when it is noted what came of
+/// it, us after the step.
 const ACT_US: u64 = 400;
 const NOTE_US: u64 = 950;
 
@@ -170,7 +172,8 @@ fn speech(rng: &mut Pcg32, codes: [u16; 4], checks: bool) -> Speech {
     }
 }
 
-/// Seven seconds: power-up vent, a host that does not check, its death, one that does; sensors that come and go.
+/// Seven seconds: power-up vent, a host that does not check, its death, one that does; sensors that
+/// come and go.
 fn story(seed: u64) -> Vec<Millisecond> {
     let mut rng = Pcg32::seed_from_u64(seed);
     let mut levels = [410_u16; 4];

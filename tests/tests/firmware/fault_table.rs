@@ -1,4 +1,5 @@
-//! The fault table of docs/reliability.md: what stands there is what happens, and nothing wrong is believed or obeyed.
+//! The fault table of docs/reliability.md: what stands there is what happens, and nothing wrong is
+//! believed or obeyed.
 
 use pneudrive_host::bus::FrameMode;
 use system_tests::fault_table::{
@@ -16,7 +17,8 @@ fn kind(case: &Case) -> &str {
     case.fault.split('=').next().unwrap()
 }
 
-/// One rate of every kind on native boards, exactly as printed: virtual time and fixed seeds leave nothing to chance.
+/// One rate of every kind on native boards, exactly as printed: virtual time and fixed seeds leave
+/// nothing to chance.
 #[test]
 fn the_page_has_what_happens() {
     let mut kinds = std::collections::BTreeSet::new();
@@ -37,8 +39,8 @@ fn the_page_has_what_happens() {
     );
 }
 
-/// The rates that hit most, with checked packets: on chips too nothing wrong is believed or obeyed, and the unchecked runs
-/// show that there was something to believe.
+/// The rates that hit most, with checked packets: on chips too nothing wrong is believed or obeyed,
+/// and the unchecked runs show that there was something to believe.
 #[test]
 fn checked_packets_let_nothing_wrong_through() {
     for boards in [Boards::Native, Boards::Chips] {
@@ -61,7 +63,8 @@ fn sessions_let_nothing_wrong_through() {
     assert!(outcome.tried - outcome.lost > 15_000, "it goes on: {outcome:?}");
 }
 
-/// Whole and valid requests that the host has not sent to that board now: nothing but a session keeps them out.
+/// Whole and valid requests that the host has not sent to that board now: nothing but a session
+/// keeps them out.
 #[test]
 fn in_a_session_no_stranger_is_obeyed() {
     strangers_on(Boards::Native, 300);
@@ -73,7 +76,8 @@ fn in_a_session_no_chip_obeys_a_stranger() {
     strangers_on(Boards::Chips, 200);
 }
 
-/// Every stranger strikes at least so often, as the page says, and is obeyed without a session only.
+/// Every stranger strikes at least so often, as the page says, and is obeyed without a session
+/// only.
 fn strangers_on(boards: Boards, often: u64) {
     for stranger in Stranger::ALL {
         let met: [Met; 3] = Speech::ALL.map(|speech| meet(boards, stranger, speech));

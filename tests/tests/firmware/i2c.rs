@@ -1,6 +1,7 @@
 //! The sensors on the I2C connector: the firmware's drivers against emulated parts.
 //!
-//! `cargo test -p system-tests --test firmware i2c:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware i2c:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 mod board;
 mod strangers;
@@ -73,7 +74,8 @@ fn told(electronics: Electronics) -> (Option<f64>, Option<f64>) {
     (chip_temperature.map(Temperature::celsius), rail_voltage.map(Voltage::volts))
 }
 
-/// 16 readings of the chip's sensor, one in 64 ms; 0.706 V at 27 degrees Celsius, 1.721 mV less for each degree more.
+/// 16 readings of the chip's sensor, one in 64 ms; 0.706 V at 27 degrees Celsius, 1.721 mV less for
+/// each degree more.
 #[test]
 fn the_chip_tells_its_temperature_and_the_rail() {
     let mut board = SensorBoard::booted();
@@ -151,7 +153,8 @@ fn an_unplugged_part_is_absent_and_a_plugged_one_is_back() {
     board.assert_measures();
 }
 
-/// A loose plug, for less than the time between two readings: the part answers, but measures nothing.
+/// A loose plug, for less than the time between two readings: the part answers, but measures
+/// nothing.
 #[test]
 fn an_imu_that_lost_its_power_is_set_up_again() {
     let mut board = SensorBoard::booted();
@@ -240,7 +243,8 @@ fn a_line_that_stays_low_makes_parts_absent_until_it_is_free() {
     }
 }
 
-/// The parts keep their power and do not notice: one that was sending holds the line until it is clocked on.
+/// The parts keep their power and do not notice: one that was sending holds the line until it is
+/// clocked on.
 #[test]
 fn a_board_that_restarts_in_a_transfer_finds_its_parts() {
     let mut running = SensorBoard::booted();

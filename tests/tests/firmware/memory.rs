@@ -1,7 +1,8 @@
-//! Where the firmware's code lies, and how long it answers with a cold cache: a word of flash that the cache does not have costs
-//! 0.4 us.
+//! Where the firmware's code lies, and how long it answers with a cold cache: a word of flash that
+//! the cache does not have costs 0.4 us.
 //!
-//! `cargo test -p system-tests --test firmware memory:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware memory:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 use std::collections::BTreeSet;
 
@@ -73,7 +74,8 @@ fn answers_with_an_empty_cache_are_in_time() {
     assert_in_time("with an empty cache", delays.collect());
 }
 
-/// What may be in flash: the boot stage, which copies the rest, and what vents the valves when RAM is not to be trusted.
+/// What may be in flash: the boot stage, which copies the rest, and what vents the valves when RAM
+/// is not to be trusted.
 const IN_FLASH: [&str; 11] = [
     "Reset",
     "__wrap___pre_init",
@@ -128,7 +130,8 @@ fn names(addresses: &BTreeSet<u32>) -> BTreeSet<String> {
     addresses.iter().map(function).collect()
 }
 
-/// Traced from the request's first byte to the end of the answer, which is done by interrupts, over a whole control step.
+/// Traced from the request's first byte to the end of the answer, which is done by interrupts, over
+/// a whole control step.
 #[test]
 fn nothing_between_a_request_and_its_answer_comes_from_flash() {
     let mut bench = ChipBench::running(0);
@@ -160,7 +163,8 @@ fn flash_is_not_read_any_more_after_the_start() {
     assert_eq!(bench.chip.flash_accesses(), before);
 }
 
-/// So that a stray write to RAM cannot keep the valves from being vented: before the first instruction of the handler from RAM.
+/// So that a stray write to RAM cannot keep the valves from being vented: before the first
+/// instruction of the handler from RAM.
 #[test]
 fn a_hard_fault_vents_from_flash() {
     /// Permanently undefined.

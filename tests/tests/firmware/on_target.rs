@@ -1,7 +1,8 @@
-//! The bodies of `firmware/tests/on_target.rs`, which a board runs behind a debug probe, on the emulated chip.
+//! The bodies of `firmware/tests/on_target.rs`, which a board runs behind a debug probe, on the
+//! emulated chip.
 //!
-//! Here stands what the probe's program does then: it finds the tests in the file, starts the chip once for each, and tells it by
-//! semihosting which one to run.
+//! Here stands what the probe's program does then: it finds the tests in the file, starts the chip
+//! once for each, and tells it by semihosting which one to run.
 
 use elf::ElfBytes;
 use elf::endian::LittleEndian;
@@ -23,7 +24,8 @@ struct Test {
     entry: u32,
 }
 
-/// What embedded-test puts into the file: for each test a symbol whose name is JSON, at the address of its function's.
+/// What embedded-test puts into the file: for each test a symbol whose name is JSON, at the address
+/// of its function's.
 fn tests(file: &[u8]) -> Vec<Test> {
     let parsed = ElfBytes::<LittleEndian>::minimal_parse(file);
     let elf = parsed.unwrap_or_else(|error| panic!("not an ELF file: {error}"));

@@ -1,6 +1,7 @@
 //! Pages of the firmware, over the bus of the emulated chip.
 //!
-//! `cargo test -p system-tests --test firmware pages:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware pages:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 use pneudrive_chip::Ticks;
 use pneudrive_protocol::pages::{
@@ -14,7 +15,8 @@ use system_tests::chip_bench::{Answer, BOOT, ChipBench, packet};
 use system_tests::firmware;
 
 const MS: Ticks = Ticks::from_millis(1);
-/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its first start bit.
+/// A host whose driver a 555 of the boards' kind enables holds the line for up to 113.6 us from its
+/// first start bit.
 const EARLIEST: Ticks = Ticks::new(1_700);
 const LATEST: Ticks = Ticks::from_micros(20);
 /// Permanently undefined: a HardFault.
@@ -123,7 +125,8 @@ fn a_host_that_only_reads_pages_is_silent() {
     assert_eq!(now, Some(StateNow::Vent));
 }
 
-/// Read over the bus: what a HardFault left, and how often the watchdog has struck; all gone with the supply.
+/// Read over the bus: what a HardFault left, and how often the watchdog has struck; all gone with
+/// the supply.
 #[test]
 fn the_last_reset_is_told_to_the_host() {
     let function = firmware::address_of_function("CheckedPacket5parse");

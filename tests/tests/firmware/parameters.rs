@@ -1,6 +1,8 @@
-//! Parameters over the bus of the emulated chip: when they are taken, and what a power cut does to them in flash.
+//! Parameters over the bus of the emulated chip: when they are taken, and what a power cut does to
+//! them in flash.
 //!
-//! `cargo test -p system-tests --test firmware parameters:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware parameters:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 use pneudrive_chip::{ResetReason, Ticks};
 use pneudrive_protocol::pages::{
@@ -92,7 +94,8 @@ impl Host {
     }
 }
 
-/// Set, kept over a power cycle, and reset; with another address, which the switch has again afterwards.
+/// Set, kept over a power cycle, and reset; with another address, which the switch has again
+/// afterwards.
 #[test]
 fn parameters_are_kept_and_go_back_to_those_compiled() {
     let mut host = Host::in_session(ChipBench::running(1), 1);
@@ -180,7 +183,8 @@ fn what_must_not_be_is_refused() {
     assert_eq!(host.bench.chip.flash_busy_until(), Ticks::ZERO, "nothing was written");
 }
 
-/// The supply ends at 64 moments of the erase and 64 of the program: the board starts with the old parameters or with the new ones.
+/// The supply ends at 64 moments of the erase and 64 of the program: the board starts with the old
+/// parameters or with the new ones.
 #[test]
 fn a_power_cut_at_any_moment_leaves_the_old_or_the_new() {
     // Both slots are full, so that the erase has something to do.
@@ -229,7 +233,8 @@ fn a_power_cut_at_any_moment_leaves_the_old_or_the_new() {
     assert_eq!(host.commit(0).value(Parameter::Kp), Some(24));
 }
 
-/// The valves vent from before flash is written until the board runs again, and the watchdog does not bite.
+/// The valves vent from before flash is written until the board runs again, and the watchdog does
+/// not bite.
 #[test]
 fn the_valves_vent_while_flash_is_written() {
     let mut host = Host::in_session(ChipBench::running(0), 0);

@@ -24,8 +24,8 @@ fn last(bench: &ChipBench) -> Option<PostMortem> {
     PostMortem::from_words(&std::array::from_fn(word))
 }
 
-/// Runs on until the boot after the next reset (131 ms, most of it the copy of the program to RAM), and gives the record with the time of
-/// that reset.
+/// Runs on until the boot after the next reset (131 ms, most of it the copy of the program to RAM),
+/// and gives the record with the time of that reset.
 fn after_reset(bench: &mut ChipBench) -> (PostMortem, Ticks) {
     let resets = bench.chip.resets().len();
     bench.run_until_seen(MS * 400, |bench| bench.chip.resets().len() > resets);
@@ -82,7 +82,8 @@ fn the_part_that_kept_the_watchdog_from_being_fed_is_known() {
     }
 }
 
-/// The bus interrupt hangs, so the check is not made any more: its last one, when all was well, tells when.
+/// The bus interrupt hangs, so the check is not made any more: its last one, when all was well,
+/// tells when.
 #[test]
 fn a_check_that_is_not_made_any_more_is_known() {
     let mut bench = running_with(HANG);

@@ -1,4 +1,5 @@
-//! How long the firmware takes to reach a safe state, and how it starts: the figures of docs/reliability.md.
+//! How long the firmware takes to reach a safe state, and how it starts: the figures of
+//! docs/reliability.md.
 //!
 //! `cargo test -p system-tests --test firmware reaction:: -- --nocapture` prints them.
 
@@ -10,7 +11,8 @@ const VENT: [f64; 4] = [-1.0; 4];
 const FILL: [f64; 4] = [1.0; 4];
 const MS: Ticks = Ticks::from_millis(1);
 
-/// Fills all four chambers; the request has just ended, `phase` after some point in the control loop.
+/// Fills all four chambers; the request has just ended, `phase` after some point in the control
+/// loop.
 fn filling(running: &ChipBench, phase: Ticks) -> ChipBench {
     let mut bench = running.clone();
     bench.run(phase);
@@ -82,8 +84,8 @@ fn from_a_broken_sensor_to_a_vented_valve() {
             bench.chip.pin_output(dir) == Level::High && bench.chip.pwm_duty(pwm) == Some(1.0)
         };
         let mut time = bench.run_until_seen(MS * 20, vents);
-        // A sensor that breaks within a step's readings has, on their average, just a high pressure: that step vents, the next one
-        // does not.
+        // A sensor that breaks within a step's readings has, on their average, just a high
+        // pressure: that step vents, the next one does not.
         let mut next_step = bench.clone();
         next_step.run(MS);
         if !vents(&next_step) {
@@ -97,7 +99,8 @@ fn from_a_broken_sensor_to_a_vented_valve() {
     assert!(least > 8.9 && most < 10.3, "ten samples in a row");
 }
 
-/// A host whose loop has hung and repeats its last request, number and all, is obeyed: docs/reliability.md says so.
+/// A host whose loop has hung and repeats its last request, number and all, is obeyed:
+/// docs/reliability.md says so.
 #[test]
 fn a_host_that_repeats_itself_is_obeyed() {
     let mut bench = ChipBench::running(0);
@@ -110,7 +113,8 @@ fn a_host_that_repeats_itself_is_obeyed() {
     assert_eq!(bench.coils(), FILL, "after 6 s");
 }
 
-/// Asked every millisecond from power-on: when it first answers, and when a valve first does something else than vent.
+/// Asked every millisecond from power-on: when it first answers, and when a valve first does
+/// something else than vent.
 #[test]
 fn power_up() {
     let mut bench = ChipBench::power_on(0);
@@ -134,8 +138,8 @@ fn power_up() {
     assert!(driven <= answered && answered < 135.0 && (2_129.0..2_136.0).contains(&obeyed));
 }
 
-/// The supply of the chip fails and comes back while it fills, for all phases of its loop: the pull-ups vent from the first tick
-/// on, and no pin is low before the next power-up vent is over.
+/// The supply of the chip fails and comes back while it fills, for all phases of its loop: the
+/// pull-ups vent from the first tick on, and no pin is low before the next power-up vent is over.
 #[test]
 fn brown_out() {
     let running = ChipBench::running(0);

@@ -1,5 +1,5 @@
-//! The firmware's ELF on emulated chips, on the strict virtual bus, with the plant behind their pins and the host's own code
-//! as the bus master. In virtual time, but for the last test.
+//! The firmware's ELF on emulated chips, on the strict virtual bus, with the plant behind their
+//! pins and the host's own code as the bus master. In virtual time, but for the last test.
 
 use pneudrive_host::bus::{Bus, BusOptions, FrameMode, Frames};
 use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
@@ -106,7 +106,8 @@ fn four_boards_bring_sixteen_chambers_to_300_kpa_and_back() {
     assert_eq!(run.polling.bus_mut().line().counters().violations(), 0);
 }
 
-/// Half a second of patience, two seconds of holding, then all channels vent, although nobody says so.
+/// Half a second of patience, two seconds of holding, then all channels vent, although nobody says
+/// so.
 #[test]
 fn a_host_that_dies_leaves_vented_chambers() {
     let mut run = Run::start(1, &[], BusOptions::default(), 5);
@@ -121,7 +122,8 @@ fn a_host_that_dies_leaves_vented_chambers() {
     assert!(all_near(&vented, 0.0), "{vented:?}");
 }
 
-/// Original: 2 boards, set point 511 (0x01FF before the other's address 0xFFFE): failures 17 -> 479 of 4088.
+/// Original: 2 boards, set point 511 (0x01FF before the other's address 0xFFFE): failures 17 -> 479
+/// of 4088.
 #[test]
 fn another_boards_words_that_end_in_ff_disturb_no_chip() {
     let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
@@ -135,7 +137,8 @@ fn another_boards_words_that_end_in_ff_disturb_no_chip() {
     assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
 }
 
-/// A lost byte or garbage costs the exchange it falls into, and the next ones are as good as before.
+/// A lost byte or garbage costs the exchange it falls into, and the next ones are as good as
+/// before.
 #[test]
 fn lost_bytes_and_garbage_cost_their_exchange_only() {
     for fault in ["drop=0.002,on=requests", "noise=20,ms=0.3"] {
@@ -177,7 +180,8 @@ fn minutes_with_every_exchange_answered() {
     assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
 }
 
-/// Over a real pty, paced to the wall clock. The machine may be busy: the host is patient, and nothing is timed.
+/// Over a real pty, paced to the wall clock. The machine may be busy: the host is patient, and
+/// nothing is timed.
 #[test]
 fn the_host_talks_to_chips_through_a_pty() {
     let sim =

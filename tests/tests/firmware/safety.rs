@@ -95,7 +95,8 @@ fn the_led_tells_running_from_waiting() {
 /// Returns at once, as if there were nothing to do.
 const RETURN: u16 = 0x4770;
 
-/// A fault in the middle of a run: the function is first used by a checked request, and the valves fill until then.
+/// A fault in the middle of a run: the function is first used by a checked request, and the valves
+/// fill until then.
 #[test]
 fn a_hard_fault_while_filling_vents_at_once_and_not_at_the_reset() {
     let mut bench = ChipBench::power_on_with(&firmware::with_broken("CheckedPacket5parse", UNDEFINED), 0);
@@ -115,8 +116,8 @@ fn a_hard_fault_while_filling_vents_at_once_and_not_at_the_reset() {
     assert_eq!(bench.coils(), VENT);
 }
 
-/// A control loop that does not hang but is simply no longer called: interrupts and the thread go on, and only its missing
-/// report keeps the watchdog from being fed.
+/// A control loop that does not hang but is simply no longer called: interrupts and the thread go
+/// on, and only its missing report keeps the watchdog from being fed.
 #[test]
 fn the_watchdog_resets_a_control_loop_that_stops() {
     is_reset_and_vents("SWI_IRQ_0", RETURN);
@@ -128,8 +129,9 @@ fn the_watchdog_resets_a_bus_interrupt_that_stops() {
     is_reset_and_vents("DMA_IRQ_1", RETURN);
 }
 
-/// The bus's interrupts are not masked in critical sections, so they must not take any. If one does, the board stops before
-/// anything is shared: without the check it would go on until the watchdog's time is over.
+/// The bus's interrupts are not masked in critical sections, so they must not take any. If one
+/// does, the board stops before anything is shared: without the check it would go on until the
+/// watchdog's time is over.
 #[test]
 fn a_critical_section_in_a_bus_interrupt_stops_the_board() {
     const DMA_IRQ_1: usize = 12;
@@ -150,8 +152,8 @@ fn a_critical_section_in_a_bus_interrupt_stops_the_board() {
     }
 }
 
-/// A program that hangs or faults in this function: the watchdog resets the chip again and again, and no valve pin is
-/// ever low.
+/// A program that hangs or faults in this function: the watchdog resets the chip again and again,
+/// and no valve pin is ever low.
 fn is_reset_and_vents(function: &str, instruction: u16) {
     let mut bench = ChipBench::power_on_with(&firmware::with_broken(function, instruction), 0);
     bench.chip.watch_pins(DIR.into_iter().chain(PWM).fold(0, |pins, pin| pins | 1 << pin));

@@ -2,7 +2,8 @@
 //!
 //! ```console
 //! $ cargo test -p system-tests --test firmware soak:: -- --nocapture
-//! $ PNEUDRIVE_SOAK_HOURS=24 cargo test -p system-tests --test firmware soak:: -- --nocapture   # a day; fractions are fine
+//! $ export PNEUDRIVE_SOAK_HOURS=24    # a day; fractions are fine
+//! $ cargo test -p system-tests --test firmware soak:: -- --nocapture
 //! ```
 
 use pneudrive_host::bus::{BusOptions, EchoMode};
@@ -157,7 +158,8 @@ fn an_hour_of_faults_leaves_no_trace() {
     let strikes: u64 = counters.faults.values().sum();
     assert!(strikes > 300 && statistics.lost < 12 * strikes, "{} lost by {strikes} faults", statistics.lost);
     assert!(statistics.lost * 100 < statistics.exchanges, "{statistics:?}");
-    // The grid is that of the first row, to the nanosecond, and all rows but those behind a fault are on it.
+    // The grid is that of the first row, to the nanosecond, and all rows but those behind a fault
+    // are on it.
     assert!(seen.off_grid * 500 < seen.rows, "{} of {} rows off the grid", seen.off_grid, seen.rows);
     let slots = (seen.last_ns - seen.first_ns) / PERIOD_NS + 1;
     assert!(slots - seen.rows <= statistics.missed_ticks, "{slots} periods, {seen:?}, {statistics:?}");

@@ -28,7 +28,8 @@ fn what_the_boot_rom_would_not_start_is_not_written() {
     assert_eq!(check_bootable(&image(), ChipFamily::Rp2040), Ok(()));
     assert_eq!(check_bootable(&image(), ChipFamily::Rp2350), Err(BootError::ImageDefinition));
 
-    // Without `link-rp.x` the boot loader lies elsewhere, and the ROM goes back to BOOTSEL without a word.
+    // Without `link-rp.x` the boot loader lies elsewhere, and the ROM goes back to BOOTSEL without
+    // a word.
     let mut elf = firmware::elf().to_vec();
     let at = firmware::file_offset_of_address(&elf, 0x1000_0010).unwrap_or_else(|| panic!("no boot loader"));
     elf[at] ^= 1;

@@ -1,6 +1,8 @@
-//! Updates over the bus on the emulated chip: tried once, kept when confirmed, and gone in all other cases.
+//! Updates over the bus on the emulated chip: tried once, kept when confirmed, and gone in all
+//! other cases.
 //!
-//! `cargo test -p system-tests --test firmware update:: -- --nocapture` prints the figures that docs/firmware.md states.
+//! `cargo test -p system-tests --test firmware update:: -- --nocapture` prints the figures that
+//! docs/firmware.md states.
 
 mod power;
 mod programs;
@@ -105,7 +107,8 @@ fn an_update_that_is_confirmed_stays_until_the_next() {
     assert!(unmodelled.is_empty(), "{unmodelled:?}");
 }
 
-/// The board vents from before flash is written until its power-up vent ends, and nothing of the valves is ever low.
+/// The board vents from before flash is written until its power-up vent ends, and nothing of the
+/// valves is ever low.
 #[test]
 fn the_valves_vent_all_the_time_and_the_board_is_away_for_a_second() {
     let mut host = sent();
@@ -141,7 +144,8 @@ fn the_valves_vent_all_the_time_and_the_board_is_away_for_a_second() {
     }
 }
 
-/// After each kind of request, and after many of the pieces: the host falls silent, and the board goes on with the old program.
+/// After each kind of request, and after many of the pieces: the host falls silent, and the board
+/// goes on with the old program.
 #[test]
 fn a_host_that_stops_anywhere_changes_nothing() {
     let program = next_version();
@@ -162,7 +166,8 @@ fn a_host_that_stops_anywhere_changes_nothing() {
     check(&host, "command");
     assert_eq!(host.update(Update::Begin), UpdateReply::Taken);
     check(&host, "begin");
-    // Vectors, header, pages' ends of 256 bytes and sectors' of 4096, the last pieces and those of the CRC, and some between.
+    // Vectors, header, pages' ends of 256 bytes and sectors' of 4096, the last pieces and those of
+    // the CRC, and some between.
     let near = |n: usize, every: usize| (n * 3) % every < 6;
     let last = sending.len();
     let mut stops = 0;

@@ -1,5 +1,5 @@
-//! The firmware when the chip itself does not do its part: a converter that fails, a DMA channel that stops, a processor that
-//! stands still at the wrong moment.
+//! The firmware when the chip itself does not do its part: a converter that fails, a DMA channel
+//! that stops, a processor that stands still at the wrong moment.
 
 use pneudrive_chip::{Level, ResetReason, Ticks};
 use system_tests::chip_bench::{BUS, ChipBench, DRIVER_ENABLE, FILL, VENT, packet};
@@ -21,7 +21,8 @@ fn is_reset_soon(bench: &mut ChipBench, what: &str) {
     assert_eq!(bench.coils(), VENT);
 }
 
-/// Without samples there is no control step, and the valves stay as they are: only the reset vents them.
+/// Without samples there is no control step, and the valves stay as they are: only the reset vents
+/// them.
 #[test]
 fn a_converter_that_fails_is_a_reset() {
     let mut bench = ChipBench::filling();
@@ -54,7 +55,8 @@ fn a_conversion_that_fails_now_and_then_is_none() {
     assert_eq!(bench.chip.resets().len(), 1);
 }
 
-/// The bus interrupt goes on, because supervision asks for it: that it hears nothing any more must show.
+/// The bus interrupt goes on, because supervision asks for it: that it hears nothing any more must
+/// show.
 #[test]
 fn a_receiver_that_stops_is_a_reset() {
     let mut bench = ChipBench::filling();
@@ -64,8 +66,8 @@ fn a_receiver_that_stops_is_a_reset() {
     assert!(bench.exchange(packet(0, [102; 4])).is_some(), "and it hears again");
 }
 
-/// The processor stands still from before the request's last byte until long after the answer's time: it is late, but it comes,
-/// and the next one is on time.
+/// The processor stands still from before the request's last byte until long after the answer's
+/// time: it is late, but it comes, and the next one is on time.
 #[test]
 fn an_answer_whose_time_has_passed_is_sent_at_once() {
     let mut start = ChipBench::running(0);
@@ -85,8 +87,8 @@ fn an_answer_whose_time_has_passed_is_sent_at_once() {
     }
 }
 
-/// Wherever the processor stands still for a moment: the driver is enabled from before the answer's first start bit to after its
-/// last stop bit.
+/// Wherever the processor stands still for a moment: the driver is enabled from before the answer's
+/// first start bit to after its last stop bit.
 #[test]
 fn the_driver_stays_enabled_for_a_late_answer() {
     let mut start = ChipBench::running(0);
@@ -96,7 +98,8 @@ fn the_driver_stays_enabled_for_a_late_answer() {
     start.chip.run_until(end);
     let _ = start.chip.take_transmitted(BUS).count();
     for stall_us in [1, 3, 9] {
-        // From the request's end over the alarm that starts the answer to the one that ends it; steps of 80 ns.
+        // From the request's end over the alarm that starts the answer to the one that ends it;
+        // steps of 80 ns.
         for n in 0..1_500 {
             let mut bench = start.clone();
             let from = end + Ticks::new(10 * n);

@@ -9,7 +9,8 @@ use pneudrive_protocol::{
 /// What five bytes do to a board: what happens, after how long, and with what.
 fn act(board: &mut Board, now: &mut u64, act: [u8; 5]) {
     let [kind, time, a, b, c] = act;
-    // Within a character, around a gap, a loop, a timeout, a clock that jumps, stands still, or goes back.
+    // Within a character, around a gap, a loop, a timeout, a clock that jumps, stands still, or
+    // goes back.
     let distances = [0, 10, 35, 150, 1_000, 10_000, 600_000, 3_000_000, 1 << 32, 1 << 62, -20, -2_000];
     *now = now.saturating_add_signed(distances[usize::from(time) % distances.len()]);
     let at = Micros::new(*now);

@@ -14,7 +14,8 @@ fn page_request(board: u8, number: u8) -> PageRequest {
     )
 }
 
-/// Bytes of a line: raw ones, and whole packets (of some board, some of them damaged), so that decoders get somewhere.
+/// Bytes of a line: raw ones, and whole packets (of some board, some of them damaged), so that
+/// decoders get somewhere.
 fn line(script: &[u8]) -> Vec<u8> {
     let mut line = Vec::new();
     for piece in script.chunks(4) {
@@ -45,7 +46,8 @@ fn line(script: &[u8]) -> Vec<u8> {
     line
 }
 
-/// Every byte is in a packet, in ten whose CRC fitted nothing, discarded, or waiting; of such ten, up to nine have not been counted yet.
+/// Every byte is in a packet, in ten whose CRC fitted nothing, discarded, or waiting; of such ten,
+/// up to nine have not been counted yet.
 #[test]
 fn the_frame_finder() {
     check!().with_iterations(20_000).with_generator(scripts(160)).for_each(|script: &Vec<u8>| {

@@ -56,7 +56,8 @@ fn simulate_fitted(file: &ParameterFile, recording: &Recording) -> Option<Vec<f6
     Some(prepared.subject.simulate(&values, &prepared.series[0], Start::Measured, stored.substeps))
 }
 
-/// A parameter file is refused, or can be simulated, whatever comes of it, and is the same when it is written back.
+/// A parameter file is refused, or can be simulated, whatever comes of it, and is the same when it
+/// is written back.
 #[test]
 fn parameter_files() {
     let recording = recording();
@@ -102,8 +103,8 @@ fn extended_files() {
     });
 }
 
-/// What was found: a rig inside a parameter file was not checked (a shift by 40 bits, a division by zero), and a number of steps was
-/// taken for granted (years of computing).
+/// What was found: a rig inside a parameter file was not checked (a shift by 40 bits, a division by
+/// zero), and a number of steps was taken for granted (years of computing).
 #[test]
 fn values_that_no_simulation_survives_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! Damage to a file that was good: what a fuzzer's bytes mean to a format that random bytes never get into.
+//! Damage to a file that was good: what a fuzzer's bytes mean to a format that random bytes never
+//! get into.
 
 /// What has meaning in one of the formats, and what is at the edge of having one.
 const WORDS: &[&str] = &[
@@ -47,8 +48,9 @@ const WORDS: &[&str] = &[
     "0x10",
 ];
 
-/// What `script` makes of a good file: its first byte decides between anything at all and one to four edits. After more the file is
-/// refused for the first of them, and the rest of the loader is not reached.
+/// What `script` makes of a good file: its first byte decides between anything at all and one to
+/// four edits. After more the file is refused for the first of them, and the rest of the loader is
+/// not reached.
 pub fn contents(seed: &[u8], script: &[u8]) -> Vec<u8> {
     match script {
         [0..16, anything @ ..] => anything.to_vec(),

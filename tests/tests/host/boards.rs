@@ -1,8 +1,9 @@
 //! Host and boards over a real tty: virtual boards behind a pty, or real ones.
 //!
-//! Required hardware: none; or, with `cargo test -p system-tests --features hardware --test host boards:: -- --test-threads 1`,
-//! one to four boards on the port that PNEUDRIVE_PORT names (their number in PNEUDRIVE_DEVICES), valves connected or not,
-//! nothing that a pressure of 30 kPa could damage.
+//! Required hardware: none; or, with `cargo test -p system-tests --features hardware --test host
+//! boards:: -- --test-threads 1`, one to four boards on the port that PNEUDRIVE_PORT names (their
+//! number in PNEUDRIVE_DEVICES), valves connected or not, nothing that a pressure of 30 kPa could
+//! damage.
 
 use crate::target::Target;
 use pneudrive_host::bus::{Bus, BusOptions};
@@ -10,7 +11,8 @@ use pneudrive_host::poller::{Poller, PollerOptions, SetPoints};
 use pneudrive_protocol::SensorScale;
 use std::time::{Duration, Instant};
 
-/// Boards take up to this long from power-up to their first answer. The limit is for a test that hangs.
+/// Boards take up to this long from power-up to their first answer. The limit is for a test that
+/// hangs.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 #[test]

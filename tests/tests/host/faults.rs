@@ -1,4 +1,5 @@
-//! Host and simulated boards through faults, in virtual time: what is lost, and that nothing wrong is believed.
+//! Host and simulated boards through faults, in virtual time: what is lost, and that nothing wrong
+//! is believed.
 
 use pneudrive_host::bus::{BusOptions, FrameMode, Frames};
 use pneudrive_host::poller::{BoardState, Polling};
@@ -8,7 +9,8 @@ use pneudrive_sim::board::Turnaround;
 use pneudrive_sim::rig::RigOptions;
 use system_tests::virtual_bus::{VirtualBus, bus, poll};
 
-/// `boards` boards, these faults, two seconds. Returns the statistics and how often each fault struck.
+/// `boards` boards, these faults, two seconds. Returns the statistics and how often each fault
+/// struck.
 fn run(boards: u16, faults: &[&str], options: BusOptions) -> (Statistics, Polling<VirtualBus>) {
     let rig = RigOptions {
         boards: usize::from(boards),
@@ -23,7 +25,8 @@ fn struck(polling: &mut Polling<VirtualBus>, fault: &str) -> u64 {
     polling.bus_mut().line().counters().fault(fault)
 }
 
-/// Original: 2 boards, set point 511 (0x01FF before the other's address 0xFFFE): failures 17 -> 479 of 4088.
+/// Original: 2 boards, set point 511 (0x01FF before the other's address 0xFFFE): failures 17 -> 479
+/// of 4088.
 #[test]
 fn set_points_that_look_like_addresses_disturb_nobody() {
     for frames in [FrameMode::Unchecked, FrameMode::Negotiate] {
@@ -37,7 +40,8 @@ fn set_points_that_look_like_addresses_disturb_nobody() {
     }
 }
 
-/// A healthy bus runs at the wire's limit less the boards' turnaround, whatever the number of boards.
+/// A healthy bus runs at the wire's limit less the boards' turnaround, whatever the number of
+/// boards.
 #[test]
 fn a_healthy_bus_loses_nothing_and_wastes_no_time() {
     for boards in 1..=4 {
@@ -45,7 +49,8 @@ fn a_healthy_bus_loses_nothing_and_wastes_no_time() {
         let Turnaround::Fixed { delay_ns } = rig.turnaround else {
             panic!("the default turnaround is fixed")
         };
-        // Long enough that the first cycle, in which each board is asked for a session, counts for little.
+        // Long enough that the first cycle, in which each board is asked for a session, counts for
+        // little.
         let statistics = poll(bus(&rig, BusOptions::default()), boards, 221, 2.0).finish();
         let limit = 1e9 / (f64::from(boards) * (200_000 + delay_ns) as f64);
         assert!((statistics.loop_hz.mean / limit - 1.0).abs() < 1e-3, "{statistics:?}, limit {limit} Hz");
@@ -135,7 +140,8 @@ fn a_babbling_board_stops_nobody_for_longer_than_it_babbles() {
     assert!(statistics.exchanges > 7_000, "{statistics:?}");
 }
 
-/// Readings that differ from the one before by more than a chamber can move in 3 ms: 500 kPa/s are 2 counts, noise adds a few.
+/// Readings that differ from the one before by more than a chamber can move in 3 ms: 500 kPa/s are
+/// 2 counts, noise adds a few.
 fn impossible_jumps(frames: FrameMode) -> usize {
     let faults = vec!["bit_flip=0.005,on=answers".parse().unwrap()];
     let rig = RigOptions { boards: 1, faults, ..RigOptions::default() };
@@ -153,8 +159,8 @@ fn impossible_jumps(frames: FrameMode) -> usize {
     jumps
 }
 
-/// Original: about half of the corrupted packets got through. With checked packets none does; with the original's format the
-/// same faults are believed, which shows that they arrive.
+/// Original: about half of the corrupted packets got through. With checked packets none does; with
+/// the original's format the same faults are believed, which shows that they arrive.
 #[test]
 fn corrupted_answers_are_not_believed() {
     assert_eq!(impossible_jumps(FrameMode::Checked), 0);

@@ -14,7 +14,8 @@ use system_tests::virtual_bus;
 
 const FILE: &str = "PNEUDRIVE_TEST_RECORDING";
 
-/// What the process that is killed does: it records two virtual boards without end, faster than any real ones.
+/// What the process that is killed does: it records two virtual boards without end, faster than any
+/// real ones.
 fn record_until_killed(file: &Path) {
     let rig = RigOptions { boards: 2, ..RigOptions::default() };
     let pace = Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip };

@@ -1,4 +1,5 @@
-//! The host on buses with boards of the original kind, alone and beside boards that check, in virtual time.
+//! The host on buses with boards of the original kind, alone and beside boards that check, in
+//! virtual time.
 
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, Frames};
 use pneudrive_host::line::Line;
@@ -19,8 +20,8 @@ fn rig(original: &[u8], faults: &[&str]) -> RigOptions {
     }
 }
 
-/// Four boards of which these are of the original kind, past their power-up vent, asked until their kind is known; commands
-/// are all at 0 kPa.
+/// Four boards of which these are of the original kind, past their power-up vent, asked until their
+/// kind is known; commands are all at 0 kPa.
 fn polling(original: &[u8], faults: &[&str], options: BusOptions) -> (Polling<VirtualBus>, SetPoints) {
     let mut bus = bus(&rig(original, faults), options);
     bus.line_mut().sleep_until(2_200_000_000);
@@ -47,8 +48,8 @@ fn command_all(points: &SetPoints, counts: u16) {
     (0..4).for_each(|board| points.set(board, [Counts::new(counts).unwrap(); 4]).unwrap());
 }
 
-/// Set points and pressures that end in 0xFF: nobody is called by a false name, so nothing is lost, nobody speaks unasked, and
-/// every chamber comes to its set point.
+/// Set points and pressures that end in 0xFF: nobody is called by a false name, so nothing is lost,
+/// nobody speaks unasked, and every chamber comes to its set point.
 #[test]
 fn set_points_that_end_in_0xff_are_followed_on_every_mixed_bus() {
     for original in BUSES {
@@ -116,8 +117,8 @@ fn a_run_ends_with_every_board_vented() {
     }
 }
 
-/// What made the original's board 0 drop every command of 0 kPa and answer it: a host without guard bytes whose last neighbour
-/// reads 511 counts. The answers alone would have confirmed it.
+/// What made the original's board 0 drop every command of 0 kPa and answer it: a host without guard
+/// bytes whose last neighbour reads 511 counts. The answers alone would have confirmed it.
 #[test]
 fn a_board_that_drops_its_last_commands_is_named() {
     let (mut polling, points) = polling(&[0], &[], BusOptions::default());
@@ -153,7 +154,8 @@ fn an_unchecked_client_is_obeyed_as_soon_as_the_host_has_ended() {
     assert!((0..4).all(|board| client.counters(board).lost() == 0));
 }
 
-/// Bytes are lost, and with them one exchange in twenty or so: each costs its own row, and boards are asked on.
+/// Bytes are lost, and with them one exchange in twenty or so: each costs its own row, and boards
+/// are asked on.
 #[test]
 fn a_lost_exchange_with_an_original_board_costs_little_more_than_its_row() {
     for original in [&[0][..], &[0, 1, 2, 3]] {

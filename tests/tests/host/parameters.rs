@@ -80,7 +80,8 @@ fn a_board_with_pressure_refuses() {
     assert_eq!(bus.parameter(0, Parameter::Kp), Ok(10));
 }
 
-/// The table of docs/firmware.md is that of the protocol, with the values that boards are compiled with.
+/// The table of docs/firmware.md is that of the protocol, with the values that boards are compiled
+/// with.
 #[test]
 fn the_manual_has_the_same_table() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/firmware.md");

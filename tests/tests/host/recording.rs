@@ -1,5 +1,5 @@
-//! From a trajectory over simulated chambers to a recording that the toolkit reads: the measured-data format end to end, in
-//! virtual time.
+//! From a trajectory over simulated chambers to a recording that the toolkit reads: the
+//! measured-data format end to end, in virtual time.
 
 use pneudrive_model::data::{ChannelId, Drive, LoadOptions, load};
 use pneudrive_sim::rig::RigOptions;
@@ -35,7 +35,8 @@ fn what_the_host_records_the_toolkit_reads() {
             assert!((command - kpa).abs() < 0.5, "{name}: {command} kPa commanded at {time_s} s, not {kpa}");
             assert!((pressure - kpa).abs() < 5.0, "{name}: {pressure} kPa at {time_s} s, not {kpa}");
         }
-        // The row of a step holds the old pressure: what was answered cannot contain the effect of the command sent.
+        // The row of a step holds the old pressure: what was answered cannot contain the effect of
+        // the command sent.
         let (command, pressure) = at(2.0);
         assert!((command - 150.0).abs() < 0.5 && pressure < 5.0, "{command} kPa, {pressure} kPa");
         let other = recording.channel(ChannelId { board: 0, channel: 2 }).unwrap();
@@ -44,7 +45,8 @@ fn what_the_host_records_the_toolkit_reads() {
     }
 }
 
-/// The drives that boards tell are the toolkit's `u`: vented at power-up, full when a step begins, small when it is over.
+/// The drives that boards tell are the toolkit's `u`: vented at power-up, full when a step begins,
+/// small when it is over.
 #[test]
 fn drives_that_the_host_asks_for_are_the_toolkits_input() {
     for name in ["run.csv", "run.mcap"] {

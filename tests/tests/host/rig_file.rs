@@ -1,4 +1,5 @@
-//! One rig file for the whole system: what the host takes from it and what the toolkit takes are the same numbers.
+//! One rig file for the whole system: what the host takes from it and what the toolkit takes are
+//! the same numbers.
 
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::rig::Rig as ModelRig;

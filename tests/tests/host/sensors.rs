@@ -1,4 +1,5 @@
-//! Sensors on the I2C connectors of virtual boards, from the truth plant to a recording that the toolkit reads. In virtual time.
+//! Sensors on the I2C connectors of virtual boards, from the truth plant to a recording that the
+//! toolkit reads. In virtual time.
 
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;

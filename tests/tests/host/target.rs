@@ -1,6 +1,7 @@
 //! Where the same test bodies run: on virtual boards behind a pty, or on real ones.
 //!
-//! With `--features hardware` they run on the port that PNEUDRIVE_PORT names, with PNEUDRIVE_DEVICES boards (default 1).
+//! With `--features hardware` they run on the port that PNEUDRIVE_PORT names, with
+//! PNEUDRIVE_DEVICES boards (default 1).
 
 use pneudrive_host::bus::{Bus, BusOptions};
 

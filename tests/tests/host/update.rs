@@ -1,6 +1,8 @@
-//! The host brings emulated chips a new program over the virtual bus: its own code, in virtual time.
+//! The host brings emulated chips a new program over the virtual bus: its own code, in virtual
+//! time.
 //!
-//! `cargo test -p system-tests --test host update:: -- --nocapture` prints how long an update takes.
+//! `cargo test -p system-tests --test host update:: -- --nocapture` prints how long an update
+//! takes.
 
 use pneudrive_host::bus::{Bus, BusOptions, PageError, UpdateError, UpdateProgress, Updated};
 use pneudrive_host::program_file::ProgramFile;
@@ -67,14 +69,16 @@ fn an_update_arrives_whole_over_a_bad_line() {
     }
 }
 
-/// Commit and confirmation are each said once more if they were lost. Lost is each of the exchanges that follow the last piece, and that
-/// follow the new program's first answer; one, and as many as last a third of a second.
+/// Commit and confirmation are each said once more if they were lost. Lost is each of the exchanges
+/// that follow the last piece, and that follow the new program's first answer; one, and as many as
+/// last a third of a second.
 #[test]
 fn whichever_request_is_lost_at_the_end_the_update_is_done() {
     losses_at_the_end(Lost::Request);
 }
 
-/// The same, and they are not said again if only their answers were lost: the board works on them, and would refuse a second one.
+/// The same, and they are not said again if only their answers were lost: the board works on them,
+/// and would refuse a second one.
 #[test]
 fn whichever_answer_is_lost_at_the_end_the_update_is_done() {
     losses_at_the_end(Lost::Answer);
@@ -99,7 +103,8 @@ fn losses_at_the_end(lost: Lost) {
     }
 }
 
-/// An update during which so many exchanges in a row are lost after so many others that follow `at`.
+/// An update during which so many exchanges in a row are lost after so many others that follow
+/// `at`.
 fn updated_with_losses(
     bus: &mut Bus<VirtualBus>,
     at: UpdateProgress,
@@ -139,8 +144,8 @@ fn a_trial_that_ends_in_silence_is_a_rollback() {
     }
 }
 
-/// The line is cut when the new program has answered, before it was confirmed, and when it was: the host says what it knows, and what it
-/// does not know is found out by the same command.
+/// The line is cut when the new program has answered, before it was confirmed, and when it was: the
+/// host says what it knows, and what it does not know is found out by the same command.
 #[test]
 fn a_board_that_is_never_heard_again_is_said_to_be_unknown() {
     for (others, kept) in [(0, false), (2, true)] {
@@ -179,7 +184,8 @@ fn a_line_that_is_cut_while_the_program_is_sent_leaves_the_old_one() {
     assert_eq!(bus.update_state(0).unwrap().running, Running::Flashed);
 }
 
-/// What the board says of an update before this one is not taken for its answer to a commit that it has not heard.
+/// What the board says of an update before this one is not taken for its answer to a commit that it
+/// has not heard.
 #[test]
 fn an_earlier_refusal_is_not_taken_for_an_answer() {
     let mut bus = chips(1, &[]);
@@ -203,7 +209,8 @@ fn an_earlier_refusal_is_not_taken_for_an_answer() {
     assert!(plan.is_done());
 }
 
-/// The supply fails while the program is sent, and after it: the old program, and the next update succeeds.
+/// The supply fails while the program is sent, and after it: the old program, and the next update
+/// succeeds.
 #[test]
 fn a_board_that_loses_its_supply_has_the_old_program() {
     for at in ["power_cycle@4,board=0,ms=50", "power_cycle@12,board=0,ms=50"] {

@@ -6,9 +6,10 @@ use std::process::Command;
 
 /// From each crate to those of ours that it may depend on. What is not here may not be.
 ///
-/// Two arrows are missing on purpose. Host and simulator meet only through bytes, so that they cannot share a bug above the
-/// packet: only what takes `sim` for a port (the host's binary, the Python package, the ROS node) starts the simulator, and that is an
-/// optional dependency. And the simulator's plant does not use the models, or every fit would be tested against itself.
+/// Two arrows are missing on purpose. Host and simulator meet only through bytes, so that they
+/// cannot share a bug above the packet: only what takes `sim` for a port (the host's binary, the
+/// Python package, the ROS node) starts the simulator, and that is an optional dependency. And the
+/// simulator's plant does not use the models, or every fit would be tested against itself.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-protocol", &[]),
     ("pneudrive-control", &["pneudrive-protocol"]),
@@ -63,8 +64,8 @@ fn metadata() -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// (crate, dependency, whether it is optional) among the workspace's own crates, dev-dependencies left out: tests
-/// may look anywhere.
+/// (crate, dependency, whether it is optional) among the workspace's own crates, dev-dependencies
+/// left out: tests may look anywhere.
 fn arrows(metadata: &Value) -> Vec<(String, String, bool)> {
     let packages = metadata["packages"].as_array().unwrap();
     let name = |value: &Value| value["name"].as_str().unwrap().to_owned();

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+mod comment_width;
 mod crate_arrows;
 mod defect_table;
 mod documentation;

@@ -62,7 +62,8 @@ fn an_effect_is_one_file_and_one_line_of_the_catalogue() {
     for (stem, text) in &effects {
         assert!(text.contains(&format!("id: \"{stem}\"")), "{stem}.rs has another id");
     }
-    // Nothing else of the toolkit asks for one of them by its id: what makes it different are its traits.
+    // Nothing else of the toolkit asks for one of them by its id: what makes it different are its
+    // traits.
     let mut named = Vec::new();
     let all = [models(), data(), plant()].into_iter().flat_map(|folder| sources(&folder));
     for (path, text) in all.filter(|(path, _)| !path.starts_with(&folder)) {
@@ -84,7 +85,8 @@ fn a_model_is_one_file_and_one_line_of_the_list() {
         .map(|(path, _)| path.file_stem().unwrap_or_default().to_string_lossy().into_owned())
         .collect();
     assert_eq!(lines, files);
-    // The last of them is in no list beside that: simulation, choice, command line and page take it from there.
+    // The last of them is in no list beside that: simulation, choice, command line and page take it
+    // from there.
     let last = "Parametric";
     let mut places = vec![plant().join("rollout"), data()];
     places.extend(["experiment", "cli", "store"].map(|place| models().join(place)));

@@ -1,4 +1,5 @@
-//! No test is forgotten: tests of a crate are one binary, which runs the files that it names and no others.
+//! No test is forgotten: tests of a crate are one binary, which runs the files that it names and no
+//! others.
 
 use std::path::{Path, PathBuf};
 

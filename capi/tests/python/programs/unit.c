@@ -1,4 +1,5 @@
-/* An importer of an FMI 3.0 unit in thirty lines: each channel follows steps of its set point. Prints the pressures, exactly.
+/* An importer of an FMI 3.0 unit in thirty lines: each channel follows steps of its set point.
+ * Prints the pressures, exactly.
  *
  *     cc unit.c -ldl -o unit && ./unit LIBRARY RESOURCES TOKEN CHANNELS
  */

@@ -148,7 +148,8 @@ fn a_pwm_wrap_moves_one_word() {
 #[test]
 fn a_chain_of_control_blocks_runs_by_itself() {
     let mut bus = clocked_bus();
-    // Channel 1 copies (count, address) pairs into channel 0's alias 3, whose last register triggers.
+    // Channel 1 copies (count, address) pairs into channel 0's alias 3, whose last register
+    // triggers.
     for (i, word) in (0..).zip([1, SRAM + 0x40, 2, SRAM + 0x44, 0, 0]) {
         write(&mut bus, SRAM + 4 * i, word);
     }

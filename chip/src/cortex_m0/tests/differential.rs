@@ -1,4 +1,5 @@
-//! Random instructions on this core and on the one of the crate `rp2040-emu`, which shares no code with it.
+//! Random instructions on this core and on the one of the crate `rp2040-emu`, which shares no code
+//! with it.
 //!
 //! Left out is what the architecture calls unpredictable, where two correct cores may differ.
 
@@ -97,7 +98,8 @@ impl Pair {
     }
 }
 
-/// A random encoding that only computes: A5.2.1 to A5.2.3 without branches, and the extensions and reversals.
+/// A random encoding that only computes: A5.2.1 to A5.2.3 without branches, and the extensions and
+/// reversals.
 fn computation(rng: &mut ChaCha8Rng) -> u16 {
     loop {
         let opcode: u16 = match rng.random_range(0..8) {

@@ -84,7 +84,8 @@ fn a_stack_outside_memory_locks_the_core_up() {
 #[test]
 fn returning_from_a_fault_goes_on_where_the_handler_says() {
     let mut machine = Machine::new(&[UDF, movs(4, 9), HANG]);
-    // The handler steps over the two bytes of UDF in the stacked PC: LDR r0, [SP, #24]; ADDS r0, #2; STR.
+    // The handler steps over the two bytes of UDF in the stacked PC: LDR r0, [SP, #24]; ADDS r0,
+    // #2; STR.
     machine.load(handler(HARD_FAULT), &[0x9806, 0x3002, 0x9006, BX_LR]);
     machine.steps(6);
     assert_eq!(machine.core.r[4], 9);

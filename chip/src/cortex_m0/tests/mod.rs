@@ -25,7 +25,8 @@ struct Machine {
 }
 
 impl Machine {
-    /// Loads `program` at [`CODE`], points every exception at its own handler address and resets the core.
+    /// Loads `program` at [`CODE`], points every exception at its own handler address and resets
+    /// the core.
     fn new(program: &[u16]) -> Machine {
         let mut bus = Bus::new(Vec::new().into());
         let mut core = Core::new();

@@ -1,4 +1,5 @@
-//! Cycle counts (Cortex-M0+ TRM table 3-1, RP2040 datasheet 2.1.3) and the measurement of the stack.
+//! Cycle counts (Cortex-M0+ TRM table 3-1, RP2040 datasheet 2.1.3) and the measurement of the
+//! stack.
 
 use super::assembler::{BX_LR, CPSIE, HANG, NOP, SEV, WFE, adds, ldr, movs, pop, push, str};
 use super::{CODE, DATA, Machine, STACK, handler};

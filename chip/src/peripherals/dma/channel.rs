@@ -156,7 +156,8 @@ impl Channel {
             }
         };
         if position == 3 {
-            // A zero written to a trigger register is a null trigger: it ends a chain of control blocks (2.5.2.3).
+            // A zero written to a trigger register is a null trigger: it ends a chain of control
+            // blocks (2.5.2.3).
             if value != 0 {
                 self.trigger();
             } else if self.control & IRQ_QUIET != 0 {
@@ -183,8 +184,8 @@ impl Channel {
         }
     }
 
-    /// CHAN_ABORT (2.5.5.3): nothing is in flight here, so it stops at once and without the spurious interrupt of
-    /// erratum RP2040-E13.
+    /// CHAN_ABORT (2.5.5.3): nothing is in flight here, so it stops at once and without the
+    /// spurious interrupt of erratum RP2040-E13.
     pub fn abort(&mut self) {
         self.busy = false;
         self.remaining = 0;

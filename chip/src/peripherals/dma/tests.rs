@@ -1,4 +1,5 @@
-//! The channels' registers and sequencing (2.5); transfers over the bus are tested in `bus/tests/dma.rs`.
+//! The channels' registers and sequencing (2.5); transfers over the bus are tested in
+//! `bus/tests/dma.rs`.
 
 use super::*;
 

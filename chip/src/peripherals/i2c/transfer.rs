@@ -177,7 +177,8 @@ impl I2c {
         }
     }
 
-    /// The transfer cannot go on: the FIFO is emptied and stays so until the program clears the abort.
+    /// The transfer cannot go on: the FIFO is emptied and stays so until the program clears the
+    /// abort.
     pub(super) fn abort(&mut self, source: u32) {
         let flushed = self.commands.len() as u32;
         self.abort_source |= source | flushed << 23;
@@ -185,8 +186,8 @@ impl I2c {
         self.latched |= TX_ABRT;
     }
 
-    /// The block stops in the middle of what it does. A part that was sending a 0 holds SDA until the clock takes it to the next 1
-    /// or past the acknowledgement.
+    /// The block stops in the middle of what it does. A part that was sending a 0 holds SDA until
+    /// the clock takes it to the next 1 or past the acknowledgement.
     pub(super) fn cut(&mut self, now: Ticks) {
         if let Phase::Busy { work: Work::Read { byte, .. }, from, .. } = self.phase {
             let bit = self.bits(1).get().max(1);

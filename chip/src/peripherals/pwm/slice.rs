@@ -1,4 +1,5 @@
-//! One PWM slice (4.5.2): a counter, its wrap value and two compare values, the latter three double-buffered.
+//! One PWM slice (4.5.2): a counter, its wrap value and two compare values, the latter three
+//! double-buffered.
 
 use crate::peripherals::Written;
 use crate::ticks::{Rate, Ticks};
@@ -103,7 +104,8 @@ impl Slice {
         self.control & (if channel_b { B_INV } else { A_INV }) != 0
     }
 
-    /// Part of the period in which a channel is high, 0 to 1. A slice that stands still is high or low altogether.
+    /// Part of the period in which a channel is high, 0 to 1. A slice that stands still is high or
+    /// low altogether.
     pub fn duty(&self, channel_b: bool, now: Ticks) -> f64 {
         if self.rate.is_stopped() {
             return f64::from(u8::from(self.output(channel_b, now)));
@@ -142,7 +144,8 @@ impl Slice {
         self.restart(clock, now);
     }
 
-    /// `ones`: PH_RET and PH_ADV act when written and read as zero: they retard or advance the counter by one.
+    /// `ones`: PH_RET and PH_ADV act when written and read as zero: they retard or advance the
+    /// counter by one.
     pub fn write_control(&mut self, value: u32, ones: u32, clock: (u64, u64), now: Ticks) -> Written {
         self.phase = self.counts(now) % self.period();
         self.since = now;
@@ -214,8 +217,8 @@ impl Slice {
         }
     }
 
-    /// When an output next may change: at a compare match or the wrap, whichever is first after what was last looked
-    /// at.
+    /// When an output next may change: at a compare match or the wrap, whichever is first after
+    /// what was last looked at.
     pub fn next_edge(&self) -> Ticks {
         if self.rate.is_stopped() {
             return Ticks::NEVER;

@@ -1,4 +1,5 @@
-//! The integer divider (2.3.1.5). Results are there at once; the chip takes eight cycles, which software waits for.
+//! The integer divider (2.3.1.5). Results are there at once; the chip takes eight cycles, which
+//! software waits for.
 
 /// Register offsets (2.3.1.7).
 const DIV_UDIVIDEND: u32 = 0x060;
@@ -66,7 +67,8 @@ impl Divider {
         self.remainder = self.dividend.checked_rem(self.divisor).unwrap_or(self.dividend);
     }
 
-    /// Division by zero gives 1 with the opposite sign of the dividend (-1 for zero) and the dividend.
+    /// Division by zero gives 1 with the opposite sign of the dividend (-1 for zero) and the
+    /// dividend.
     fn divide_signed(&mut self) {
         let (dividend, divisor) = (self.dividend.cast_signed(), self.divisor.cast_signed());
         if divisor == 0 {

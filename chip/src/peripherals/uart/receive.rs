@@ -98,7 +98,8 @@ impl Receiver {
 }
 
 impl Uart {
-    /// Puts a character on the line into this UART, in order of time; see [`crate::Chip::uart_receive`].
+    /// Puts a character on the line into this UART, in order of time; see
+    /// [`crate::Chip::uart_receive`].
     pub fn put_on_wire(&mut self, stop_bit_at: Ticks, byte: u8, errors: LineErrors) {
         let wire = &mut self.receiver.wire;
         let position = wire.partition_point(|incoming| incoming.stop_bit_at <= stop_bit_at);

@@ -65,7 +65,8 @@ fn ten_bytes_leave_back_to_back_at_exactly_one_megabaud() {
 
 #[test]
 fn a_fractional_bit_time_does_not_drift() {
-    // 115200 baud: divisor 67.8125 (67 + 52/64), 10 bits are 10850.0 cycles; 67 + 53/64 gives 10852.5.
+    // 115200 baud: divisor 67.8125 (67 + 52/64), 10 bits are 10850.0 cycles; 67 + 53/64 gives
+    // 10852.5.
     let mut uart = uart(67, 53, MODE_8N1_FIFO);
     for byte in 0..32 {
         set(&mut uart, UARTDR, byte, Ticks::ZERO);

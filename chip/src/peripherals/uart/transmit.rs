@@ -20,8 +20,8 @@ pub struct Transmitted {
 pub(super) struct Transmitter {
     fifo: VecDeque<u8>,
     shifting: Option<Transmitted>,
-    /// Start of the present uninterrupted run of characters and its length so far in 64ths of a clk_peri cycle: ends
-    /// are computed from here, so that rounding to ticks does not add up.
+    /// Start of the present uninterrupted run of characters and its length so far in 64ths of a
+    /// clk_peri cycle: ends are computed from here, so that rounding to ticks does not add up.
     run_start: Ticks,
     run_length: u64,
     sending_break: bool,
@@ -79,8 +79,8 @@ impl Uart {
         self.fifo_levels & 7
     }
 
-    /// Moves the next character into an idle shift register. The start bit goes out at once; on the chip it waits for
-    /// the next sixteenth of a bit.
+    /// Moves the next character into an idle shift register. The start bit goes out at once; on the
+    /// chip it waits for the next sixteenth of a bit.
     pub(super) fn start_transmission(&mut self, now: Ticks) {
         if self.transmitter.shifting.is_some()
             || !self.enabled(TXE)

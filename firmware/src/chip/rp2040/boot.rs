@@ -7,13 +7,15 @@
 //!           0x10024000  second place: an update
 //! ```
 //!
-//! It writes no flash. A program on trial is named in a scratch register only, and that is cleared before anything
-//! else happens: whatever becomes of the trial, the next reset starts what the records name. So there is no moment at which the supply
-//! may not fail, and no program that can keep the old one from coming back, except one that runs and is confirmed.
+//! It writes no flash. A program on trial is named in a scratch register only, and that is cleared
+//! before anything else happens: whatever becomes of the trial, the next reset starts what the
+//! records name. So there is no moment at which the supply may not fail, and no program that can
+//! keep the old one from coming back, except one that runs and is confirmed.
 //!
-//! The valve pins are high already (`start.rs`). Nothing here may call or read what lies in RAM, where no program is yet: no function
-//! of another crate, no panic, no copying by a library. Registers and memory are read and written one word at a time, volatile, which
-//! the compiler leaves alone. `tests/tests/firmware/memory.rs` looks at what it made of it.
+//! The valve pins are high already (`start.rs`). Nothing here may call or read what lies in RAM,
+//! where no program is yet: no function of another crate, no panic, no copying by a library.
+//! Registers and memory are read and written one word at a time, volatile, which the compiler
+//! leaves alone. `tests/tests/firmware/memory.rs` looks at what it made of it.
 
 use super::places::{CHOICE, DAMAGED, FIRST_PLACE, NOT_CONFIRMED, PLACE, RAM, SCRATCH, SECTOR, State};
 use pneudrive_control::update::choice;
@@ -27,7 +29,8 @@ const RAM_END: u32 = 0x2004_0000;
 const RECORD_CRC_AT: u32 = 20;
 const VTOR: u32 = 0xe000_ed08;
 
-/// A trial that hangs before it starts the watchdog itself, which it does within 0.2 s, ends after so long, us.
+/// A trial that hangs before it starts the watchdog itself, which it does within 0.2 s, ends after
+/// so long, us.
 const TRIAL_WATCHDOG_US: u32 = 2_000_000;
 /// The watchdog counts twice a microsecond (RP2040-E1).
 const WATCHDOG_LOAD: u32 = 2 * TRIAL_WATCHDOG_US;
@@ -46,7 +49,8 @@ const ENABLE: u32 = 1 << 30;
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".Reset")]
 unsafe extern "C" fn choose_program() -> ! {
-    // SAFETY: nothing else runs, and nothing in RAM is in use but the stack, which no program reaches.
+    // SAFETY: nothing else runs, and nothing in RAM is in use but the stack, which no program
+    // reaches.
     unsafe {
         let state = read(SCRATCH[0]);
         let (length, crc) = (read(SCRATCH[1]), read(SCRATCH[2]));
@@ -66,7 +70,8 @@ unsafe extern "C" fn choose_program() -> ! {
     }
 }
 
-/// Of the two records the newer one, then the older one; without any record the program that was flashed.
+/// Of the two records the newer one, then the older one; without any record the program that was
+/// flashed.
 #[inline(always)]
 unsafe fn run_chosen() -> ! {
     // SAFETY: as above.
@@ -81,7 +86,8 @@ unsafe fn run_chosen() -> ! {
         if first_is_one && second_is_one {
             run_recorded(older);
         }
-        // What a probe or the boot ROM has flashed they have checked; once there is a record, this place may hold anything.
+        // What a probe or the boot ROM has flashed they have checked; once there is a record, this
+        // place may hold anything.
         let length = read(FIRST_PLACE + HEADER_AT as u32 + 4);
         if !first_is_one && !second_is_one && fits(length) {
             copy(FIRST_PLACE, length);
@@ -173,7 +179,8 @@ unsafe fn copy(from: u32, length: u32) {
     }
 }
 
-/// CRC-32 (ISO-HDLC) of words. Its table lies in flash, and in the cache after the first few hundred bytes.
+/// CRC-32 (ISO-HDLC) of words. Its table lies in flash, and in the cache after the first few
+/// hundred bytes.
 #[inline(never)]
 #[unsafe(link_section = ".Reset")]
 unsafe fn checksum(from: u32, length: u32) -> u32 {
@@ -228,7 +235,8 @@ unsafe fn start_watchdog() {
 #[inline(never)]
 #[unsafe(link_section = ".Reset")]
 unsafe fn run() -> ! {
-    // SAFETY: a program that has been found to be one. Its own handler moves to an entry that the processor never uses.
+    // SAFETY: a program that has been found to be one. Its own handler moves to an entry that the
+    // processor never uses.
     unsafe {
         write(RAM + super::fault::PROGRAMS_HANDLER, read(RAM + super::fault::HANDLER));
         write(RAM + super::fault::HANDLER, super::fault::boot_hard_fault as *const () as u32);

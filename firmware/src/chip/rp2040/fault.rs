@@ -1,4 +1,5 @@
-//! A HardFault vents from flash, where no stray write to RAM can reach the instructions, and then goes to the program's handler.
+//! A HardFault vents from flash, where no stray write to RAM can reach the instructions, and then
+//! goes to the program's handler.
 
 use crate::config::VALVE_PINS;
 
@@ -8,7 +9,8 @@ pub const HANDLER: u32 = 4 * 3;
 pub const PROGRAMS_HANDLER: u32 = 4 * 7;
 
 unsafe extern "C" {
-    /// The handler. R0 to R3 and R12 are on the stack, and the others stay as they are for the program's handler.
+    /// The handler. R0 to R3 and R12 are on the stack, and the others stay as they are for the
+    /// program's handler.
     pub fn boot_hard_fault();
 }
 

@@ -15,8 +15,8 @@ pub const SECTOR: u32 = 4096;
 /// Where a program runs, and its vector table is.
 pub const RAM: u32 = 0x2000_0000;
 
-/// The watchdog's scratch registers, which only power-off clears. Of the program: what it is ([`State`]), length, CRC. Then how the
-/// last trial ended: 0, [`DAMAGED`] or [`NOT_CONFIRMED`].
+/// The watchdog's scratch registers, which only power-off clears. Of the program: what it is
+/// ([`State`]), length, CRC. Then how the last trial ended: 0, [`DAMAGED`] or [`NOT_CONFIRMED`].
 pub const SCRATCH: [u32; 4] = [0x4005_800c, 0x4005_8010, 0x4005_8014, 0x4005_8018];
 
 /// What the first scratch register says: one of these, plus the place, 0 or 1.

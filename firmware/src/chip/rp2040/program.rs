@@ -1,4 +1,5 @@
-//! What a program begins with (`pneudrive_protocol::program`): vectors, what it is, and its first instructions.
+//! What a program begins with (`pneudrive_protocol::program`): vectors, what it is, and its first
+//! instructions.
 
 use crate::chip::KIND;
 use pneudrive_control::Identity;
@@ -15,7 +16,8 @@ union Vector {
 // SAFETY: never written by the processor's own code but by the boot stage, before the program runs.
 unsafe impl Sync for Vector {}
 
-/// The processor's exceptions, and the interrupts that the chip has: 26, and six that software raises.
+/// The processor's exceptions, and the interrupts that the chip has: 26, and six that software
+/// raises.
 macro_rules! vectors {
     ($($interrupt:ident)*) => {
         unsafe extern "C" {

@@ -1,11 +1,13 @@
 //! The first instructions after a reset: valve pins high, crystal on.
 //!
-//! cortex-m-rt calls `__pre_init` first. embassy-rp has one, which only matters for programs that use its spinlock and core 1;
-//! `build.rs` has the linker call this one instead. It goes on with the [boot stage](super::boot) and never returns: what would
-//! follow is for programs that are linked to one place in flash.
+//! cortex-m-rt calls `__pre_init` first. embassy-rp has one, which only matters for programs that
+//! use its spinlock and core 1; `build.rs` has the linker call this one instead. It goes on with
+//! the [boot stage](super::boot) and never returns: what would follow is for programs that are
+//! linked to one place in flash.
 //!
-//! At 6.5 MHz and with an empty cache every word of it takes 8 us to come from flash. Therefore the pins come first, and then twice the
-//! frequency. The crystal needs 128 ms from then on, which is more than copying and checking a program.
+//! At 6.5 MHz and with an empty cache every word of it takes 8 us to come from flash. Therefore the
+//! pins come first, and then twice the frequency. The crystal needs 128 ms from then on, which is
+//! more than copying and checking a program.
 
 use crate::config::VALVE_PINS;
 use embassy_rp::pac;
@@ -19,8 +21,9 @@ const XOSC_STARTUP: u32 = 12_000 * 128 / 256;
 /// Crystals of 1 to 15 MHz; enabled.
 const XOSC_CONTROL: u32 = 0xfab << 12 | 0xaa0;
 
-/// The ring oscillator divided by 6, not 16 as after a reset: 17 MHz nominally, at most 32. The divisor may be changed while it is
-/// used (datasheet 2.17.5). Embassy sets it back when the crystal runs.
+/// The ring oscillator divided by 6, not 16 as after a reset: 17 MHz nominally, at most 32. The
+/// divisor may be changed while it is used (datasheet 2.17.5). Embassy sets it back when the
+/// crystal runs.
 const ROSC_DIV: u32 = 0xaa0 + 6;
 
 const _: () = assert!(VALVE_PINS == 0xff << 6, "the code below is for GPIO 6 to 13");

@@ -1,7 +1,8 @@
 use super::*;
 
-/// A chamber that rises by 500 and falls by 250 kPa/s, 12 ms late, stops 1 kPa below a set point that it rises to and 3 kPa
-/// above one that it falls to, loses 2 kPa/s there, and reads 0.5 kPa too much; channel 1 follows channel 0 by 2 kPa.
+/// A chamber that rises by 500 and falls by 250 kPa/s, 12 ms late, stops 1 kPa below a set point
+/// that it rises to and 3 kPa above one that it falls to, loses 2 kPa/s there, and reads 0.5 kPa
+/// too much; channel 1 follows channel 0 by 2 kPa.
 fn chamber(plan: &Plan) -> Samples {
     const STEP_S: f64 = 0.001;
     let mut samples = Samples::default();

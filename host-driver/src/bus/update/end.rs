@@ -1,6 +1,7 @@
 //! The end of an update: from the commit until the board says which program it runs for good.
 //!
-//! What the board says decides what it is told next, so that it does not matter which request or answer was lost, nor how many.
+//! What the board says decides what it is told next, so that it does not matter which request or
+//! answer was lost, nor how many.
 
 use super::{UpdateError, UpdateProgress, Updated};
 use crate::bus::{Bus, ExchangeError, PageError};
@@ -10,7 +11,8 @@ use pneudrive_protocol::pages::{Running, Update, UpdateOutcome, UpdateReply, Upd
 
 /// Flash takes 13 s at its worst for the longest program, usually one. The trial follows.
 const WRITE_NS: u64 = 20_000_000_000;
-/// From the new program's first answer until the board runs for good what it will: the trial, and a start.
+/// From the new program's first answer until the board runs for good what it will: the trial, and a
+/// start.
 const TRIAL_NS: u64 = Update::TRIAL_S * 1_000_000_000 + 3_000_000_000;
 /// Between two questions.
 const ASK_AGAIN_NS: u64 = 10_000_000;

@@ -6,7 +6,8 @@ use pneudrive_protocol::Address;
 use pneudrive_protocol::pages::{ChipKind, LastTrial, Update, UpdateOutcome};
 use thiserror::Error;
 
-/// A board that was not updated. It goes on with the program that it had, except where [`Lost`](Self::Lost) says otherwise.
+/// A board that was not updated. It goes on with the program that it had, except where
+/// [`Lost`](Self::Lost) says otherwise.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum UpdateError {
     /// It could not be asked.

@@ -39,19 +39,21 @@ pub struct BusArgs {
     /// docs/recordings.md has its schema.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Most boards accepted for --devices, and from the rig file: 4 with the boards' two-way switch, 256 addresses exist
+    /// Most boards accepted for --devices, and from the rig file: 4 with the boards' two-way
+    /// switch, 256 addresses exist
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=256))]
     pub max_devices: u16,
     /// Line rate, bit/s; `auto` polls at the fastest that all boards agree to, up to 3000000, and
     /// goes back on errors [default: 1000000]
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|BAUD", value_parser = baud)]
     pub baud: Option<BaudChoice>,
-    /// How long a board may take to answer beyond the wire time, us [default: 2000; 20000 for virtual boards, which share the
-    /// machine's cores]
+    /// How long a board may take to answer beyond the wire time, us [default: 2000; 20000 for
+    /// virtual boards, which share the machine's cores]
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub allowance_us: Option<u64>,
-    /// How long after its timeout an answer may still come, us: a board that did not answer in unchecked packets is left alone for so
-    /// long, until 100 answers have told how late it really is
+    /// How long after its timeout an answer may still come, us: a board that did not answer in
+    /// unchecked packets is left alone for so long, until 100 answers have told how late it really
+    /// is
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
     pub late_us: u64,
     /// How long to wait for boards at the start, s
@@ -60,18 +62,21 @@ pub struct BusArgs {
     /// Whether the adapter returns what it sends
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = EchoArg::Detect)]
     pub echo: EchoArg,
-    /// Packet format: checked packets carry a CRC and a sequence number, boards of the original kind do not understand them
+    /// Packet format: checked packets carry a CRC and a sequence number, boards of the original
+    /// kind do not understand them
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = FramesArg::Negotiate)]
     pub frames: FramesArg,
-    /// Ask boards for sessions, in which each request is obeyed once and no other host is obeyed. Without them --baud auto stays at
-    /// 1 Mbaud, and parameters cannot be changed
+    /// Ask boards for sessions, in which each request is obeyed once and no other host is obeyed.
+    /// Without them --baud auto stays at 1 Mbaud, and parameters cannot be changed
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = SessionsArg::On)]
     pub sessions: SessionsArg,
-    /// Look for answers without sleeping: `auto` tries at the start which way of waiting brings answers soonest (sleeping, looking from
-    /// shortly before they are due, looking all the time), a number of us looks so long before each sleep; saves wake-ups, costs CPU
+    /// Look for answers without sleeping: `auto` tries at the start which way of waiting brings
+    /// answers soonest (sleeping, looking from shortly before they are due, looking all the time),
+    /// a number of us looks so long before each sleep; saves wake-ups, costs CPU
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "auto|US", default_value = "0", value_parser = spin)]
     pub spin_us: Spin,
-    /// Run the bus thread under SCHED_FIFO with this priority, 1 to 99 [without a number: 40]; an error where it is not permitted
+    /// Run the bus thread under SCHED_FIFO with this priority, 1 to 99 [without a number: 40]; an
+    /// error where it is not permitted
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "PRIORITY", num_args = 0..=1, require_equals = true, default_missing_value = "40", value_parser = clap::value_parser!(u8).range(1..=99))]
     pub realtime: Option<u8>,
     /// Keep the whole process in memory; an error where it is not permitted
@@ -84,11 +89,13 @@ pub struct BusArgs {
     #[cfg(feature = "sim")]
     #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_enum, default_value_t = SimTiming::Wire)]
     pub timing: SimTiming,
-    /// How long the virtual boards think before they answer, us (with --timing wire); the firmware needs about 15
+    /// How long the virtual boards think before they answer, us (with --timing wire); the firmware
+    /// needs about 15
     #[cfg(feature = "sim")]
     #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub turnaround_us: u64,
-    /// Virtual boards that behave as the original's firmware does, with its faults: numbers separated by commas
+    /// Virtual boards that behave as the original's firmware does, with its faults: numbers
+    /// separated by commas
     #[cfg(feature = "sim")]
     #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "BOARDS", value_delimiter = ',')]
     pub sim_original: Vec<u8>,

@@ -103,7 +103,8 @@ pub struct CheckArgs {
     /// Highest set point, kPa; a channel goes up to four fifths of its limit if that is lower
     #[arg(long, value_name = "KPA", default_value_t = 150.0, value_parser = kpa)]
     pub level: f64,
-    /// How many times as long as usual (25 s a board), 0.5 to 10: for chambers that need more than a second to fill
+    /// How many times as long as usual (25 s a board), 0.5 to 10: for chambers that need more than
+    /// a second to fill
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = number)]
     pub stretch: f64,
     /// Cycles per second [default: the rig file's, or 500]
@@ -112,7 +113,8 @@ pub struct CheckArgs {
     /// Write a page of what was found
     #[arg(long, value_name = "FILE.html")]
     pub page: Option<PathBuf>,
-    /// The check to compare with; made by the first check [default: rig.check.json beside the rig file rig.toml]
+    /// The check to compare with; made by the first check [default: rig.check.json beside the rig
+    /// file rig.toml]
     #[arg(long, value_name = "FILE.json")]
     pub baseline: Option<PathBuf>,
     /// Make this check the one that later ones are compared with
@@ -179,8 +181,9 @@ pub enum BoardCommand {
     Reset(BoardStatusArgs),
     /// A new program over the bus, kept if it answers; commands 0 kPa and restarts the board
     ///
-    /// FILE is what `cargo fw-build` (ELF) or `cargo fw-uf2` (UF2) makes, or the program alone. The board must be vented. It checks
-    /// the program before it starts it, tries it once, and goes back to the old one if that does not answer.
+    /// FILE is what `cargo fw-build` (ELF) or `cargo fw-uf2` (UF2) makes, or the program alone. The
+    /// board must be vented. It checks the program before it starts it, tries it once, and goes
+    /// back to the old one if that does not answer.
     Update(BoardUpdateArgs),
 }
 
@@ -267,7 +270,8 @@ pub struct BenchArgs {
     /// Cycles measured for each number of boards; the paper took 2044
     #[arg(long, value_name = "N", default_value_t = 2044, value_parser = clap::value_parser!(u32).range(2..=100_000_000))]
     pub cycles: u32,
-    /// Take the pty's round trip off each request (with --port sim): an estimate of a UART, which has no such detour
+    /// Take the pty's round trip off each request (with --port sim): an estimate of a UART, which
+    /// has no such detour
     #[cfg(feature = "sim")]
     #[arg(long)]
     pub dated: bool,

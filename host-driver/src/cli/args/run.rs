@@ -18,13 +18,15 @@ pub struct RunArgs {
     pub rate: Option<f64>,
     /// Commanded pressure, kPa gauge: P, P0,P1,P2,P3 or BOARD:P0,P1,P2,P3
     ///
-    /// P for all channels, P0,P1,P2,P3 for the channels of all boards, or BOARD:P0,P1,P2,P3; may be repeated.
+    /// P for all channels, P0,P1,P2,P3 for the channels of all boards, or BOARD:P0,P1,P2,P3; may be
+    /// repeated.
     #[arg(long, short = 'c', value_name = "KPA", allow_hyphen_values = true)]
     pub command: Vec<CommandArg>,
     /// Commands from a table or recording
     ///
-    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap, or - for a table on standard input: a column t_s, and columns such as b0_cmd3_kpa for board 0, channel 3.
-    /// Before its first row, and for channels without a column, --command holds, or 0 kPa.
+    /// FILE.csv, FILE.csv.gz, FILE.csv.zst or FILE.mcap, or - for a table on standard input: a
+    /// column t_s, and columns such as b0_cmd3_kpa for board 0, channel 3. Before its first row,
+    /// and for channels without a column, --command holds, or 0 kPa.
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
     /// Begin with the trajectory's first row at once, whatever its t_s
@@ -54,26 +56,32 @@ pub struct RunArgs {
     /// What the boards sent, unfiltered; a .mcap is a ROS 2 bag. A full disk ends the run.
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
-    /// Ask boards for their valves' drives after this share of the polls, above 0 to 1; recordings get columns b0_u0
+    /// Ask boards for their valves' drives after this share of the polls, above 0 to 1; recordings
+    /// get columns b0_u0
     ///
-    /// Each such request takes the bus as long as a poll: with 1, half the loop rate is left. Drives are -1 (vent fully) to 1 (fill fully), cells are
-    /// empty where a board was not asked. Boards of the original kind, and firmware of before pages, do not tell them.
+    /// Each such request takes the bus as long as a poll: with 1, half the loop rate is left.
+    /// Drives are -1 (vent fully) to 1 (fill fully), cells are empty where a board was not asked.
+    /// Boards of the original kind, and firmware of before pages, do not tell them.
     #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
     pub drives: Option<PageShare>,
-    /// Ask boards for a page of the sensors on their I2C connector after this share of the polls, above 0 to 1; recordings get columns
-    /// b0_supply_kpa, b0_ax_m_s2 to b0_gz_rad_s, b0_chip_c and b0_rail_v
+    /// Ask boards for a page of the sensors on their I2C connector after this share of the polls,
+    /// above 0 to 1; recordings get columns b0_supply_kpa, b0_ax_m_s2 to b0_gz_rad_s, b0_chip_c and
+    /// b0_rail_v
     ///
-    /// Supply pressure and IMU, if a board has them, are asked for in turn: the supply takes a page, an IMU two. Each page takes the bus as long
-    /// as a poll. With --drives both shares add up. Cells are empty where a board was not asked.
+    /// Supply pressure and IMU, if a board has them, are asked for in turn: the supply takes a
+    /// page, an IMU two. Each page takes the bus as long as a poll. With --drives both shares add
+    /// up. Cells are empty where a board was not asked.
     #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
     pub sensors: Option<PageShare>,
     /// Send rows to HOST:PORT as JSON in UDP, at most 100 a second: PlotJuggler draws them
     #[arg(long, value_name = "HOST:PORT", hide_short_help = true)]
     pub udp: Option<String>,
-    /// Run the calibrated model beside the boards: says when something changes, what it probably is, and since when
+    /// Run the calibrated model beside the boards: says when something changes, what it probably
+    /// is, and since when
     ///
-    /// The parameter file that `pneudrive-model fit` wrote, or extended.toml of `diagnose`. The program pneudrive-model is needed beside this one
-    /// or in PATH. What it finds is in the view, on the page, and an event of the recording. With --drives it sees more.
+    /// The parameter file that `pneudrive-model fit` wrote, or extended.toml of `diagnose`. The
+    /// program pneudrive-model is needed beside this one or in PATH. What it finds is in the view,
+    /// on the page, and an event of the recording. With --drives it sees more.
     #[arg(long, value_name = "CALIBRATED.toml", hide_short_help = true)]
     pub watch: Option<PathBuf>,
     /// How long the watch learns what is usual, s [default: 600]
@@ -96,14 +104,16 @@ pub struct RunArgs {
     /// What to do about cycles that could not start in time (with a rate) [default: skip]
     #[arg(long, value_enum, hide_short_help = true)]
     pub missed: Option<MissedArg>,
-    /// After a port has come back, return to the set points by a ramp; otherwise boards vent until they are released (r in the live
-    /// view, or on the page)
+    /// After a port has come back, return to the set points by a ramp; otherwise boards vent until
+    /// they are released (r in the live view, or on the page)
     #[arg(long, hide_short_help = true)]
     pub resume: bool,
-    /// Go on without a view when the terminal closes; otherwise the run ends, and boards go to 0 kPa
+    /// Go on without a view when the terminal closes; otherwise the run ends, and boards go to 0
+    /// kPa
     #[arg(long, hide_short_help = true)]
     pub keep_running: bool,
-    /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6, as the original]
+    /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6,
+    /// as the original]
     #[arg(long, hide_short_help = true, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]
     pub filter: Option<PressureFilter>,
     /// End when the port vanishes, instead of waiting for it to come back

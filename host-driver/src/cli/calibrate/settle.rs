@@ -21,9 +21,11 @@ pub enum Unread {
     Restless(String),
 }
 
-/// The halves of a second's readings may differ by this much, counts. Noise of single readings moves their means by a tenth of it.
+/// The halves of a second's readings may differ by this much, counts. Noise of single readings
+/// moves their means by a tenth of it.
 const MOST_DRIFT: f64 = 0.5;
-/// A loop at rest is within this of its set point, counts (17 kPa): further off it vents, or has no supply.
+/// A loop at rest is within this of its set point, counts (17 kPa): further off it vents, or has no
+/// supply.
 const MOST_DEVIATION: f64 = 20.0;
 /// After the time to settle, so many seconds are looked at before a channel is given up.
 const SECONDS: usize = 8;

@@ -63,7 +63,8 @@ fn beside(place: &Path) -> PathBuf {
     place.with_extension("json.new")
 }
 
-/// Stores `report` where there is no baseline yet, or a new one is wanted; says so. What fails is nothing to compare with.
+/// Stores `report` where there is no baseline yet, or a new one is wanted; says so. What fails is
+/// nothing to compare with.
 pub fn store(place: Option<&Path>, check: &CheckArgs, report: &Report) -> Result<Option<String>, Failure> {
     let Some(place) = place else {
         return Ok(Some(

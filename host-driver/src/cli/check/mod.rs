@@ -19,7 +19,8 @@ use std::time::{Duration, SystemTime};
 
 /// How much of a channel's limit a check goes up to.
 const SHARE_OF_LIMIT: f64 = 0.8;
-/// Cycles per second where neither the command line nor the rig file says: more than rates and dead times need, and no load.
+/// Cycles per second where neither the command line nor the rig file says: more than rates and dead
+/// times need, and no load.
 const USUAL_RATE_HZ: f64 = 500.0;
 
 /// Checks the boards, shows what was found, stores and compares it.
@@ -106,7 +107,8 @@ fn name(setup: &Setup, board: u8, channel: Option<usize>) -> String {
     format!("{}, channel {channel}{own}", setup.board(board))
 }
 
-/// Each board's plan: up to `--level`, or to four fifths of a channel's limit or full scale, whichever is less.
+/// Each board's plan: up to `--level`, or to four fifths of a channel's limit or full scale,
+/// whichever is less.
 fn plans(check: &CheckArgs, devices: u16, setup: &Setup, limits: &Limits) -> Result<Vec<BoardPlan>, Failure> {
     let boards: Vec<u8> = (0..=u8::MAX).take(usize::from(devices)).collect();
     if let Some(board) = check.board.filter(|board| !boards.contains(board)) {

@@ -46,8 +46,8 @@ impl Events {
         self.listeners.iter().chain([&self.sender.lines]).cloned().collect()
     }
 
-    /// What happens on the bus from now on, for somebody else too: from observers that are made after this, and nothing that is
-    /// said by [`say`](Self::say).
+    /// What happens on the bus from now on, for somebody else too: from observers that are made
+    /// after this, and nothing that is said by [`say`](Self::say).
     #[cfg(feature = "web")]
     pub fn listen(&mut self) -> Receiver<String> {
         let (sender, receiver) = channel();

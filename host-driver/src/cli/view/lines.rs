@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 const LINE_EVERY: Duration = Duration::from_secs(1);
 
-/// One line a second; with `json` on standard error, because standard output belongs to the JSON object.
+/// One line a second; with `json` on standard error, because standard output belongs to the JSON
+/// object.
 pub fn show(
     session: &Session,
     json: bool,
@@ -86,8 +87,8 @@ fn header(setup: &Setup) -> String {
     format!("      time   loop rate  board: pressure/command of its four channels, {}", setup.unit.name())
 }
 
-/// Time, loop rate since the line before, and pressure and command of every channel; `without` says of which boards how many
-/// rows had no reading.
+/// Time, loop rate since the line before, and pressure and command of every channel; `without` says
+/// of which boards how many rows had no reading.
 fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], setup: &Setup) -> String {
     let mut line = format!("{:>8.1} s", now.since_start_ns as f64 * 1e-9);
     let cycles = now.cycle.unwrap_or(0) - before.cycle.unwrap_or(0);

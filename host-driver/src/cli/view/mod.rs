@@ -89,8 +89,8 @@ pub enum EndedBy {
     Terminal,
 }
 
-/// Shows the run until `stop`, the poller's own end, or the user ends it. A terminal that closes ends it too, unless it is to keep
-/// running: then it goes on without a view.
+/// Shows the run until `stop`, the poller's own end, or the user ends it. A terminal that closes
+/// ends it too, unless it is to keep running: then it goes on without a view.
 pub fn show(
     session: &Session,
     json: bool,

@@ -29,7 +29,8 @@ pub struct Prepared {
 }
 
 /// Does everything that can fail before the first byte goes to a board. Observers of `events` that
-/// shall be heard on the page are made after this. Without `overriding` it is a recording. `None` without `--web`.
+/// shall be heard on the page are made after this. Without `overriding` it is a recording. `None`
+/// without `--web`.
 pub fn prepare(
     run: &RunArgs,
     setup: &Setup,

@@ -1,9 +1,9 @@
 //! Rows as messages in an MCAP file that is a ROS 2 bag.
 //!
 //! For each board and row one `pressure_state`, also where the board gave no answer: then its
-//! pressures are NaN, and its command stands. Valves' drives and the supply pressure, where they are
-//! recorded, stand behind the commands; the supply is also a `supply_pressure`, and an IMU's readings
-//! an `imu`, in ROS's own messages. A `pressure_command` wherever a command changes, so
+//! pressures are NaN, and its command stands. Valves' drives and the supply pressure, where they
+//! are recorded, stand behind the commands; the supply is also a `supply_pressure`, and an IMU's
+//! readings an `imu`, in ROS's own messages. A `pressure_command` wherever a command changes, so
 //! that a bag can be played to a node; a line of `events` for whatever happens. Messages are in
 //! CDR, schemas in `ros2msg`: nothing else may be in the file, or readers of ROS bags refuse it. So
 //! what the recording says of itself is a metadata record.
@@ -118,7 +118,8 @@ impl Form for Bag {
             // A board that gave no answer was asked, if at all, after the one before it.
             let mut stamp_ns = at_ns;
             for (index, (topics, sample)) in bus.boards.iter_mut().zip(samples).enumerate() {
-                // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does not exist.
+                // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa
+                // does not exist.
                 let kpa = |channel, counts| *bus.kpa.get(index, channel, counts);
                 let command: [f64; CHANNELS] =
                     std::array::from_fn(|channel| kpa(channel, sample.command[channel]).max(0.0));
@@ -174,7 +175,8 @@ impl Form for Bag {
     }
 
     fn waiting(&self) -> usize {
-        // A chunk grows inside the writer; what counts is that blocks end in time, not how long they are.
+        // A chunk grows inside the writer; what counts is that blocks end in time, not how long
+        // they are.
         self.pipe.waiting()
     }
 

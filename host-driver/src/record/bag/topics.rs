@@ -23,8 +23,8 @@ pub(super) struct Topic {
     pub(super) count: u64,
 }
 
-/// What people call a board and its channels, from the entry `names` of a recording: metadata `name` and `channel_0_name` and so on
-/// of its topics.
+/// What people call a board and its channels, from the entry `names` of a recording: metadata
+/// `name` and `channel_0_name` and so on of its topics.
 pub(super) fn names(description: &Description, board: u8) -> BTreeMap<String, String> {
     let entry = description.entries().find(|(key, _)| *key == "names").map_or("{}", |(_, json)| json);
     let mut all: BTreeMap<u8, BTreeMap<String, String>> = serde_json::from_str(entry).unwrap_or_default();
@@ -44,8 +44,8 @@ pub(super) struct BoardTopics {
     pub(super) imu: Option<Channel<Imu>>,
 }
 
-/// The quality of service at which a topic was offered. The same in the file and in metadata.yaml, or readers find nothing;
-/// empty, because nothing was offered to anybody.
+/// The quality of service at which a topic was offered. The same in the file and in metadata.yaml,
+/// or readers find nothing; empty, because nothing was offered to anybody.
 pub(super) const OFFERED_QOS: &str = "";
 
 impl<M> Channel<M> {

@@ -43,8 +43,9 @@ impl Bus {
         &self.joints
     }
 
-    /// Gives the states of `joint` that do not say what was commanded the command recorded last before them. `commands` are in
-    /// the order of time. Commands that are no pressures were refused and did not change what was commanded.
+    /// Gives the states of `joint` that do not say what was commanded the command recorded last
+    /// before them. `commands` are in the order of time. Commands that are no pressures were
+    /// refused and did not change what was commanded.
     pub(super) fn complete(&mut self, joint: u8, commands: &[Command]) {
         let valid: Vec<_> =
             commands.iter().filter(|command| command.values.iter().all(|(_, kpa)| kpa.is_finite())).collect();
@@ -60,9 +61,10 @@ impl Bus {
         }
     }
 
-    /// One row for each cycle. Boards are asked in the order of their numbers, and none twice in a cycle: a row ends where a board comes
-    /// that is not behind the one before it, or so late that it must be of the next cycle. Our own recordings give all states of a
-    /// cycle one log time; others have the time at which each was received.
+    /// One row for each cycle. Boards are asked in the order of their numbers, and none twice in a
+    /// cycle: a row ends where a board comes that is not behind the one before it, or so late that
+    /// it must be of the next cycle. Our own recordings give all states of a cycle one log time;
+    /// others have the time at which each was received.
     pub(super) fn into_table(
         mut self,
         file: &str,
@@ -88,7 +90,8 @@ impl Bus {
         table.finish(file, channels)
     }
 
-    /// Time between two states of a board, ns: the lower quartile, because states are left out but never added.
+    /// Time between two states of a board, ns: the lower quartile, because states are left out but
+    /// never added.
     fn period_ns(&self) -> u64 {
         let mut before: BTreeMap<u8, u64> = BTreeMap::new();
         let mut steps = Vec::new();

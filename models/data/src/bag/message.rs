@@ -69,7 +69,8 @@ struct Log {
     _line: u32,
 }
 
-/// Kind and text of an event: the function and the words of a log message. `None` for anything else.
+/// Kind and text of an event: the function and the words of a log message. `None` for anything
+/// else.
 pub(crate) fn log_message(message: &mcap::Message<'_>) -> Option<(String, String)> {
     let schema = message.channel.schema.as_ref()?;
     let is_log = matches!(schema.name.as_str(), "rcl_interfaces/msg/Log" | "rcl_interfaces/Log");
@@ -141,8 +142,8 @@ impl Decoder {
     }
 }
 
-/// What a state of the ROS node holds at `place` where the rig file names the channel: `left_p_kpa` among the four pressures,
-/// `left_cmd_kpa` among the four commands behind them.
+/// What a state of the ROS node holds at `place` where the rig file names the channel: `left_p_kpa`
+/// among the four pressures, `left_cmd_kpa` among the four commands behind them.
 fn of_named_channel(name: &str, place: usize, board: u8) -> Option<ColumnKind> {
     const CHANNELS: usize = 4;
     let id = ChannelId { board, channel: u8::try_from(place % CHANNELS).ok()? };
@@ -164,7 +165,8 @@ fn cdr<T: DeserializeOwned>(data: &[u8]) -> Result<T, String> {
     Ok(message)
 }
 
-/// Whether a definition in the language of ROS messages has exactly these two fields, whatever their names.
+/// Whether a definition in the language of ROS messages has exactly these two fields, whatever
+/// their names.
 fn is_header_and_numbers(definition: &str) -> bool {
     let own = definition.split("\n===").next().unwrap_or_default();
     let lines = own.lines().map(|line| line.split('#').next().unwrap_or_default().trim());

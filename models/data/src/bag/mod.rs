@@ -1,12 +1,15 @@
-//! MCAP files with ROS 2 messages, as `pneudrive-host --record`, the ROS node and `ros2 bag record` write them, to raw columns.
+//! MCAP files with ROS 2 messages, as `pneudrive-host --record`, the ROS node and `ros2 bag record`
+//! write them, to raw columns.
 //!
 //! ```text
-//! file -> mcap (messages of our topics) -> message (CDR to named values) -> align (one row a bus cycle) -> raw columns
+//! file -> mcap (messages of our topics) -> message (CDR to named values)
+//!      -> align (one row a bus cycle) -> raw columns
 //! ```
 //!
-//! A row is made of the `pressure_state` messages of one bus cycle; its time is the stamp of the first. Where these do not say what
-//! was commanded (the original project's message type), it is what `pressure_command` brought last before them. A file
-//! whose end is missing is read as far as it goes.
+//! A row is made of the `pressure_state` messages of one bus cycle; its time is the stamp of the
+//! first. Where these do not say what was commanded (the original project's message type), it is
+//! what `pressure_command` brought last before them. A file whose end is missing is read as far as
+//! it goes.
 
 mod align;
 mod error;
@@ -35,8 +38,9 @@ pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Messages between two progress calls.
 const PROGRESS_MESSAGES: usize = 1 << 14;
-/// A chunk or message longer than the file is taken for damage, unless it is compressed and shorter than the first of these; longer than the
-/// second always. Bytes: what a length that was damaged can make the reader allocate.
+/// A chunk or message longer than the file is taken for damage, unless it is compressed and shorter
+/// than the first of these; longer than the second always. Bytes: what a length that was damaged
+/// can make the reader allocate.
 const RECORD_LIMITS: [u64; 2] = [1 << 26, 1 << 30];
 
 /// Boards that are asked in turn: by the node that publishes, and the bus it names.

@@ -87,7 +87,8 @@ fn source_unit_offset(
     wrong: impl Fn(&str) -> ImportError,
 ) -> Result<(String, Unit, f64), ImportError> {
     let (before, last) = rest.rsplit_once(':').ok_or_else(|| wrong("there is no :UNIT"))?;
-    // SOURCE:UNIT:OFFSET only if what stands before the number is a unit: the source may hold colons.
+    // SOURCE:UNIT:OFFSET only if what stands before the number is a unit: the source may hold
+    // colons.
     let with_offset = || {
         let offset: f64 = last.trim().parse().ok().filter(|o: &f64| o.is_finite())?;
         let (source, unit) = before.rsplit_once(':')?;

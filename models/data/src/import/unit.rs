@@ -1,4 +1,5 @@
-//! Units of foreign columns: each is a factor to the format's own unit, some need the rig or the air pressure.
+//! Units of foreign columns: each is a factor to the format's own unit, some need the rig or the
+//! air pressure.
 
 use crate::ChannelId;
 use crate::rig::Rig;
@@ -24,7 +25,8 @@ pub enum Unit {
     Factor(f64),
     /// `target = value * factor - air pressure`: an absolute pressure.
     Absolute(f64),
-    /// Converter counts: of the pressure sensor for pressures, of the controller's drive for drives.
+    /// Converter counts: of the pressure sensor for pressures, of the controller's drive for
+    /// drives.
     Counts,
 }
 
@@ -48,8 +50,8 @@ impl UnitContext {
     }
 }
 
-/// Named factors. Pressures to kPa: 1 psi = 1 lbf/in^2, cmH2O at 4 degrees Celsius and mmHg as defined in ISO 80000-4's
-/// conversion annex.
+/// Named factors. Pressures to kPa: 1 psi = 1 lbf/in^2, cmH2O at 4 degrees Celsius and mmHg as
+/// defined in ISO 80000-4's conversion annex.
 const PRESSURES: [(&str, f64); 8] = [
     ("kPa", 1.0),
     ("Pa", 1e-3),
@@ -106,13 +108,14 @@ impl Quantity {
         names.join(", ")
     }
 
-    /// The unit named `text`, in any letter case unless that would be ambiguous, or a number: how many of the source
-    /// make one of the target.
+    /// The unit named `text`, in any letter case unless that would be ambiguous, or a number: how
+    /// many of the source make one of the target.
     pub(crate) fn unit(self, text: &str) -> Option<Unit> {
         let factors = self.factors();
         let named = |name: &str| {
             let exact = factors.iter().find(|(n, _)| *n == name);
-            // "mpa" could be MPa or mPa: only names that are unique without case are taken without case.
+            // "mpa" could be MPa or mPa: only names that are unique without case are taken without
+            // case.
             let folded = || {
                 let mut hits = factors.iter().filter(|(n, _)| n.eq_ignore_ascii_case(name));
                 hits.next().filter(|(n, _)| *n != "MPa")
@@ -152,8 +155,8 @@ impl Linear {
 }
 
 impl Unit {
-    /// The conversion to the format's unit after `offset` (in the source's unit) is taken off; the missing table's name if
-    /// counts are used without it.
+    /// The conversion to the format's unit after `offset` (in the source's unit) is taken off; the
+    /// missing table's name if counts are used without it.
     pub(crate) fn conversion(
         self,
         quantity: Quantity,

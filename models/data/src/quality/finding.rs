@@ -81,8 +81,8 @@ impl Finding {
 pub(super) const COLUMN: &str = "\u{0}";
 
 impl Finding {
-    /// The sentence with [`COLUMN`] in place of the column that it begins with, and that column; unchanged if it is about none of a
-    /// channel.
+    /// The sentence with [`COLUMN`] in place of the column that it begins with, and that column;
+    /// unchanged if it is about none of a channel.
     pub(super) fn without_column(&self) -> (String, Option<String>) {
         let column = self.channel.and_then(|id| {
             let (fill, vent) = id.fill_vent_columns();

@@ -34,8 +34,9 @@ pub(crate) fn mark_missing_pressure(
     Some(Finding::new(FindingKind::MissingPressure, Some(id), count, spans, sentence))
 }
 
-/// Holds the last value of an input over short stretches of missing cells, in place. Returns for each row
-/// [`Flags::INPUT_HELD`], [`Flags::INPUT_MISSING`] or nothing, and what is said; `None` when no cell is missing.
+/// Holds the last value of an input over short stretches of missing cells, in place. Returns for
+/// each row [`Flags::INPUT_HELD`], [`Flags::INPUT_MISSING`] or nothing, and what is said; `None`
+/// when no cell is missing.
 pub(crate) fn hold_inputs(
     name: &str,
     channel: Option<ChannelId>,
@@ -79,7 +80,8 @@ pub(crate) fn hold_inputs(
     Some((marks, Finding::new(FindingKind::MissingInput, channel, count, spans, sentence)))
 }
 
-/// What is said of an input that is read now and then, and was missing for long: rows that `values` still has no number in.
+/// What is said of an input that is read now and then, and was missing for long: rows that `values`
+/// still has no number in.
 pub(crate) fn missing_for_long(name: &str, time_s: &[f64], line: &[u32], values: &[f32]) -> Option<Finding> {
     let count = values.iter().filter(|value| value.is_nan()).count();
     if count == 0 {

@@ -40,8 +40,8 @@ impl QualityReport {
         self.findings.iter().filter(move |f| f.kind == kind)
     }
 
-    /// One sentence per finding, the sampling first. What is the same of several channels, as a lost exchange is of all four of its
-    /// board, is said once.
+    /// One sentence per finding, the sampling first. What is the same of several channels, as a
+    /// lost exchange is of all four of its board, is said once.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         let mut said: Vec<(String, Vec<String>, &Finding)> = Vec::new();

@@ -3,7 +3,8 @@
 use super::finding::{Finding, FindingKind};
 use crate::{Channel, Flags};
 
-/// A sound rig file is off by some per cent; a pressure that is this much above the supply's is of another unit.
+/// A sound rig file is off by some per cent; a pressure that is this much above the supply's is of
+/// another unit.
 const ABOVE: f64 = 1.25;
 /// Chambers are moved through more of the supply than this; a unit of 100 kPa leaves less.
 const BELOW: f64 = 0.02;

@@ -2,9 +2,11 @@
 
 use super::finding::{Finding, FindingKind, Span, counted, rows_text};
 
-/// Which rows to keep so that time strictly increases, as a mask, and what is said about the others.
+/// Which rows to keep so that time strictly increases, as a mask, and what is said about the
+/// others.
 ///
-/// The kept rows are a longest increasing subsequence, so that one wild time stamp costs one row, not all that follow.
+/// The kept rows are a longest increasing subsequence, so that one wild time stamp costs one row,
+/// not all that follow.
 pub(crate) fn keep_increasing(time_s: &[f64], line: &[u32]) -> Option<(Vec<bool>, Finding)> {
     if time_s.windows(2).all(|w| w[0] < w[1]) {
         return None;
@@ -45,7 +47,8 @@ pub(crate) fn keep_increasing(time_s: &[f64], line: &[u32]) -> Option<(Vec<bool>
     Some((keep, Finding::new(FindingKind::TimeOrder, None, count, spans, sentence)))
 }
 
-/// Patience sorting: `tails[k]` is the row that ends the lowest-ending increasing subsequence of length k + 1.
+/// Patience sorting: `tails[k]` is the row that ends the lowest-ending increasing subsequence of
+/// length k + 1.
 fn longest_increasing(time_s: &[f64]) -> Vec<bool> {
     const NONE: u32 = u32::MAX;
     let mut tails: Vec<u32> = Vec::new();

@@ -7,12 +7,14 @@ use super::finding::{Finding, FindingKind, Span, rows_text};
 /// A step longer than this many nominal periods is reported as a gap.
 pub(crate) const GAP_PERIODS: f64 = 1.5;
 
-/// Inputs are held over a gap up to this many nominal periods: a board holds its last command, and a drive changes
-/// little in that time. A longer gap ends the stretch, and the simulation starts anew from a measured pressure.
+/// Inputs are held over a gap up to this many nominal periods: a board holds its last command, and
+/// a drive changes little in that time. A longer gap ends the stretch, and the simulation starts
+/// anew from a measured pressure.
 pub(crate) const BRIDGED_PERIODS: f64 = 5.5;
 
-/// Inputs are held over a gap up to this long at any rate, s: as long as at 500 Hz. A bus that is polled as fast as it goes is
-/// late by some milliseconds now and then, which are many of its periods and nothing to a chamber.
+/// Inputs are held over a gap up to this long at any rate, s: as long as at 500 Hz. A bus that is
+/// polled as fast as it goes is late by some milliseconds now and then, which are many of its
+/// periods and nothing to a chamber.
 const BRIDGED_S: f64 = 0.01;
 
 /// The time axis in numbers.
@@ -151,7 +153,8 @@ mod tests {
         );
     }
 
-    /// As a bus that is polled as fast as it goes: 4 kHz, late by 8 ms now and then, and once by 12 ms.
+    /// As a bus that is polled as fast as it goes: 4 kHz, late by 8 ms now and then, and once by 12
+    /// ms.
     #[test]
     fn lateness_of_some_milliseconds_ends_no_stretch_at_any_rate() {
         let mut time: Vec<f64> = (0..4000).map(|k| 0.25e-3 * f64::from(k)).collect();

@@ -5,9 +5,11 @@ use std::ops::Range;
 use super::finding::{Finding, FindingKind, Span, counted, rows_text};
 use crate::{ChannelId, Drive, Flags};
 
-/// Shortest run of equal samples that can be a stuck sensor: longer than a stale sample or two on the bus.
+/// Shortest run of equal samples that can be a stuck sensor: longer than a stale sample or two on
+/// the bus.
 const LEAST_SAMPLES: usize = 20;
-/// Shortest duration of such a run, s: longer than dead time and lag of a slow valve and a long tube.
+/// Shortest duration of such a run, s: longer than dead time and lag of a slow valve and a long
+/// tube.
 const LEAST_S: f64 = 0.5;
 /// The drive (full range 2) must have moved by this much during the run.
 const DRIVE_MOVED: f32 = 0.3;
@@ -15,8 +17,8 @@ const DRIVE_MOVED: f32 = 0.3;
 const COMMAND_MOVED: f32 = 0.1;
 /// And by so many of the sensor's steps: a valve with overlap leaves an error of a few in peace.
 const COMMAND_MOVED_STEPS: f32 = 8.0;
-/// A chamber that is empty or full really rests: at the ends of the recording's range the drive or command must push
-/// away from the end for this share of the run.
+/// A chamber that is empty or full really rests: at the ends of the recording's range the drive or
+/// command must push away from the end for this share of the run.
 const PUSHED_AWAY: f64 = 0.5;
 
 /// What the valve was told, for the judgement whether the pressure should have moved.
@@ -27,9 +29,10 @@ pub(crate) struct Told<'a> {
 
 /// Marks runs of exact repeats that go on although the channel was told to move.
 ///
-/// A pressure that is held repeats one count exactly, for seconds where there is little noise, and up to the first samples after
-/// the next step of the set point, which the chamber cannot have followed yet. So a run is no evidence before the channel has had
-/// [`LEAST_S`] to follow what it was told.
+/// A pressure that is held repeats one count exactly, for seconds where there is little noise, and
+/// up to the first samples after the next step of the set point, which the chamber cannot have
+/// followed yet. So a run is no evidence before the channel has had [`LEAST_S`] to follow what it
+/// was told.
 pub(crate) fn mark_stuck(
     id: ChannelId,
     time_s: &[f64],
@@ -101,7 +104,8 @@ struct Scale {
 }
 
 impl Told<'_> {
-    /// `followed`: the rows of the run that the pressure had the time to follow before the run ended.
+    /// `followed`: the rows of the run that the pressure had the time to follow before the run
+    /// ended.
     fn should_have_moved(
         &self,
         run: &Range<usize>,
@@ -117,7 +121,8 @@ impl Told<'_> {
         let share = |rows: &Range<usize>, hit: &dyn Fn(usize) -> bool| {
             rows.clone().filter(|row| hit(*row)).count() as f64 / rows.len().max(1) as f64
         };
-        // Either it moved in time, or it pushed all the while: then it may have moved at the end only.
+        // Either it moved in time, or it pushed all the while: then it may have moved at the end
+        // only.
         let was_told = |column: &[f32], much: f32, pushes: &dyn Fn(usize) -> bool| {
             moved_in(&followed, column) >= much
                 || (moved_in(run, column) >= much && share(&followed, pushes) >= PUSHED_AWAY)
@@ -144,7 +149,8 @@ impl Told<'_> {
                     }
             }
             (None, Some(command)) => {
-                // A channel that never moved at all has no range of its own: the command's stands in.
+                // A channel that never moved at all has no range of its own: the command's stands
+                // in.
                 let scale = if range_kpa > 0.0 { range_kpa } else { moved_in(run, command) };
                 let far = (COMMAND_MOVED * scale).max(COMMAND_MOVED_STEPS * step_kpa);
                 far > 0.0
@@ -186,7 +192,8 @@ fn range_of(values: &[f32]) -> (f32, f32) {
     if low <= high { (low, high) } else { (0.0, 0.0) }
 }
 
-/// The smallest difference between two readings, which is the sensor's resolution where it is coarse enough to repeat itself.
+/// The smallest difference between two readings, which is the sensor's resolution where it is
+/// coarse enough to repeat itself.
 fn step_of(values: &[f32]) -> f32 {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f32::total_cmp);

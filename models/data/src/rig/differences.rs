@@ -5,7 +5,8 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Rig {
-    /// Every key in which two descriptions differ, with what each says: `supply.pressure_kpa (550.0, 300.0)`.
+    /// Every key in which two descriptions differ, with what each says:
+    /// `supply.pressure_kpa (550.0, 300.0)`.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<String> {
         let (own, others) = (values(self), values(other));

@@ -1,11 +1,13 @@
 //! The rig file: what the machine that made a recording is made of.
 //!
-//! Every table is optional: a pressure regulator with its own loop needs none of it and is described by the linear
-//! model alone. What a table needs is required once the table is there; unknown tables and keys are refused, so that a
-//! misspelt key cannot silently leave a nominal value in force.
+//! Every table is optional: a pressure regulator with its own loop needs none of it and is
+//! described by the linear model alone. What a table needs is required once the table is there;
+//! unknown tables and keys are refused, so that a misspelt key cannot silently leave a nominal
+//! value in force.
 //!
-//! The format, its ranges and its messages are those of the crate `pneudrive_rig`, which the host reads the same file with. Here
-//! are the tables as the models work with them, and [`Rig::at`]: the machine as one channel has it.
+//! The format, its ranges and its messages are those of the crate `pneudrive_rig`, which the host
+//! reads the same file with. Here are the tables as the models work with them, and [`Rig::at`]: the
+//! machine as one channel has it.
 
 mod chamber;
 mod controller;
@@ -55,7 +57,8 @@ pub struct Rig {
     /// What boards and channels have of their own, by the boards' numbers: see [`Rig::at`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub boards: BTreeMap<u8, OwnOfBoard>,
-    /// Highest pressure that may be commanded to every channel, kPa gauge: the lowest `max_kpa` of the file's limits.
+    /// Highest pressure that may be commanded to every channel, kPa gauge: the lowest `max_kpa` of
+    /// the file's limits.
     #[serde(skip)]
     pub highest_set_point_kpa: Option<f64>,
 }
@@ -84,7 +87,8 @@ impl Rig {
     }
 
     fn of(read: &pneudrive_rig::Rig) -> Result<Self, RigError> {
-        // Every value has been checked: what could fail here is a key that the format and these structures do not share.
+        // Every value has been checked: what could fail here is a key that the format and these
+        // structures do not share.
         let mut rig: Self = toml::from_str(read.text()).map_err(|error| RigFileError::Syntax {
             file: read.file().to_owned(),
             line: 1,
@@ -95,7 +99,8 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Checks the table `[rig]` of a file that holds a rig beside other things, as what `fit` and `diagnose` save.
+    /// Checks the table `[rig]` of a file that holds a rig beside other things, as what `fit` and
+    /// `diagnose` save.
     ///
     /// # Errors
     /// As [`load`](Self::load), with the lines of that file.

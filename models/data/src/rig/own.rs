@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::{Chamber, Controller, Rig, Sensor, Valve};
 use crate::{ChannelId, SensorLimits};
 
-/// Resolution of the converters where a file has calibrations and no `[sensor]`: that of counts on the bus.
+/// Resolution of the converters where a file has calibrations and no `[sensor]`: that of counts on
+/// the bus.
 const BUS_BITS: u32 = 10;
 
 /// Tables of one board: each takes the place of the rig's, whole.
@@ -56,7 +57,8 @@ pub struct Calibration {
 }
 
 impl Rig {
-    /// The machine at one channel: of each table the channel's own, else its board's, else that of all.
+    /// The machine at one channel: of each table the channel's own, else its board's, else that of
+    /// all.
     #[must_use]
     pub fn at(&self, id: ChannelId) -> Self {
         let board = self.boards.get(&id.board);
@@ -82,13 +84,15 @@ impl Rig {
         }
     }
 
-    /// The pressures beyond which a channel's reading says nothing; none where its sensor is not described.
+    /// The pressures beyond which a channel's reading says nothing; none where its sensor is not
+    /// described.
     #[must_use]
     pub fn sensor_limits(&self, id: ChannelId) -> Option<SensorLimits> {
         self.at(id).sensor.map(SensorLimits::from)
     }
 
-    /// Drops boards and channels that have nothing of their own: names and limits are not the toolkit's.
+    /// Drops boards and channels that have nothing of their own: names and limits are not the
+    /// toolkit's.
     pub(super) fn keep_own(&mut self) {
         for board in self.boards.values_mut() {
             board.channels.retain(|_, own| *own != OwnOfChannel::default());

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// drive = kp (command - pressure) - kd (pressure - previous pressure), clipped to the saturation and scaled by it.
+/// drive = kp (command - pressure) - kd (pressure - previous pressure), clipped to the saturation
+/// and scaled by it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Controller {
     /// Rate of the loop, Hz.
@@ -25,7 +26,8 @@ pub enum Arithmetic {
     /// In 1/256 count; the filter settles at its input. This project's boards.
     #[default]
     Fine,
-    /// In whole counts, the filter rounding down: it settles up to five counts low. The original's boards.
+    /// In whole counts, the filter rounding down: it settles up to five counts low. The original's
+    /// boards.
     Whole,
 }
 

@@ -2,7 +2,8 @@
 
 use crate::numeric::Scalar;
 
-/// A low-pass filter, and proportional and derivative action on what it gives. The gains say in which units.
+/// A low-pass filter, and proportional and derivative action on what it gives. The gains say in
+/// which units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// Drive per error.

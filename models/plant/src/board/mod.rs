@@ -1,7 +1,9 @@
-//! A board in front of a valve: its sensor, its pressure controller, and the law that the controller follows.
+//! A board in front of a valve: its sensor, its pressure controller, and the law that the
+//! controller follows.
 //!
-//! The description is that of the rig file. What simulates it: [`rollout`](crate::rollout) rounds every sample as the board does,
-//! [`effects`](crate::effects) has the noise in its place, which shakes whatever friction there is.
+//! The description is that of the rig file. What simulates it: [`rollout`](crate::rollout) rounds
+//! every sample as the board does, [`effects`](crate::effects) has the noise in its place, which
+//! shakes whatever friction there is.
 
 mod controller;
 mod law;

@@ -1,7 +1,9 @@
-//! Derivatives of a weighted sum of a channel's readings by everything that is recorded of its inputs.
+//! Derivatives of a weighted sum of a channel's readings by everything that is recorded of its
+//! inputs.
 //!
-//! Reverse accumulation from interval to interval: over each, forward derivatives say how what is remembered at its end, and the reading
-//! there, follow from what was remembered at its start and from the inputs. The cost does not grow with the number of inputs.
+//! Reverse accumulation from interval to interval: over each, forward derivatives say how what is
+//! remembered at its end, and the reading there, follow from what was remembered at its start and
+//! from the inputs. The cost does not grow with the number of inputs.
 
 use std::ops::Range;
 
@@ -14,12 +16,14 @@ use super::simulate::Stepper;
 use super::state::StepperState;
 use crate::numeric::{Dual, Scalar};
 
-/// Intervals whose derivatives are held at a time. Where a stretch of them begins, the simulation is kept.
+/// Intervals whose derivatives are held at a time. Where a stretch of them begins, the simulation
+/// is kept.
 const STRETCH: usize = 256;
 
 type Slopes = Dual<f64, NARROW>;
 
-/// Derivatives by a channel's inputs, each with one value per row; those that do not drive it are 0.
+/// Derivatives by a channel's inputs, each with one value per row; those that do not drive it
+/// are 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputSlopes {
     /// By the drive of the spool or the fill valve.
@@ -48,9 +52,10 @@ enum Input {
     VolumeRate,
 }
 
-/// Derivatives of `sum(weight * reading)` (readings gauge, Pa; a weight per row) by the inputs of a channel that starts once, at row 0:
-/// exact for the discretised model. `base` and `effects` are as of [`simulate`](super::simulate()), not yet begun. Commands that the board's
-/// converter cannot read have no derivatives.
+/// Derivatives of `sum(weight * reading)` (readings gauge, Pa; a weight per row) by the inputs of a
+/// channel that starts once, at row 0: exact for the discretised model. `base` and `effects` are as
+/// of [`simulate`](super::simulate()), not yet begun. Commands that the board's converter cannot
+/// read have no derivatives.
 #[must_use]
 pub fn input_slopes(
     plant: &Plant,
@@ -109,13 +114,15 @@ pub fn input_slopes(
 struct Interval {
     /// Numbers that are remembered at its end.
     remembered: usize,
-    /// For each input and each number that is remembered at its start: the derivatives of those numbers, and of the reading there.
+    /// For each input and each number that is remembered at its start: the derivatives of those
+    /// numbers, and of the reading there.
     slopes: Vec<f64>,
 }
 
 impl Interval {
-    /// Derivatives by its inputs and by what is remembered at its start, where those by what is remembered at its end are `after`, and the
-    /// reading there has this weight. Nothing follows the last one: `after` is empty.
+    /// Derivatives by its inputs and by what is remembered at its start, where those by what is
+    /// remembered at its end are `after`, and the reading there has this weight. Nothing follows
+    /// the last one: `after` is empty.
     fn before(&self, after: &[f64], weight: f64) -> Vec<f64> {
         let of = |column: &[f64]| {
             let later: f64 = column.iter().zip(after).map(|(slope, after)| slope * after).sum();
@@ -146,8 +153,8 @@ impl Channel<'_> {
         row..(row + STRETCH).min(self.inputs.rows() - 1)
     }
 
-    /// Simulates a stretch. Before each interval `before` gets the simulation, behind it `after` too, with its number in the stretch and the
-    /// reading. Returns where the next stretch begins.
+    /// Simulates a stretch. Before each interval `before` gets the simulation, behind it `after`
+    /// too, with its number in the stretch and the reading. Returns where the next stretch begins.
     fn run(
         &self,
         place: &Place,
@@ -186,7 +193,8 @@ impl Channel<'_> {
         places
     }
 
-    /// The intervals of a stretch: [`NARROW`] of the things that they are differentiated by at a time.
+    /// The intervals of a stretch: [`NARROW`] of the things that they are differentiated by at a
+    /// time.
     fn intervals(&self, place: &Place) -> Vec<Interval> {
         let count = self.stretch(place.row).len();
         let mut intervals: Vec<Interval> = (0..count).map(|_| Interval::default()).collect();
@@ -219,7 +227,8 @@ impl Channel<'_> {
         intervals
     }
 
-    /// Makes variables of the inputs and of what is remembered, those from number `first` on. Returns how many there are.
+    /// Makes variables of the inputs and of what is remembered, those from number `first` on.
+    /// Returns how many there are.
     fn seed(&self, stepper: &mut Stepper<'_, Slopes>, row: usize, first: usize) -> usize {
         let variable = |value: f64, number: usize| Dual::variable(value, number.wrapping_sub(first));
         let input = |input: Input| match self.known.iter().position(|known| *known == input) {

@@ -1,8 +1,10 @@
-//! The gas behind one valve: pressure, and where an effect asks for it the gas temperature or a tube.
+//! The gas behind one valve: pressure, and where an effect asks for it the gas temperature or a
+//! tube.
 //!
-//! The pressure is advanced by the exponential Rosenbrock-Euler step (Hochbruck and Ostermann, Acta Numerica 2010, section
-//! 2.4): second order, and stable where the flow's slope near equal pressures is steep. It uses the slope of the flow by the pressure,
-//! which depends on the parameters too: a derivative of the step that leaves that out is wrong in fast transients.
+//! The pressure is advanced by the exponential Rosenbrock-Euler step (Hochbruck and Ostermann, Acta
+//! Numerica 2010, section 2.4): second order, and stable where the flow's slope near equal
+//! pressures is steep. It uses the slope of the flow by the pressure, which depends on the
+//! parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
 use super::hook::{LineParameters, Memory, Stretch, Structure};
 use super::outlet::{Outlet, Through, Venting};
@@ -11,10 +13,12 @@ use super::tube::{self, Ends};
 use crate::model::{Areas, BaseModel, GAMMA, Nonlinear, Ports};
 use crate::numeric::Scalar;
 
-/// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of the working range.
+/// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of
+/// the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
 
-/// Half of the flow pressure below which the loss in any tube is laminar, Pa: its conductance is finite without a drop.
+/// Half of the flow pressure below which the loss in any tube is laminar, Pa: its conductance is
+/// finite without a drop.
 const LEAST_LAMINAR_PA: f64 = 500.0;
 /// No pressure falls below this, Pa: what would take more in a step than there is.
 const LOWEST_PA: f64 = 1e3;
@@ -108,7 +112,8 @@ impl<S: Scalar> Chamber<S> {
         self.port = self.port + change;
     }
 
-    /// Shows what is remembered from step to step: the pressure in the chamber, and what its structure adds.
+    /// Shows what is remembered from step to step: the pressure in the chamber, and what its
+    /// structure adds.
     pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
         visit(Memory::Estimated, &mut self.pressure);
         if self.structure.line.is_some() {
@@ -163,8 +168,8 @@ impl<S: Scalar> Chamber<S> {
         c.areas.fill.real() * flows.inflow.real()
     }
 
-    /// What flows through the ports, from the pressure in front of them. Where there is a restriction behind the vent port, the space
-    /// between them is advanced.
+    /// What flows through the ports, from the pressure in front of them. Where there is a
+    /// restriction behind the vent port, the space between them is advanced.
     #[inline(always)]
     fn flows(&mut self, h: f64, c: &Conditions<S>) -> Flows<S> {
         let per_area = self.conductance / c.volume_m3;
@@ -203,8 +208,8 @@ impl<S: Scalar> Chamber<S> {
         self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
     }
 
-    /// Gas temperature as a second state: the first law with the outflow at the gas's temperature and a wall of constant
-    /// conductance at ambient temperature.
+    /// Gas temperature as a second state: the first law with the outflow at the gas's temperature
+    /// and a wall of constant conductance at ambient temperature.
     #[inline(always)]
     fn advance_heat(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, tau: S) {
         let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;

@@ -7,8 +7,9 @@ use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
 use crate::numeric::Scalar;
 
-/// What the board's pulse width leaves out in the mean: 400 drive counts become 255 steps of pulse width by 51/80, cut off towards
-/// zero, as in the original; the parts that are cut off are equally likely multiples of 1/80 step.
+/// What the board's pulse width leaves out in the mean: 400 drive counts become 255 steps of pulse
+/// width by 51/80, cut off towards zero, as in the original; the parts that are cut off are equally
+/// likely multiples of 1/80 step.
 const CUT_OFF: f64 = 79.0 / 160.0 / 255.0;
 
 /// What the controller remembers between its loops.
@@ -69,16 +70,17 @@ impl<S: Scalar> Controller<S> {
         self.before = (self.before.0 + change, self.before.1 + change);
     }
 
-    /// What the board reports: the filtered pressure where it filters. The loop that samples this reading runs at the first step
-    /// after the row.
+    /// What the board reports: the filtered pressure where it filters. The loop that samples this
+    /// reading runs at the first step after the row.
     #[inline(always)]
     pub fn report(&self, board: &BoardLoop, reading: S) -> S {
         board.law.filtered(reading, self.filtered)
     }
 
-    /// Begins a step in which the sensor delivers `reading`, gauge, Pa, of the pressure `pressure`, Pa; returns how far the reading
-    /// will go in the step, if it goes on as it did. In a step of several loops that is what the later ones see. The reading of an
-    /// old sample does not go on, and after it jumps only once: the chamber says how far it can have gone.
+    /// Begins a step in which the sensor delivers `reading`, gauge, Pa, of the pressure `pressure`,
+    /// Pa; returns how far the reading will go in the step, if it goes on as it did. In a step of
+    /// several loops that is what the later ones see. The reading of an old sample does not go on,
+    /// and after it jumps only once: the chamber says how far it can have gone.
     #[inline(always)]
     pub fn begin(&mut self, reading: S, pressure: S) -> S {
         let (read, moved) = (reading - self.before.0, pressure - self.before.1);
@@ -86,8 +88,9 @@ impl<S: Scalar> Controller<S> {
         read.max(moved.min(S::zero())).min(moved.max(S::zero()))
     }
 
-    /// The drive of loop `tick` of a row's interval, -1 to 1, where the sensor delivers `reading`. The sensor's noise is part of it: it
-    /// shakes the drive, and with it whatever friction the spool has.
+    /// The drive of loop `tick` of a row's interval, -1 to 1, where the sensor delivers `reading`.
+    /// The sensor's noise is part of it: it shakes the drive, and with it whatever friction the
+    /// spool has.
     #[inline(always)]
     pub fn drive(
         &mut self,
@@ -109,7 +112,8 @@ impl<S: Scalar> Controller<S> {
     }
 }
 
-/// The mean drive at the coil for a drive that the board calculates: full drive at most, and below it what cutting off leaves.
+/// The mean drive at the coil for a drive that the board calculates: full drive at most, and below
+/// it what cutting off leaves.
 #[inline(always)]
 fn cut_off<S: Scalar>(drive: S) -> S {
     let (one, lost) = (S::constant(1.0), S::constant(CUT_OFF));
@@ -117,8 +121,9 @@ fn cut_off<S: Scalar>(drive: S) -> S {
     S::select(drive.real().abs().less(S::Real::constant(1.0)), below, drive.min(one).max(-one))
 }
 
-/// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's pressure is what the first of them sampled;
-/// that one ran before the exchange and still has the command of the row before.
+/// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's
+/// pressure is what the first of them sampled; that one ran before the exchange and still has the
+/// command of the row before.
 #[inline(always)]
 fn command<S: Scalar>(
     inputs: &ChannelInputs,
@@ -143,8 +148,9 @@ mod tests {
     use crate::effects::{DriveInput, Plant, Series};
     use crate::model::{ATMOSPHERE_PA, BaseModel, Nonlinear};
 
-    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a second, so many of them in a step of
-    /// the simulation; the command jumps at row 5. Readings (Pa gauge) and mean drives.
+    /// A valve of one square millimetre at full drive on 0.1 l behind a board with 1000 loops a
+    /// second, so many of them in a step of the simulation; the command jumps at row 5. Readings
+    /// (Pa gauge) and mean drives.
     fn after_a_jump(filter: f64, loops_per_step: usize) -> Vec<(f64, f64)> {
         after_a_jump_with(filter, loops_per_step, &mut [], |_| {})
     }
@@ -230,7 +236,8 @@ mod tests {
 
     #[test]
     fn the_loop_follows_what_crosstalk_leaves_of_the_reading() {
-        // A tenth of what the channel before has, which is at 1.5 bar: the reading arrives at the command all the same.
+        // A tenth of what the channel before has, which is at 1.5 bar: the reading arrives at the
+        // command all the same.
         let with = |share| {
             after_a_jump_with(0.0, 1, &mut [effect("sensor_crosstalk", share)], |inputs| {
                 inputs.sampled_before_pa = vec![1.5e5; inputs.rows()].into();
@@ -246,7 +253,8 @@ mod tests {
 
     #[test]
     fn the_loop_follows_an_old_sample() {
-        // Rows 14 to 18 repeat each other: held from the middle of the interval before to the middle of the one after.
+        // Rows 14 to 18 repeat each other: held from the middle of the interval before to the
+        // middle of the one after.
         let held = |share| {
             after_a_jump_with(0.0, 1, &mut [effect("stale_samples", share)], |inputs| {
                 let held = |row: usize| if (14..=18).contains(&row) { 14.0 } else { row as f64 };
@@ -284,7 +292,8 @@ mod tests {
 
     #[test]
     fn the_mean_drive_is_that_of_the_boards_integers() {
-        // Eighty drive counts in a row have every part of a step of pulse width that can be cut off.
+        // Eighty drive counts in a row have every part of a step of pulse width that can be cut
+        // off.
         for first in [8, 100, 319] {
             let counts = first..first + 80;
             let coil = counts.clone().map(|count| f64::from(51 * count / 80) / 255.0).sum::<f64>() / 80.0;

@@ -1,7 +1,7 @@
 //! Deviations of an interval's inputs from what is recorded.
 
-/// Zeros with derivatives: the drive, the command and the volume as variables. The supply is one anyway
-/// ([`Stepper::set_supply`](super::Stepper::set_supply)).
+/// Zeros with derivatives: the drive, the command and the volume as variables. The supply is one
+/// anyway ([`Stepper::set_supply`](super::Stepper::set_supply)).
 #[derive(Debug, Clone, Copy)]
 pub struct Deviations<S> {
     /// Drive of the fill and the vent valve, -1 to 1; of one spool, the second is of no account.

@@ -7,8 +7,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// Values that the noise takes.
 pub(super) const QUANTILES: usize = 2048;
 
-/// Quantiles of the standard normal distribution in the middle of equally probable parts. Sampling from them gives its tails, up to
-/// 3.5 standard deviations: what friction answers to are the extremes of many loops.
+/// Quantiles of the standard normal distribution in the middle of equally probable parts. Sampling
+/// from them gives its tails, up to 3.5 standard deviations: what friction answers to are the
+/// extremes of many loops.
 pub(super) fn quantiles() -> &'static [f64; QUANTILES] {
     static TABLE: OnceLock<[f64; QUANTILES]> = OnceLock::new();
     TABLE.get_or_init(|| {
@@ -24,15 +25,16 @@ const DRAW: u64 = 0x9e37_79b9_7f4a_7c15;
 /// `DRAW * DRAW_INVERSE` is 1 modulo 2^64.
 const DRAW_INVERSE: u64 = 0xf1de_83e1_9937_733d;
 
-/// The draw whose noise in row 0 and after is that of `draw` in row `row` and after: for a simulation whose rows are numbered from
-/// somewhere else, as one that keeps only the last few. A negative `row` counts from before row 0.
+/// The draw whose noise in row 0 and after is that of `draw` in row `row` and after: for a
+/// simulation whose rows are numbered from somewhere else, as one that keeps only the last few. A
+/// negative `row` counts from before row 0.
 #[must_use]
 pub fn course_from(draw: u64, row: i64) -> u64 {
     draw.wrapping_add(row.cast_unsigned().wrapping_mul(ROW).wrapping_mul(DRAW_INVERSE))
 }
 
-/// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one of the quantiles, by the SplitMix64
-/// hash. Each `draw` is another course of it.
+/// A reproducible stand-in for the sensor's noise at a loop of the board, with unit variance: one
+/// of the quantiles, by the SplitMix64 hash. Each `draw` is another course of it.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation)] // a few bits are wanted
 pub(super) fn dither(quantiles: &[f64; QUANTILES], draw: u64, row: usize, tick: usize) -> f64 {

@@ -56,7 +56,8 @@ pub struct Stretch<S> {
 pub struct Structure<S> {
     /// A flow function instead of the rig's.
     pub flow_function: Option<GeneralFlow<S>>,
-    /// Does an effect change the volume ([`Hook::stretch`])? Without one, chambers are advanced without divisions by it.
+    /// Does an effect change the volume ([`Hook::stretch`])? Without one, chambers are advanced
+    /// without divisions by it.
     pub stretches: bool,
     /// Time constant of the gas temperature at ambient pressure, s.
     pub heat_time_constant_s: Option<S>,
@@ -69,7 +70,8 @@ pub struct Structure<S> {
 /// A tube between valve and chamber.
 #[derive(Debug, Clone, Copy)]
 pub struct LineParameters<S> {
-    /// Flow pressure over the rate at which it changes the chamber's pressure, s: what is lost when the flow is turbulent.
+    /// Flow pressure over the rate at which it changes the chamber's pressure, s: what is lost when
+    /// the flow is turbulent.
     pub time_constant_s: S,
     /// Its volume over the chamber's.
     pub volume_ratio: S,
@@ -86,11 +88,13 @@ pub enum Memory {
     Known,
 }
 
-/// An effect at work in the simulation of one channel. Every method passes its argument through by default.
+/// An effect at work in the simulation of one channel. Every method passes its argument through by
+/// default.
 ///
 /// `drive` to `sense` are called once a step, in this order; `sample` once a row.
 ///
-/// An effect marks what it has of these `#[inline]`: what is left as a function of its own is compiled for the oldest processors.
+/// An effect marks what it has of these `#[inline]`: what is left as a function of its own is
+/// compiled for the oldest processors.
 #[allow(unused_variables)]
 pub trait Hook<S: Scalar> {
     /// Forgets the past: a new stretch of rows begins.
@@ -102,7 +106,8 @@ pub trait Hook<S: Scalar> {
     /// Replaces parts of the channel; called once, before the simulation.
     fn structure(&self, structure: &mut Structure<S>) {}
 
-    /// The drive that reaches valve number `valve` (0: the spool or the fill valve, 1: the vent valve), mean over the step.
+    /// The drive that reaches valve number `valve` (0: the spool or the fill valve, 1: the vent
+    /// valve), mean over the step.
     #[inline(always)]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         drive
@@ -120,13 +125,15 @@ pub trait Hook<S: Scalar> {
     #[inline(always)]
     fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {}
 
-    /// The supply pressure at this channel's valve, absolute, Pa. `areas` and `pressure` (chamber, absolute, Pa) are those of this step.
+    /// The supply pressure at this channel's valve, absolute, Pa. `areas` and `pressure` (chamber,
+    /// absolute, Pa) are those of this step.
     #[inline(always)]
     fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
         supply
     }
 
-    /// Changes the volume, at an absolute chamber pressure in Pa. Only of a [`Structure`] that says so.
+    /// Changes the volume, at an absolute chamber pressure in Pa. Only of a [`Structure`] that says
+    /// so.
     #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {}
 

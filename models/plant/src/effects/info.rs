@@ -16,12 +16,14 @@ pub enum Reach {
 /// In which of the two questions an effect is a possible answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
-    /// Which physical effect does the model lack? Asked after the base model was fitted to the recording.
+    /// Which physical effect does the model lack? Asked after the base model was fitted to the
+    /// recording.
     Structure,
-    /// None: it stands for causes outside the catalogue, and is fitted along where the structure is asked for. A name that it explains as
-    /// well as is withheld.
+    /// None: it stands for causes outside the catalogue, and is fitted along where the structure is
+    /// asked for. A name that it explains as well as is withheld.
     Foil,
-    /// Which calibrated parameter has moved? Asked against a reference; the fit of a recording absorbs it.
+    /// Which calibrated parameter has moved? Asked against a reference; the fit of a recording
+    /// absorbs it.
     Change,
 }
 
@@ -57,15 +59,15 @@ pub struct EffectInfo {
     pub reach: Reach,
     /// The parameters, in the order in which they are installed.
     pub parameters: &'static [EffectParameter],
-    /// Values at which the effect is tried: one inner slice per probe, one value per parameter. Empty when the probes are
-    /// computed from the recording.
+    /// Values at which the effect is tried: one inner slice per probe, one value per parameter.
+    /// Empty when the probes are computed from the recording.
     pub probes: &'static [&'static [f64]],
     /// Effects it is easily confused with.
     pub rivals: &'static [&'static str],
     /// The excitation that tells it from them.
     pub separated_by: &'static str,
-    /// Smallest value of the first parameter (distance from null) worth naming, in its unit: below it the recording's own
-    /// timing and rounding can look the same.
+    /// Smallest value of the first parameter (distance from null) worth naming, in its unit: below
+    /// it the recording's own timing and rounding can look the same.
     pub smallest: f64,
     /// What makes it different.
     pub traits: &'static [Trait],
@@ -74,7 +76,8 @@ pub struct EffectInfo {
 }
 
 impl EffectInfo {
-    /// Is it a part of the base model of such a plant, as far as it is usual? Two valves have a gain each anyway.
+    /// Is it a part of the base model of such a plant, as far as it is usual? Two valves have a
+    /// gain each anyway.
     #[must_use]
     pub fn in_base(&self, plant: &Plant) -> bool {
         !plant.model.is_regulator() && !plant.separate() && self.parameters.iter().any(|p| p.in_base)

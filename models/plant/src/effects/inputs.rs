@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-/// One value per row. Channels of a recording share what they have in common, and copies of a channel everything: of an hour each
-/// series takes megabytes.
+/// One value per row. Channels of a recording share what they have in common, and copies of a
+/// channel everything: of an hour each series takes megabytes.
 pub type Series = Arc<[f64]>;
 
 /// How a channel is driven.
@@ -24,8 +24,8 @@ pub enum DriveInput {
     Command,
 }
 
-/// Measured inputs of one channel. All vectors have one value per row; what belongs to an interval belongs to the one that
-/// starts at the row. Pressures are absolute and in Pa.
+/// Measured inputs of one channel. All vectors have one value per row; what belongs to an interval
+/// belongs to the one that starts at the row. Pressures are absolute and in Pa.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelInputs {
     /// Time from the start of the recording, s.
@@ -50,13 +50,17 @@ pub struct ChannelInputs {
     pub measured_pa: Series,
     /// Whether the measured pressure may be compared.
     pub usable: Arc<[bool]>,
-    /// Measured pressure of the chamber opposite on the same axis, smoothed, gauge Pa; empty when there is none.
+    /// Measured pressure of the chamber opposite on the same axis, smoothed, gauge Pa; empty when
+    /// there is none.
     pub opposite_pa: Series,
-    /// Measured pressure of the channel that the converter samples before this one, gauge Pa; empty when there is none.
+    /// Measured pressure of the channel that the converter samples before this one, gauge Pa; empty
+    /// when there is none.
     pub sampled_before_pa: Series,
-    /// How hard the channel that the board handles before this one is driven, -1 to 1; empty when that is not known.
+    /// How hard the channel that the board handles before this one is driven, -1 to 1; empty when
+    /// that is not known.
     pub neighbour_drive: Series,
-    /// Mass flow that all channels but this one draw from the supply, over the interval, in mm^2 Pa (area by flow pressure).
+    /// Mass flow that all channels but this one draw from the supply, over the interval, in mm^2 Pa
+    /// (area by flow pressure).
     pub others_draw: Series,
     /// Noise of the measurement, Pa RMS.
     pub noise_pa: f64,

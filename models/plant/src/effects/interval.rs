@@ -9,18 +9,22 @@ use super::inputs::DriveInput;
 use super::run::Run;
 use crate::numeric::{Dual, Lanes, Scalar};
 
-/// Derivatives that are simulated at a time; more take more simulations. Each number of them would cost seconds of compilation.
+/// Derivatives that are simulated at a time; more take more simulations. Each number of them would
+/// cost seconds of compilation.
 pub const NARROW: usize = 8;
-/// Derivatives that a fit of measured data simulates at a time: what a channel's model and two effects have together.
+/// Derivatives that a fit of measured data simulates at a time: what a channel's model and two
+/// effects have together.
 pub const SENSITIVITIES: usize = 16;
 
-/// A number with derivatives for fits of measured data. In single precision: seven digits of a slope are more than any step of a fit needs,
-/// and sixteen of them take less time than eight in double precision.
+/// A number with derivatives for fits of measured data. In single precision: seven digits of a
+/// slope are more than any step of a fit needs, and sixteen of them take less time than eight in
+/// double precision.
 pub type Sensitive = Dual<f64, SENSITIVITIES, f32>;
 
-/// A number that channels are simulated over: plain, in lanes, or with derivatives. What happens between two rows takes long to compile:
-/// each kind has one copy of it, in this crate, whoever simulates. Vectors of plain numbers or of derivatives have another for processors
-/// with wider registers.
+/// A number that channels are simulated over: plain, in lanes, or with derivatives. What happens
+/// between two rows takes long to compile: each kind has one copy of it, in this crate, whoever
+/// simulates. Vectors of plain numbers or of derivatives have another for processors with wider
+/// registers.
 pub trait Simulated: Scalar {
     /// One interval: the mean drive, and the mean flow drawn from the supply.
     #[doc(hidden)]
@@ -110,7 +114,8 @@ impl<S: Scalar> Run<'_, S> {
         (mean_drive / loops, mean_draw / loops)
     }
 
-    /// The drives of the fill and the vent port where no board is simulated: those recorded, or the command as one.
+    /// The drives of the fill and the vent port where no board is simulated: those recorded, or the
+    /// command as one.
     #[inline(always)]
     fn recorded(&self, row: usize) -> [S; 2] {
         let inputs = self.inputs;
@@ -135,8 +140,9 @@ impl<S: Scalar> Run<'_, S> {
         }
     }
 
-    /// Several loops of the board in front of one step of the gas: what moves the spool is simulated loop by loop (friction answers to
-    /// every shake), the gas with its mean position. Returns the mean drive, and that position as seen by the two ports.
+    /// Several loops of the board in front of one step of the gas: what moves the spool is
+    /// simulated loop by loop (friction answers to every shake), the gas with its mean position.
+    /// Returns the mean drive, and that position as seen by the two ports.
     #[inline(always)]
     fn loops<'b>(
         &mut self,
@@ -163,7 +169,8 @@ impl<S: Scalar> Run<'_, S> {
         (held.times(share), [spool, -spool])
     }
 
-    /// What effects make of the drives of the fill and the vent port. Returns the drive before them and what reaches the ports.
+    /// What effects make of the drives of the fill and the vent port. Returns the drive before them
+    /// and what reaches the ports.
     #[inline(always)]
     fn spool(&self, step: &Step<'_>, held: [S; 2], effects: &mut [AnyEffect<S>]) -> (S::Real, [S; 2]) {
         let separate = matches!(self.inputs.drive, DriveInput::Separate { .. });

@@ -1,9 +1,10 @@
 //! The space between the vent port and a restriction behind it (a muffler, a fitting).
 //!
-//! It fills through the port and empties through the restriction, within milliseconds, so its pressure takes an exponential
-//! step of its own (Hochbruck and Ostermann, Acta Numerica 2010, section 2.4) with the pressure in front of the port held.
-//! The chamber sees the mean over that step, and how the mean follows the chamber. For a space of almost no volume that is
-//! one Newton step towards equal flows.
+//! It fills through the port and empties through the restriction, within milliseconds, so its
+//! pressure takes an exponential step of its own (Hochbruck and Ostermann, Acta Numerica 2010,
+//! section 2.4) with the pressure in front of the port held. The chamber sees the mean over that
+//! step, and how the mean follows the chamber. For a space of almost no volume that is one Newton
+//! step towards equal flows.
 
 use super::phi::{far_or, next, phi1, taylor};
 use crate::model::{GAMMA, Ports};
@@ -58,9 +59,10 @@ impl<S: Scalar> Outlet<S> {
         Self { parameters, ambient_pa, pressure: S::constant(ambient_pa) }
     }
 
-    /// Advances the space over a step with the absolute pressure `port` (Pa) in front of the vent port. `onward` is the flow pressure (Pa) of
-    /// the restriction at its start and its slope by the space's pressure. Returns the port's flow pressure, mean over the step, and its slope
-    /// by the pressure in front of the port.
+    /// Advances the space over a step with the absolute pressure `port` (Pa) in front of the vent
+    /// port. `onward` is the flow pressure (Pa) of the restriction at its start and its slope by
+    /// the space's pressure. Returns the port's flow pressure, mean over the step, and its slope by
+    /// the pressure in front of the port.
     #[inline(always)]
     pub fn advance(
         &mut self,
@@ -72,7 +74,8 @@ impl<S: Scalar> Outlet<S> {
     ) -> (S, S) {
         let before = self.pressure;
         let ambient = S::constant(self.ambient_pa);
-        // The gas in a muffler is at the wall's temperature: isothermal, so without the chamber's exponent.
+        // The gas in a muffler is at the wall's temperature: isothermal, so without the chamber's
+        // exponent.
         let per_area = self.parameters.volume_ratio.recip().times(venting.h * venting.per_area / GAMMA);
         let (port_area, restriction) = (venting.port_area * per_area, venting.restriction * per_area);
         let change = port_area * through.flow - restriction * onward;

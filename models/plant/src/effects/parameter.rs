@@ -17,12 +17,13 @@ pub struct EffectParameter {
     pub null: f64,
     /// Scale of fitting.
     pub scale: Scale,
-    /// Largest distance from `null` that is usual on sound rigs, of the logarithm where that is fitted; infinite where the parameter says
-    /// nothing about how large the effect is.
+    /// Largest distance from `null` that is usual on sound rigs, of the logarithm where that is
+    /// fitted; infinite where the parameter says nothing about how large the effect is.
     pub usual: f64,
     /// Is it free, as far as is usual, in every base model of a valve?
     pub in_base: bool,
-    /// Does it belong to what hangs on the valves, which may differ between recordings of one machine?
+    /// Does it belong to what hangs on the valves, which may differ between recordings of one
+    /// machine?
     pub of_load: bool,
     /// What it means, in a few words.
     pub meaning: &'static str,
@@ -71,7 +72,8 @@ impl EffectParameter {
         self
     }
 
-    /// As [`usual_to`](Self::usual_to), and free that far in every base model of a valve: without it, a fit bends what is there instead.
+    /// As [`usual_to`](Self::usual_to), and free that far in every base model of a valve: without
+    /// it, a fit bends what is there instead.
     #[must_use]
     pub const fn in_base_to(mut self, distance: f64) -> Self {
         self.in_base = true;

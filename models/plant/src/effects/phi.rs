@@ -1,4 +1,5 @@
-//! The functions of exponential integrators (Hochbruck and Ostermann, Acta Numerica 2010), over any kind of number.
+//! The functions of exponential integrators (Hochbruck and Ostermann, Acta Numerica 2010), over any
+//! kind of number.
 
 use crate::numeric::{Real, Scalar};
 
@@ -14,16 +15,16 @@ pub fn phi1<S: Scalar>(z: S) -> S {
     z.chain(value, value - next(value, 1.0, x, phi2))
 }
 
-/// The next of these functions from one, `(value - at_zero) / z`; by its Taylor series near zero. Arithmetic only, so that the compiler
-/// removes it where derivatives are not wanted.
+/// The next of these functions from one, `(value - at_zero) / z`; by its Taylor series near zero.
+/// Arithmetic only, so that the compiler removes it where derivatives are not wanted.
 #[inline(always)]
 pub fn next<R: Real>(value: R, at_zero: f64, z: R, series: [f64; 6]) -> R {
     let near = z.abs().below(R::constant(0.1));
     R::select(near, horner(z, series), value.plus(-at_zero) / z)
 }
 
-/// A polynomial of fifth degree, highest power first, by Estrin's scheme: a step of a simulation waits for it, and in Horner's order twice as
-/// long.
+/// A polynomial of fifth degree, highest power first, by Estrin's scheme: a step of a simulation
+/// waits for it, and in Horner's order twice as long.
 #[inline(always)]
 pub fn taylor<R: Real>(z: R, [a5, a4, a3, a2, a1, a0]: [f64; 6]) -> R {
     let pair = |high: f64, low: f64| z.times(high).plus(low);
@@ -31,7 +32,8 @@ pub fn taylor<R: Real>(z: R, [a5, a4, a3, a2, a1, a0]: [f64; 6]) -> R {
     (pair(a5, a4) * squared + pair(a3, a2)) * squared + pair(a1, a0)
 }
 
-/// The same in Horner's order, which needs the fewest registers: for derivatives, which nothing waits for.
+/// The same in Horner's order, which needs the fewest registers: for derivatives, which nothing
+/// waits for.
 #[inline(always)]
 fn horner<R: Real>(z: R, terms: [f64; 6]) -> R {
     let mut sum = R::zero();

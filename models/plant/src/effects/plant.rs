@@ -14,11 +14,13 @@ pub struct BoardLoop {
     pub lowest_pa: f64,
     /// See `lowest_pa`.
     pub highest_pa: f64,
-    /// Standard deviation of what the board rounds off where it reports, and not where it controls, Pa.
+    /// Standard deviation of what the board rounds off where it reports, and not where it controls,
+    /// Pa.
     pub rounding_pa: f64,
     /// Loops that are simulated as one, at the pressure that they see on average; at least 1.
     pub loops_per_step: usize,
-    /// Number of the course that the sensor's noise takes in the loop: what it saw between the rows is not recorded.
+    /// Number of the course that the sensor's noise takes in the loop: what it saw between the rows
+    /// is not recorded.
     pub noise_draw: u64,
 }
 

@@ -2,8 +2,8 @@
 
 use crate::numeric::Scalar;
 
-/// A number that is known from the first step on. Not an [`Option`]: its tag in front of a vector of numbers puts them where no register's
-/// load meets its store, which costs more than the effect.
+/// A number that is known from the first step on. Not an [`Option`]: its tag in front of a vector
+/// of numbers puts them where no register's load meets its store, which costs more than the effect.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Remembered<S> {
@@ -36,8 +36,8 @@ impl<S: Scalar> Remembered<S> {
     }
 }
 
-/// What a first-order lag forgets in a step. The steps between two rows have the same length, and an exponential costs as much as the rest of
-/// an effect.
+/// What a first-order lag forgets in a step. The steps between two rows have the same length, and
+/// an exponential costs as much as the rest of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct Forgetting<S> {
     /// Length of the step that it holds for, s.
@@ -54,7 +54,8 @@ impl<S: Scalar> Forgetting<S> {
         Self { length_s: 0.0, ratio: S::zero(), rest: S::zero() }
     }
 
-    /// Time constant over length, at least 0.001, and the part that is left, for a lag (s) over a step (s).
+    /// Time constant over length, at least 0.001, and the part that is left, for a lag (s) over a
+    /// step (s).
     #[inline(always)]
     pub fn over(&mut self, time_constant_s: S, length_s: f64) -> (S, S) {
         if self.length_s.to_bits() != length_s.to_bits() {

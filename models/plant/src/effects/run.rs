@@ -80,7 +80,8 @@ impl<S: Scalar> Run<'_, S> {
         }
     }
 
-    /// One step with these positions of the spools at the fill and the vent port. Returns the flow drawn.
+    /// One step with these positions of the spools at the fill and the vent port. Returns the flow
+    /// drawn.
     #[inline(always)]
     pub(super) fn flow(
         &mut self,

@@ -17,7 +17,8 @@ pub struct Row<S: Scalar> {
     pub row: usize,
     /// What the sensor is expected to report at the row's time, gauge, Pa.
     pub reading: S,
-    /// Drive over the interval that starts here (mean), -1 to 1 (fill minus vent where there are two valves).
+    /// Drive over the interval that starts here (mean), -1 to 1 (fill minus vent where there are
+    /// two valves).
     pub drive: S::Real,
     /// Mass flow drawn from the supply over that interval (mean), mm^2 Pa.
     pub draw: S::Real,
@@ -101,7 +102,8 @@ impl<'a, S: Simulated> Stepper<'a, S> {
         StepperState { chamber: *chamber, reading: *reading, controller: *controller, spool: *spool }
     }
 
-    /// Goes on where another stepper of the same channel and the same effects stood: its inputs may be others.
+    /// Goes on where another stepper of the same channel and the same effects stood: its inputs may
+    /// be others.
     pub fn resume(&mut self, state: StepperState<S>) {
         let StepperState { chamber, reading, controller, spool } = state;
         (self.run.chamber, self.run.reading, self.run.controller) = (chamber, reading, controller);
@@ -150,13 +152,14 @@ impl<'a, S: Simulated> Stepper<'a, S> {
         reading
     }
 
-    /// Advances over the interval that starts at a row. Returns the mean drive, -1 to 1, and the mean flow drawn from the supply, mm^2 Pa.
+    /// Advances over the interval that starts at a row. Returns the mean drive, -1 to 1, and the
+    /// mean flow drawn from the supply, mm^2 Pa.
     pub fn interval(&mut self, row: usize) -> (S::Real, S::Real) {
         S::interval(&mut self.run, row, self.effects)
     }
 
-    /// Shows everything that is remembered from row to row, in an order that stays: first the pressure in the chamber (absolute, Pa)
-    /// and, if there is a tube, at its other end.
+    /// Shows everything that is remembered from row to row, in an order that stays: first the
+    /// pressure in the chamber (absolute, Pa) and, if there is a tube, at its other end.
     pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
         self.run.chamber.memory(visit);
         if self.run.in_loop() {

@@ -21,7 +21,8 @@ impl<S: Scalar> StepperState<S> {
         self.chamber.pressure()
     }
 
-    /// Pressure at the valve, absolute, Pa: another than in the chamber where there is a tube between them.
+    /// Pressure at the valve, absolute, Pa: another than in the chamber where there is a tube
+    /// between them.
     #[must_use]
     pub fn port(&self) -> S {
         self.chamber.port()
@@ -33,7 +34,8 @@ impl<S: Scalar> StepperState<S> {
         self.chamber.temperature()
     }
 
-    /// The fill and the vent port's drive behind the effects in the last step; of one spool, the second is minus the first.
+    /// The fill and the vent port's drive behind the effects in the last step; of one spool, the
+    /// second is minus the first.
     #[must_use]
     pub fn spool(&self) -> [S; 2] {
         self.spool

@@ -27,7 +27,8 @@ impl Wave {
     }
 }
 
-/// A size that several parameters of an effect make together and that is better known than each of them.
+/// A size that several parameters of an effect make together and that is better known than each of
+/// them.
 #[derive(Debug, Clone, Copy)]
 pub struct DerivedSize {
     /// Name in reports, unique within the effect.
@@ -36,7 +37,8 @@ pub struct DerivedSize {
     pub unit: &'static str,
     /// What it means, in a few words.
     pub meaning: &'static str,
-    /// From the effect's parameters and a flow, as the rate in kPa/s at which it changes the pressure of the nominal volume.
+    /// From the effect's parameters and a flow, as the rate in kPa/s at which it changes the
+    /// pressure of the nominal volume.
     pub of: fn(&[f64], f64) -> f64,
 }
 
@@ -55,18 +57,22 @@ pub enum Trait {
     NeedsStatedSupply,
     /// Needs one spool for both ways: two valves have a gain each in the base model.
     NeedsOneSpool,
-    /// Its first parameter is a threshold: where it is passed a little later, everything after it is different, and there is no derivative.
+    /// Its first parameter is a threshold: where it is passed a little later, everything after it
+    /// is different, and there is no derivative.
     Thresholded,
     /// With it a board's loop hunts.
     LimitCycle,
     /// It happens at times that the rows tell only roughly.
     RoughlyTimed,
-    /// It belongs to a recording of some minutes and means nothing over months: then another offset or gain is seen.
+    /// It belongs to a recording of some minutes and means nothing over months: then another offset
+    /// or gain is seen.
     WithinARecording,
-    /// Its first parameter is the scale of the load: openings of valves cannot be told from it, but its ratios between recordings can.
+    /// Its first parameter is the scale of the load: openings of valves cannot be told from it, but
+    /// its ratios between recordings can.
     ScaleOfLoad,
     /// Its parameters make up for each other; together they are a size.
     Derives(DerivedSize),
-    /// It comes back with a period of its own; its probes follow from a wave that the recording shows.
+    /// It comes back with a period of its own; its probes follow from a wave that the recording
+    /// shows.
     Periodic(fn(&Wave) -> Vec<Vec<f64>>),
 }

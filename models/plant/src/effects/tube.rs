@@ -1,8 +1,9 @@
 //! Two volumes with a tube between them: the port's, where the sensor sits, and the chamber's.
 //!
-//! The tube's flow over its drop is a conductance that changes slowly, though the drop may vanish: with the conductance held, the two
-//! pressures are a linear system, whose step is exact for any length and any stiffness (exponential Euler, Hochbruck and Ostermann, Acta
-//! Numerica 2010). The step is made twice, the second time with the conductance of its middle.
+//! The tube's flow over its drop is a conductance that changes slowly, though the drop may vanish:
+//! with the conductance held, the two pressures are a linear system, whose step is exact for any
+//! length and any stiffness (exponential Euler, Hochbruck and Ostermann, Acta Numerica 2010). The
+//! step is made twice, the second time with the conductance of its middle.
 
 use super::phi::phi1;
 use crate::numeric::Scalar;
@@ -22,7 +23,8 @@ pub struct Ends<S> {
     pub chamber: S,
 }
 
-/// The pressures `[port, chamber]` after `h` seconds; `conductance` is the tube's between two pressures, 1/s.
+/// The pressures `[port, chamber]` after `h` seconds; `conductance` is the tube's between two
+/// pressures, 1/s.
 #[inline(always)]
 pub fn advance<S: Scalar>(
     h: f64,

@@ -31,7 +31,8 @@ impl BaseModel {
         }
     }
 
-    /// The parameters, in the order in which [`coefficients`](Self::coefficients) takes their values.
+    /// The parameters, in the order in which [`coefficients`](Self::coefficients) takes their
+    /// values.
     #[must_use]
     pub fn parameters(&self) -> Vec<Parameter> {
         match self {

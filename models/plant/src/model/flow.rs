@@ -1,22 +1,26 @@
 //! Mass flow through an orifice after ISO 6358-1.
 //!
-//! With the upstream pressure `p_u`, the downstream pressure `p_d`, `r = p_d / p_u` and the critical ratio `b`,
-//! `m = A C_d psi(r) p_u sqrt(2 / (R T))` and
+//! With the upstream pressure `p_u`, the downstream pressure `p_d`, `r = p_d / p_u` and the
+//! critical ratio `b`, `m = A C_d psi(r) p_u sqrt(2 / (R T))` and
 //!
 //! * choked, `r <= b`: `psi = psi_max`;
 //! * subsonic: `psi = psi_max sqrt(1 - ((r - b) / (1 - b))^2)`;
-//! * laminar, `r >= 0.999`: the straight line to zero at `r = 1`, because the subsonic slope is infinite there.
+//! * laminar, `r >= 0.999`: the straight line to zero at `r = 1`, because the subsonic slope is
+//!   infinite there.
 //!
-//! The paper prints the subsonic branch without the inner square; [`FlowForm::Printed`] reproduces it.
+//! The paper prints the subsonic branch without the inner square; [`FlowForm::Printed`] reproduces
+//! it.
 //!
-//! What is computed is the *flow pressure* `psi(r) p_u`, without a division. With the drop `d = p_u - p_d`, the drop that chokes
-//! `c = (1 - b) p_u` and what of the drop has an effect, `e = min(d, c)`, both branches above are geometric means:
+//! What is computed is the *flow pressure* `psi(r) p_u`, without a division. With the drop
+//! `d = p_u - p_d`, the drop that chokes `c = (1 - b) p_u` and what of the drop has an effect,
+//! `e = min(d, c)`, both branches above are geometric means:
 //!
-//! * `p_u sqrt(1 - z^2) = sqrt(e (2 c - e)) / (1 - b)`, where `z = (r - b) / (1 - b)`, or 0 when choked;
+//! * `p_u sqrt(1 - z^2) = sqrt(e (2 c - e)) / (1 - b)`, where `z = (r - b) / (1 - b)`, or 0 when
+//!   choked;
 //! * `p_u sqrt(1 - z) = sqrt(e c) / (1 - b)`, the paper's.
 //!
-//! Both are concave in the drop, so that the chord to its first thousandth is below them there and above them beyond: the laminar
-//! segment is joined by taking the smaller of the two.
+//! Both are concave in the drop, so that the chord to its first thousandth is below them there and
+//! above them beyond: the laminar segment is joined by taking the smaller of the two.
 
 use super::gas::psi_max;
 use crate::numeric::Scalar;
@@ -65,14 +69,16 @@ impl FlowFunction {
         self.pressure(1.0, ratio)
     }
 
-    /// Flow pressure by the mean of drops that [`mean_from`](Self::mean_from) and [`mean_to`](Self::mean_to) give: a factor for
-    /// the flow's conductance, which changes more rarely.
+    /// Flow pressure by the mean of drops that [`mean_from`](Self::mean_from) and
+    /// [`mean_to`](Self::mean_to) give: a factor for the flow's conductance, which changes more
+    /// rarely.
     #[must_use]
     pub fn gain(&self) -> f64 {
         self.gain
     }
 
-    /// Flow pressure `psi p_u` in Pa between two absolute pressures in Pa, negative when the flow runs backwards.
+    /// Flow pressure `psi p_u` in Pa between two absolute pressures in Pa, negative when the flow
+    /// runs backwards.
     #[inline(always)]
     pub fn pressure<S: Scalar>(&self, from: S, to: S) -> S {
         let (value, by_from, by_to) = self.with_partials(from.real(), to.real());
@@ -93,8 +99,9 @@ impl FlowFunction {
         from.chain(value, by_from)
     }
 
-    /// Of a passage with a laminar loss beside the orifice's: what flows, over the drop, `m / (p_u - p_d)`, with `F^2 = m^2 + 2 half m`. It is
-    /// the same in both directions, and finite without a drop. `half` is in Pa and positive.
+    /// Of a passage with a laminar loss beside the orifice's: what flows, over the drop,
+    /// `m / (p_u - p_d)`, with `F^2 = m^2 + 2 half m`. It is the same in both directions, and
+    /// finite without a drop. `half` is in Pa and positive.
     #[inline(always)]
     pub(crate) fn conductance<S: Scalar>(&self, from: S, to: S, half: S) -> S {
         let drop = (from - to).abs();
@@ -106,7 +113,8 @@ impl FlowFunction {
         squared_by_drop / (root + half)
     }
 
-    /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the compiler.
+    /// Flow pressure and its two partial derivatives. Unused derivatives are removed by the
+    /// compiler.
     #[inline(always)]
     pub(crate) fn with_partials<S: Scalar>(&self, from: S, to: S) -> (S, S, S) {
         let (mean, by_from, by_to) = self.mean_with_partials(from, to);
@@ -127,12 +135,14 @@ impl FlowFunction {
         let line = drop.abs().times(self.laminar_slope);
         // Without a drop both are zero; there only the line has a slope.
         let turbulent = mean.less(line);
-        // The drop falls with `to`; the higher pressure is `from`, or backwards, when the flow is negative, `to`.
+        // The drop falls with `to`; the higher pressure is `from`, or backwards, when the flow is
+        // negative, `to`.
         let backwards = from.less(to);
         let value = mean.min(line);
         let value = S::select(backwards, -value, value);
 
-        // The mean times its derivatives by the drop, zero when choked, and by the drop that chokes.
+        // The mean times its derivatives by the drop, zero when choked, and by the drop that
+        // chokes.
         let (by_drop, by_choking) = match self.form {
             FlowForm::Iso6358 => (choking - effective, effective),
             FlowForm::Printed => {
@@ -176,7 +186,8 @@ mod tests {
         }
     }
 
-    /// The branches as the module's description gives them, with their divisions and case distinctions.
+    /// The branches as the module's description gives them, with their divisions and case
+    /// distinctions.
     #[test]
     fn the_means_of_drops_are_the_branches_of_the_standard() {
         for (form, b) in [(FlowForm::Iso6358, 0.3), (FlowForm::Printed, 0.3), (FlowForm::Iso6358, 0.99)] {

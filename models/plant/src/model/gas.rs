@@ -25,7 +25,8 @@ impl Default for Gas {
 }
 
 impl Gas {
-    /// Rate of pressure per effective area, flow pressure and inverse volume: `gamma R T sqrt(2 / (R T))`, m/s.
+    /// Rate of pressure per effective area, flow pressure and inverse volume:
+    /// `gamma R T sqrt(2 / (R T))`, m/s.
     ///
     /// With the flow pressure of [`FlowFunction::pressure`](super::FlowFunction::pressure),
     /// `dp/dt = filling_speed * area * flow_pressure / volume`.

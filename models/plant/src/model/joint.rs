@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 
-/// Geometry of a joint: four cylinders of one radius around a backbone. Bending by the angles `(q_u, q_v)` lengthens one
-/// chamber of a pair and shortens the other: `l_0,1 = h +- r q_u`, `l_2,3 = h +- r q_v`, `V_i = pi delta^2 l_i`.
+/// Geometry of a joint: four cylinders of one radius around a backbone. Bending by the angles
+/// `(q_u, q_v)` lengthens one chamber of a pair and shortens the other: `l_0,1 = h +- r q_u`,
+/// `l_2,3 = h +- r q_v`, `V_i = pi delta^2 l_i`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint {
     /// Radius `delta` of a chamber, m.
@@ -15,7 +16,8 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Volume in m^3 of chamber 0 to 3 at joint angles in rad. Negative when the angle is beyond what the geometry allows.
+    /// Volume in m^3 of chamber 0 to 3 at joint angles in rad. Negative when the angle is beyond
+    /// what the geometry allows.
     #[must_use]
     pub fn volume_m3(&self, chamber: usize, qu_rad: f64, qv_rad: f64) -> f64 {
         let angle = if chamber < 2 { qu_rad } else { qv_rad };

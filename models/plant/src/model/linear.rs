@@ -3,8 +3,8 @@
 use super::{About, Constants, Drive, Gas, Listed, Model, Parameter};
 use crate::numeric::Scalar;
 
-/// `dp/dt = -alpha p + beta p_cmd`, in gauge pressures: the only form in which a command of zero leaves the chamber at
-/// ambient pressure when `alpha` and `beta` differ.
+/// `dp/dt = -alpha p + beta p_cmd`, in gauge pressures: the only form in which a command of zero
+/// leaves the chamber at ambient pressure when `alpha` and `beta` differ.
 ///
 /// Driven by the command alone. It is the model for anything with a pressure loop of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

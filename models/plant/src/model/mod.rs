@@ -1,8 +1,9 @@
 //! The pressure models: right-hand sides with their parameters, and nothing else.
 //!
-//! Pressures inside are absolute and in Pa; gauge pressures appear where a model is defined by them (the linear one).
-//! All inputs are constant over one sample interval (see [`mod@column`]): commands and drives because the board holds them,
-//! measured quantities by their mean over the interval.
+//! Pressures inside are absolute and in Pa; gauge pressures appear where a model is defined by them
+//! (the linear one). All inputs are constant over one sample interval (see [`mod@column`]):
+//! commands and drives because the board holds them, measured quantities by their mean over the
+//! interval.
 
 mod base;
 pub mod column;
@@ -85,8 +86,9 @@ pub trait Listed: Model {
 
 /// A model of one chamber: the rate of its pressure, and its parameters.
 ///
-/// The work is split by how often it is needed: [`coefficients`](Model::coefficients) once per simulation,
-/// [`hold`](Model::hold) once per sample, [`rate`](Model::rate) four times per Runge-Kutta step.
+/// The work is split by how often it is needed: [`coefficients`](Model::coefficients) once per
+/// simulation, [`hold`](Model::hold) once per sample, [`rate`](Model::rate) four times per
+/// Runge-Kutta step.
 pub trait Model: Send + Sync {
     /// What depends on the parameters only.
     type Coefficients<S: Scalar>: Copy + Send + Sync;
@@ -97,14 +99,16 @@ pub trait Model: Send + Sync {
     /// Short name used in files and reports.
     fn name(&self) -> &'static str;
 
-    /// The parameters in the order in which [`coefficients`](Model::coefficients) takes their values.
+    /// The parameters in the order in which [`coefficients`](Model::coefficients) takes their
+    /// values.
     fn parameters(&self) -> Vec<Parameter>;
 
     /// Prepares the parameters, given in the units of [`parameters`](Model::parameters).
     fn coefficients<S: Scalar>(&self, parameters: &[S]) -> Self::Coefficients<S>;
 
-    /// Prepares one interval. `row` is laid out as in [`mod@column`], but the drive is taken from `drive`: it depends on the
-    /// parameters when a controller or an effect stands before the valve.
+    /// Prepares one interval. `row` is laid out as in [`mod@column`], but the drive is taken from
+    /// `drive`: it depends on the parameters when a controller or an effect stands before the
+    /// valve.
     fn hold<S: Scalar>(
         &self,
         coefficients: &Self::Coefficients<S>,

@@ -5,17 +5,22 @@ use super::{
 };
 use crate::numeric::Scalar;
 
-/// `dp/dt = gamma R T / V (m_in - m_out) - gamma w V' p / V`, with the mass flows of [`FlowFunction`] and
+/// `dp/dt = gamma R T / V (m_in - m_out) - gamma w V' p / V`, with the mass flows of
+/// [`FlowFunction`] and
 ///
 /// * `A_in = L_in + smax(B (fill - U_in) - L_in)`;
-/// * `A_out = L_out + smax(B (U_out - u) - L_out)` of a spool, `L_out + smax(B_out (vent - U_out) - L_out)` of a valve of its own,
+/// * `A_out = L_out + smax(B (U_out - u) - L_out)` of a spool,
+///   `L_out + smax(B_out (vent - U_out) - L_out)` of a valve of its own,
 ///
-/// where `smax` is [`smooth_corner`](super::smooth_corner) with the fitted width `e`. `L` is the area a port closes to (the fitted value of the
-/// closed port is `L + smax(-L)`, a little more), and `U` is where the opening would start without the corner, not the drive of
-/// zero flow. Only the products of areas with the discharge coefficient can be identified, so that coefficient is fixed.
-/// `w` weighs the work of the volume's change, not the volume itself.
+/// where `smax` is [`smooth_corner`](super::smooth_corner) with the fitted width `e`. `L` is the
+/// area a port closes to (the fitted value of the closed port is `L + smax(-L)`, a little more),
+/// and `U` is where the opening would start without the corner, not the drive of zero flow. Only
+/// the products of areas with the discharge coefficient can be identified, so that coefficient is
+/// fixed. `w` weighs the work of the volume's change, not the volume itself.
 ///
-/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
+/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA),
+/// [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and
+/// [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nonlinear {
     /// The gas and its ambient pressure.
@@ -63,7 +68,8 @@ pub struct Interval<S: Scalar> {
 }
 
 impl Nonlinear {
-    /// Factor from an area in mm^2 by a volume in m^3 to a rate of pressure per flow pressure, m^3/(mm^2 s).
+    /// Factor from an area in mm^2 by a volume in m^3 to a rate of pressure per flow pressure,
+    /// m^3/(mm^2 s).
     #[must_use]
     pub fn conductance(&self) -> f64 {
         self.gas.filling_speed() * self.discharge_coefficient * 1e-6
@@ -118,7 +124,8 @@ impl Model for Nonlinear {
 
     #[inline(always)]
     fn coefficients<S: Scalar>(&self, p: &[S]) -> NonlinearCoefficients<S> {
-        // Where one spool opens both ports they share the gain, and the vent port opens on the other side.
+        // Where one spool opens both ports they share the gain, and the vent port opens on the
+        // other side.
         let [gain_in, gain_out, threshold_in, threshold_out, corner, volume_weight] = match self.drive {
             ValveDrive::Spool => [p[2], p[2], p[3], -p[4], p[5], p[6]],
             ValveDrive::Separate => [p[2], p[3], p[4], p[5], p[6], p[7]],

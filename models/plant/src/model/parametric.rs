@@ -1,10 +1,11 @@
-//! The parametric model after Tassa, Wu, Movellan and Todorov (2013): a first-order lag whose end point and rate depend
-//! on the drive and on the volume.
+//! The parametric model after Tassa, Wu, Movellan and Todorov (2013): a first-order lag whose end
+//! point and rate depend on the drive and on the volume.
 
 use super::{About, Constants, Drive, Gas, Listed, Model, Parameter, ValveDrive, column, smooth_corner};
 use crate::numeric::Scalar;
 
-/// Cubic metres in a litre: volumes enter this model in litres, so that its coefficients are of order one.
+/// Cubic metres in a litre: volumes enter this model in litres, so that its coefficients are of
+/// order one.
 const LITRE_M3: f64 = 1e-3;
 
 /// Width in 1/s over which the rate is rounded off above zero.
@@ -16,16 +17,20 @@ const RATE_CORNER_PER_S: f64 = 0.01;
 /// * end point `s = c_b + c_s g(c2 x + c3 x^3) + c4 V'`, `g(y) = y / sqrt(y^2 + 1)`;
 /// * rate `r = (c7 k + c5 V') / (1 + c6 V)`, `k = sqrt(x^2 + c_gamma^2) - c_gamma + c8 x + c9`.
 ///
-/// The paper leaves `g` and `k` open; these are the ones its laboratory uses. Three repairs make it usable: `c_b` and `c_s` are
-/// not fitted but the middle and half of the range from ambient to supply pressure; `c6 >= 0`, so that the pole lies
-/// outside; and the rate is kept positive by [`smooth_corner`]. Positive coefficients are fitted by their logarithms.
+/// The paper leaves `g` and `k` open; these are the ones its laboratory uses. Three repairs make it
+/// usable: `c_b` and `c_s` are not fitted but the middle and half of the range from ambient to
+/// supply pressure; `c6 >= 0`, so that the pole lies outside; and the rate is kept positive by
+/// [`smooth_corner`]. Positive coefficients are fitted by their logarithms.
 ///
-/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA), [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
+/// Reads the drives and the columns [`SUPPLY_PA`](column::SUPPLY_PA),
+/// [`INVERSE_VOLUME_PER_M3`](column::INVERSE_VOLUME_PER_M3) and
+/// [`VOLUME_RATE_M3_S`](column::VOLUME_RATE_M3_S).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Parametric {
     /// Ambient pressure is taken from here.
     pub gas: Gas,
-    /// How the two drive columns make one drive `u`: a spool's `u` is in both, of two valves it is the difference.
+    /// How the two drive columns make one drive `u`: a spool's `u` is in both, of two valves it is
+    /// the difference.
     pub drive: ValveDrive,
 }
 

@@ -15,8 +15,9 @@ pub struct Ports<S> {
 }
 
 impl<S: Scalar> Ports<S> {
-    /// Flow pressure (Pa) from one absolute pressure (Pa) to another, and its partial derivatives by the two; of another flow function than
-    /// the rig's, those of the rig's, which are close enough for a step of the integration.
+    /// Flow pressure (Pa) from one absolute pressure (Pa) to another, and its partial derivatives
+    /// by the two; of another flow function than the rig's, those of the rig's, which are close
+    /// enough for a step of the integration.
     #[inline(always)]
     pub fn flow_pressure(&self, from: S, to: S) -> (S, S, S) {
         let (value, by_from, by_to) = self.own.with_partials(from, to);
@@ -27,7 +28,8 @@ impl<S: Scalar> Ports<S> {
     }
 }
 
-/// A flow function with any critical ratio and subsonic exponent (ISO 6358-3), with the laminar segment of [`FlowFunction`].
+/// A flow function with any critical ratio and subsonic exponent (ISO 6358-3), with the laminar
+/// segment of [`FlowFunction`].
 #[derive(Debug, Clone, Copy)]
 pub struct GeneralFlow<S> {
     ratio: S,
@@ -55,7 +57,8 @@ impl<S: Scalar> GeneralFlow<S> {
 
     /// Flow pressure (Pa) from one absolute pressure (Pa) to another.
     ///
-    /// A function of its own: taken into a loop, its powers are computed in front of it, also where no port has such a flow function.
+    /// A function of its own: taken into a loop, its powers are computed in front of it, also where
+    /// no port has such a flow function.
     #[inline(never)]
     fn pressure(&self, from: S, to: S) -> S {
         if S::WIDE { wide_pressure(self, from, to) } else { self.pressure_of(from, to) }

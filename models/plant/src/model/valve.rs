@@ -5,7 +5,8 @@ use crate::numeric::Scalar;
 /// How the valve is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ValveDrive {
-    /// One spool opens the fill port for positive drives and the vent port for negative ones: one gain.
+    /// One spool opens the fill port for positive drives and the vent port for negative ones: one
+    /// gain.
     #[default]
     Spool,
     /// A fill valve and a vent valve with a drive of 0 to 1 each: two gains.
@@ -41,7 +42,8 @@ pub struct ValveLaw<S> {
 }
 
 impl<S: Scalar> ValveLaw<S> {
-    /// Areas of the ports at these drives of the fill and the vent port; a spool's drive opens the vent port when it is negative.
+    /// Areas of the ports at these drives of the fill and the vent port; a spool's drive opens the
+    /// vent port when it is negative.
     #[inline(always)]
     pub fn areas(&self, fill: S, vent: S) -> Areas<S> {
         Areas {
@@ -65,8 +67,8 @@ impl<S: Scalar> ValveLaw<S> {
 
 /// `max(x, 0)` with its corner rounded over the width `e`: `(sqrt(x^2 + e^2) + x) / 2`.
 ///
-/// The paper prints `e = 1`, which adds half a unit of whatever `x` is measured in; here the width is a parameter in the
-/// unit of `x`.
+/// The paper prints `e = 1`, which adds half a unit of whatever `x` is measured in; here the width
+/// is a parameter in the unit of `x`.
 #[inline(always)]
 pub fn smooth_corner<S: Scalar>(x: S, width: S) -> S {
     ((x.square() + width.square()).sqrt() + x).times(0.5)

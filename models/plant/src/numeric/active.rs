@@ -4,8 +4,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Dual, Real, Scalar, filled};
 
-/// A [`Dual`] that is its own [`Real`](Scalar::Real): an active variable, as differentiation calls it. Of a [`Dual`] only parameters and
-/// states have derivatives; a model over these numbers also carries those by its row of inputs.
+/// A [`Dual`] that is its own [`Real`](Scalar::Real): an active variable, as differentiation calls
+/// it. Of a [`Dual`] only parameters and states have derivatives; a model over these numbers also
+/// carries those by its row of inputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Active<T, const N: usize>(pub Dual<T, N>);
 

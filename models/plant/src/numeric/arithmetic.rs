@@ -3,7 +3,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number, a vector of them or a slope: copied, shared between threads, added, subtracted, multiplied, divided and negated.
+/// A number, a vector of them or a slope: copied, shared between threads, added, subtracted,
+/// multiplied, divided and negated.
 pub trait Arithmetic:
     Copy
     + Debug

@@ -4,8 +4,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Arithmetic, Real, Scalar, filled};
 
-/// A value with its derivatives in `N` directions. The value is bit for bit what the plain number gives; derivatives may be of another
-/// precision `G`: twice as many `f32` as `f64` are in a vector.
+/// A value with its derivatives in `N` directions. The value is bit for bit what the plain number
+/// gives; derivatives may be of another precision `G`: twice as many `f32` as `f64` are in a
+/// vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dual<T, const N: usize, G = T> {
     /// The value.
@@ -49,7 +50,8 @@ impl Slope<f64> for f32 {
 }
 
 impl<T: Real, const N: usize, G: Slope<T>> Dual<T, N, G> {
-    /// The variable of one direction: derivative one there and zero elsewhere. `direction >= N` gives a constant.
+    /// The variable of one direction: derivative one there and zero elsewhere. `direction >= N`
+    /// gives a constant.
     #[inline(always)]
     pub fn variable(value: T, direction: usize) -> Self {
         let mut variable = Self::from_real(value);

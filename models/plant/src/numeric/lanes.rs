@@ -4,8 +4,9 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{Float, Real, Scalar, filled};
 
-/// `L` independent values in lockstep. Plain loops over an array: the compiler turns them into vector instructions.
-/// Each lane gives bit for bit what its [`Float`] gives. Aligned to a cache line: a vector across two of them takes two loads.
+/// `L` independent values in lockstep. Plain loops over an array: the compiler turns them into
+/// vector instructions. Each lane gives bit for bit what its [`Float`] gives. Aligned to a cache
+/// line: a vector across two of them takes two loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(64))]
 pub struct Lanes<const L: usize, T = f64>(pub [T; L]);
@@ -147,7 +148,8 @@ impl<const L: usize, T: Float> Scalar for Lanes<L, T> {
         ))
     }
 
-    /// Kahan's summation: without it a slow leak moves the pressure by less than half of its last digit a step, and not at all.
+    /// Kahan's summation: without it a slow leak moves the pressure by less than half of its last
+    /// digit a step, and not at all.
     #[inline(always)]
     fn accumulate(self, change: Self, lost: &mut Self) -> Self {
         if !T::COMPENSATED {

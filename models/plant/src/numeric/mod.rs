@@ -3,9 +3,12 @@
 //! A right-hand side is written once over [`Scalar`] and then evaluated as
 //!
 //! * `f64`: one value;
-//! * [`Dual`]`<f64, N>`: a value and its derivatives in `N` directions (forward mode, exact to rounding);
-//! * [`Dual`]`<f64, N, f32>`: the same with derivatives in single precision, twice as many in a vector;
-//! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector instructions;
+//! * [`Dual`]`<f64, N>`: a value and its derivatives in `N` directions (forward mode, exact to
+//!   rounding);
+//! * [`Dual`]`<f64, N, f32>`: the same with derivatives in single precision, twice as many in a
+//!   vector;
+//! * [`Lanes`]`<L>`: `L` independent values in lockstep, which the compiler turns into vector
+//!   instructions;
 //! * [`Lanes`]`<L, f32>`: the same in single precision, twice as many in a vector;
 //! * [`Dual`]`<Lanes<L>, N>`: lanes with derivatives;
 //! * [`Active`]: the same with derivatives by the measured inputs, too.

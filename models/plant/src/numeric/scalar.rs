@@ -7,8 +7,9 @@ use super::Arithmetic;
 /// The result of a comparison: `bool`, or one truth value per lane.
 pub type Mask<S> = <<S as Scalar>::Real as Real>::Mask;
 
-/// A number a model is evaluated over. Comparisons look at values only, never at derivatives; there is no branch on a
-/// lane, so a case distinction is a [`select`](Scalar::select) between two computed values.
+/// A number a model is evaluated over. Comparisons look at values only, never at derivatives; there
+/// is no branch on a lane, so a case distinction is a [`select`](Scalar::select) between two
+/// computed values.
 pub trait Scalar: Arithmetic {
     /// The same number without derivatives; measured inputs have this type.
     type Real: Real;
@@ -93,7 +94,8 @@ pub trait Scalar: Arithmetic {
         (exponent * self.ln()).exp()
     }
 
-    /// The sum with a change that is much smaller. In single precision `lost` keeps what rounding took from it, for the next time.
+    /// The sum with a change that is much smaller. In single precision `lost` keeps what rounding
+    /// took from it, for the next time.
     #[inline(always)]
     fn accumulate(self, change: Self, _lost: &mut Self) -> Self {
         self + change

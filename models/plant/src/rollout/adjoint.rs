@@ -41,8 +41,9 @@ enum Direction {
     Parameter(usize),
 }
 
-/// Derivatives of `sum(weight * pressure)` by reverse accumulation, exact for the discretised model: one pass over the rows backwards
-/// for every [`DIRECTIONS`] things. `weights` has an entry `[rollout][row]`.
+/// Derivatives of `sum(weight * pressure)` by reverse accumulation, exact for the discretised
+/// model: one pass over the rows backwards for every [`DIRECTIONS`] things. `weights` has an entry
+/// `[rollout][row]`.
 ///
 /// Rounding in a board's loop passes derivatives through; where drives are clipped they are zero.
 ///
@@ -202,7 +203,8 @@ struct Pass<'a> {
     directions: &'a [Direction],
     /// Rows that are not done.
     left: usize,
-    /// Derivatives of the sum over later rows by pressure and filtered sample at the end of the interval.
+    /// Derivatives of the sum over later rows by pressure and filtered sample at the end of the
+    /// interval.
     after: [Numbers; 2],
     /// `[direction][row][lane]`.
     slopes: Vec<Vec<f64>>,

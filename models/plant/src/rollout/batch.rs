@@ -18,7 +18,8 @@ pub struct BatchOutput {
     pub parameters: usize,
     /// Absolute pressures in Pa, `[rollout][sample]`.
     pub outputs: Vec<f64>,
-    /// Their derivatives by the parameters, `[rollout][sample][parameter]`, in Pa per unit of the parameter; empty unless asked for.
+    /// Their derivatives by the parameters, `[rollout][sample][parameter]`, in Pa per unit of the
+    /// parameter; empty unless asked for.
     pub sensitivities: Vec<f64>,
 }
 
@@ -75,11 +76,13 @@ pub struct BatchResults<'a> {
     pub unit: BatchUnit,
 }
 
-/// As [`simulate_batch`], in lockstep lanes and on all threads of the current rayon pool, into memory of the caller's. Each thread
-/// writes its own part of it, in the unit that is wanted: another pass over so much memory would take as long as the simulation.
+/// As [`simulate_batch`], in lockstep lanes and on all threads of the current rayon pool, into
+/// memory of the caller's. Each thread writes its own part of it, in the unit that is wanted:
+/// another pass over so much memory would take as long as the simulation.
 ///
 /// # Errors
-/// As there, and [`BatchError::Results`] when the memory does not fit. After [`BatchError::Range`] some results are written.
+/// As there, and [`BatchError::Results`] when the memory does not fit. After [`BatchError::Range`]
+/// some results are written.
 pub fn simulate_batch_into(
     system: &dyn System,
     jobs: &[Job<'_>],
@@ -120,8 +123,9 @@ pub fn simulate_batch_into(
     if possible.into_iter().all(|possible| possible) { Ok(()) } else { inputs.check_late() }
 }
 
-/// The pressures of [`simulate_batch_into`] in single precision: twice as many at a time, in half of the memory. Sums are compensated, so
-/// that they stay within 0.02 kPa of double precision over 20,000 rows; inputs may be in either precision.
+/// The pressures of [`simulate_batch_into`] in single precision: twice as many at a time, in half
+/// of the memory. Sums are compensated, so that they stay within 0.02 kPa of double precision over
+/// 20,000 rows; inputs may be in either precision.
 ///
 /// # Errors
 /// As there.
@@ -173,7 +177,8 @@ pub(super) fn steps_of(system: &dyn System, inputs: &BatchInputs<'_>, substeps: 
     Steps { ticks: system.ticks(inputs.value(0, 0, column::INTERVAL_S)), substeps }
 }
 
-/// Derivatives by the parameters `from..from + DIRECTIONS`. Returns whether all inputs were possible.
+/// Derivatives by the parameters `from..from + DIRECTIONS`. Returns whether all inputs were
+/// possible.
 fn sensitivities_of(
     system: &dyn System,
     Lot { jobs, inputs, first, steps, unit }: Lot<'_>,

@@ -1,14 +1,17 @@
 //! The board's own pressure controller in front of a chamber, in counts.
 //!
-//! At each tick the board samples the pressure, rounds it, filters it, and computes the spool's drive by its [`Law`], clipped at the
-//! saturation; the command is a whole count. It reports what it controls: the filtered pressure of its last loop, or, without a filter,
-//! the pressure itself. The rounding of the reported value is left to the measurement noise.
+//! At each tick the board samples the pressure, rounds it, filters it, and computes the spool's
+//! drive by its [`Law`], clipped at the saturation; the command is a whole count. It reports what
+//! it controls: the filtered pressure of its last loop, or, without a filter, the pressure itself.
+//! The rounding of the reported value is left to the measurement noise.
 //!
-//! A row is an exchange: its pressure is what the board's last loop before it sampled, and that loop still had the command of the
-//! row before. On this grid of loops the interval of a row therefore begins with the loop that is reported, under the old command,
-//! and the row's own command is in force from the next loop on, wherever between the two loops the exchange falls.
+//! A row is an exchange: its pressure is what the board's last loop before it sampled, and that
+//! loop still had the command of the row before. On this grid of loops the interval of a row
+//! therefore begins with the loop that is reported, under the old command, and the row's own
+//! command is in force from the next loop on, wherever between the two loops the exchange falls.
 //!
-//! Rounding passes derivatives through unchanged; where the drive or the converter is clipped they are zero.
+//! Rounding passes derivatives through unchanged; where the drive or the converter is clipped they
+//! are zero.
 
 use crate::board::{Arithmetic, Board, Law};
 use crate::model::column;
@@ -64,7 +67,8 @@ impl Board {
         self.controller.filter > 0.0
     }
 
-    /// The controller's law, drive counts from pressure counts; the weight is one that the board calculates with.
+    /// The controller's law, drive counts from pressure counts; the weight is one that the board
+    /// calculates with.
     #[inline(always)]
     fn law(&self) -> Law {
         let weight = (self.controller.filter * FILTER_ONE).round() / FILTER_ONE;
@@ -159,7 +163,8 @@ mod tests {
     use crate::model::{Drive, Model, Parameter};
     use crate::rollout::{Chamber, Rows, Steps, rollout};
 
-    /// The original's numbers: 0.5 to 4.5 V over 689.4757 kPa, filter (210 old + 46 new) / 256, gains 10 and 20, full drive 400.
+    /// The original's numbers: 0.5 to 4.5 V over 689.4757 kPa, filter (210 old + 46 new) / 256,
+    /// gains 10 and 20, full drive 400.
     fn original(filter: f64, arithmetic: Arithmetic) -> Board {
         Board {
             controller: Controller { rate_hz: 1000.0, kp: 10.0, kd: 20.0, saturation: 400.0, filter },
@@ -199,7 +204,8 @@ mod tests {
         }
     }
 
-    /// The pressures at rows 10 ms apart when the command jumps far up at row 2, Pa above the start.
+    /// The pressures at rows 10 ms apart when the command jumps far up at row 2, Pa above the
+    /// start.
     fn after_a_jump(filter: f64) -> Vec<f64> {
         const START: f64 = 201_325.0;
         let mut board = original(filter, Arithmetic::Fine);
@@ -208,7 +214,8 @@ mod tests {
         let mut inputs = vec![0.0; 5 * column::COUNT];
         for (k, row) in inputs.chunks_mut(column::COUNT).enumerate() {
             row[column::INTERVAL_S] = 0.01;
-            // The whole count next to the start, so that the drive is nearly nothing before the jump.
+            // The whole count next to the start, so that the drive is nearly nothing before the
+            // jump.
             row[column::COMMAND_PA] = if k < 2 { pressure_at(221.0) } else { START + 1e5 };
         }
         let start = pressure_at(221.0);
@@ -230,7 +237,8 @@ mod tests {
 
     #[test]
     fn the_reported_filtered_pressure_contains_the_sample_of_the_row() {
-        // A ramp of 100 Pa a loop, filtered with weight w, settles w / (1 - w) loops behind: 1 loop for one half.
+        // A ramp of 100 Pa a loop, filtered with weight w, settles w / (1 - w) loops behind: 1 loop
+        // for one half.
         let pressures = after_a_jump(0.5);
         assert!((pressures[4] - (1900.0 - 100.0)).abs() < 4.0, "{pressures:?}");
     }
@@ -249,7 +257,8 @@ mod tests {
 
     #[test]
     fn the_drive_is_the_originals() {
-        // (command, pressure, previous) -> 10 (command - pressure) - 20 (pressure - previous), clipped at 400
+        // (command, pressure, previous) -> 10 (command - pressure) - 20 (pressure - previous),
+        // clipped at 400
         let table = [
             ((500.0, 500.0, 500.0), 0.0),
             ((539.0, 500.0, 500.0), 390.0),

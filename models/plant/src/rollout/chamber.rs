@@ -5,12 +5,14 @@ use crate::board::Board;
 use crate::model::{Drive, Model, column};
 use crate::numeric::Scalar;
 
-/// One chamber described by a [`Model`], driven as recorded or by a board that follows the command. Its only state is the pressure.
+/// One chamber described by a [`Model`], driven as recorded or by a board that follows the command.
+/// Its only state is the pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Chamber<Q> {
     /// The model.
     pub model: Q,
-    /// The board in front of it; without one the drive is the recorded one, and the sensor reads the pressure as it is.
+    /// The board in front of it; without one the drive is the recorded one, and the sensor reads
+    /// the pressure as it is.
     pub board: Option<Board>,
 }
 
@@ -33,7 +35,8 @@ impl<Q: Model> Chamber<Q> {
         self.board.as_ref().map_or(1, |board| board.controller.ticks(interval_s))
     }
 
-    /// What is remembered at the start of a segment, where the pressure is `pressure` (absolute, Pa).
+    /// What is remembered at the start of a segment, where the pressure is `pressure` (absolute,
+    /// Pa).
     #[inline(always)]
     pub(super) fn start<S: Scalar>(&self, row: &[S::Real], pressure: S) -> LoopMemory<S> {
         match &self.board {

@@ -14,8 +14,8 @@ pub struct StepCheck {
     pub max_pa: f64,
 }
 
-/// Compares a rollout with `substeps` Runge-Kutta steps per tick with one of twice as many. Of a fourth-order method the
-/// difference is 15/16 of the coarser one's error.
+/// Compares a rollout with `substeps` Runge-Kutta steps per tick with one of twice as many. Of a
+/// fourth-order method the difference is 15/16 of the coarser one's error.
 #[must_use]
 pub fn step_check(
     system: &dyn System,
@@ -29,8 +29,8 @@ pub fn step_check(
     compare(substeps, series, &coarse, &fine)
 }
 
-/// Doubles the substeps from `least` until the [`step_check`] stays below `tolerance_pa` everywhere, or until twice as many
-/// would exceed `most`: compare the returned `max_pa`.
+/// Doubles the substeps from `least` until the [`step_check`] stays below `tolerance_pa`
+/// everywhere, or until twice as many would exceed `most`: compare the returned `max_pa`.
 #[must_use]
 pub fn choose_substeps(
     system: &dyn System,

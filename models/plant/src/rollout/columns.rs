@@ -1,4 +1,5 @@
-//! Inputs of a batch, column by column: what is the same for all rollouts, or for all rows, is kept once.
+//! Inputs of a batch, column by column: what is the same for all rollouts, or for all rows, is kept
+//! once.
 
 use super::job::BatchError;
 use crate::model::column;
@@ -128,7 +129,8 @@ impl<'a> BatchColumn<'a> {
 
     /// The values, as they are before [`scaled`](Self::scaled), must be within `[lowest, highest]`.
     ///
-    /// Those of `[rollout][row]` are looked at when they are fetched: that costs less than another pass over so many.
+    /// Those of `[rollout][row]` are looked at when they are fetched: that costs less than another
+    /// pass over so many.
     #[must_use]
     pub fn within(self, range: [f64; 2]) -> Self {
         Self { range: Some(range), ..self }
@@ -185,11 +187,12 @@ pub struct BatchInputs<'a> {
 }
 
 impl<'a> BatchInputs<'a> {
-    /// Inputs of `jobs` rollouts over `rows` rows; the interval's length must be the same for all rollouts.
+    /// Inputs of `jobs` rollouts over `rows` rows; the interval's length must be the same for all
+    /// rollouts.
     ///
     /// # Errors
-    /// [`BatchError::Columns`] or [`BatchError::Values`] when the sizes do not fit, [`BatchError::Range`] for what can be seen at
-    /// little cost.
+    /// [`BatchError::Columns`] or [`BatchError::Values`] when the sizes do not fit,
+    /// [`BatchError::Range`] for what can be seen at little cost.
     pub fn new(columns: Vec<BatchColumn<'a>>, jobs: usize, rows: usize) -> Result<Self, BatchError> {
         if columns.len() < column::COUNT {
             return Err(BatchError::Columns { columns: columns.len() });

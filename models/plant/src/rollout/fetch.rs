@@ -42,8 +42,8 @@ impl BatchInputs<'_> {
     }
 }
 
-/// Rows that are fetched at once: four cache lines of each rollout. With one line of each, a batch larger than the caches takes some
-/// 5 % longer.
+/// Rows that are fetched at once: four cache lines of each rollout. With one line of each, a batch
+/// larger than the caches takes some 5 % longer.
 pub(super) const BLOCK: usize = 32;
 
 /// Rows that are copied without a loop, a cache line.

@@ -13,7 +13,8 @@ pub struct GatheredRows<'a, const L: usize> {
 }
 
 impl<'a, const L: usize> GatheredRows<'a, L> {
-    /// One slice of rows of `width` columns per lane, each with a row at least. The same slice may be given to several lanes.
+    /// One slice of rows of `width` columns per lane, each with a row at least. The same slice may
+    /// be given to several lanes.
     #[must_use]
     pub fn new(inputs: [&'a [f64]; L], width: usize) -> Self {
         let shared = inputs.iter().all(|lane| std::ptr::eq(*lane, inputs[0]));

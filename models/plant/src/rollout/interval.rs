@@ -37,8 +37,8 @@ pub struct Interval {
     pub first: bool,
 }
 
-/// Simulates intervals one by one, in any order: `next` fills one in, or says that there are no more; `done` gets what is measured
-/// at its start, and where it ends.
+/// Simulates intervals one by one, in any order: `next` fills one in, or says that there are no
+/// more; `done` gets what is measured at its start, and where it ends.
 pub trait Intervals {
     /// Whether there is another one.
     fn next(&mut self, interval: &mut Interval) -> bool;

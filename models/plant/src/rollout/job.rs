@@ -4,8 +4,8 @@ use crate::model::column;
 
 /// Rollouts in lockstep without sensitivities; batches of multiples of it leave no lane empty.
 ///
-/// Four 512-bit vectors: a Runge-Kutta step is one chain of operations, and one or two vectors would wait for each result. What
-/// bounds it then are the square roots (docs/performance.md).
+/// Four 512-bit vectors: a Runge-Kutta step is one chain of operations, and one or two vectors
+/// would wait for each result. What bounds it then are the square roots (docs/performance.md).
 pub const BATCH_LANES: usize = 32;
 
 /// The same in single precision: as many vectors, twice as wide in numbers.

@@ -1,4 +1,5 @@
-//! Rollouts in lockstep: compiled for processors with wide vectors, and chosen when the program runs.
+//! Rollouts in lockstep: compiled for processors with wide vectors, and chosen when the program
+//! runs.
 
 use std::ops::Range;
 
@@ -35,7 +36,8 @@ pub(super) fn lanes_of<const L: usize, T: Float>(
 
 /// Simulates a lot. Returns whether all inputs were possible.
 ///
-/// Without wide vectors lanes gain little, so that there is no such version for the oldest processors.
+/// Without wide vectors lanes gain little, so that there is no such version for the oldest
+/// processors.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn roll_lot<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mut [f64]) -> bool {
     match_target! {
@@ -115,8 +117,9 @@ fn one_by_one_rounded<Q: Model>(chamber: &Chamber<Q>, lot: Lot<'_>, outputs: &mu
 
 /// Writes some rows of all lanes, at most a block, to the rollouts, of `samples` rows each.
 ///
-/// Rows of all lanes become rows of each lane block by block: single values, each to a rollout of its own, would meet in the same few
-/// sets of the cache. Plain loops, since `array::map` is left as a function of its own, compiled for the oldest processor.
+/// Rows of all lanes become rows of each lane block by block: single values, each to a rollout of
+/// its own, would meet in the same few sets of the cache. Plain loops, since `array::map` is left
+/// as a function of its own, compiled for the oldest processor.
 #[inline(always)]
 fn write_block<const L: usize, T: Float>(
     block: &[Lanes<L, T>; BLOCK],

@@ -11,8 +11,8 @@ const STAGES: usize = 4;
 
 /// The change of the pressure over one classical fourth-order Runge-Kutta step of length `h` (s).
 ///
-/// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in lanes it is thousands of
-/// instructions.
+/// A loop, so that the model's rate is compiled once and not once a stage: with derivatives or in
+/// lanes it is thousands of instructions.
 #[inline(always)]
 pub(super) fn rk4_change<S: Scalar, Q: Model>(
     model: &Q,
@@ -32,10 +32,11 @@ pub(super) fn rk4_change<S: Scalar, Q: Model>(
     ((k1 + k4) + (k2 + k3).times(2.0)).scale(h.times(1.0 / 6.0))
 }
 
-/// Advances a chamber over the interval of `row` from a pressure (absolute, Pa), beside which stands what its sum has lost.
+/// Advances a chamber over the interval of `row` from a pressure (absolute, Pa), beside which
+/// stands what its sum has lost.
 ///
-/// The interval is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each the board, if there is one, sees the
-/// pressure and holds a drive.
+/// The interval is divided into the chamber's [`ticks`](Chamber::ticks); at the start of each the
+/// board, if there is one, sees the pressure and holds a drive.
 #[inline(always)]
 pub(super) fn advance<S: Scalar, Q: Model>(
     chamber: &Chamber<Q>,
@@ -57,11 +58,11 @@ pub(super) fn advance<S: Scalar, Q: Model>(
     }
 }
 
-/// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each row's number and what is
-/// recorded there.
+/// Rolls a chamber out over `count` rows, starting from `pressure` (absolute, Pa); `sink` gets each
+/// row's number and what is recorded there.
 ///
-/// This is the one loop behind every simulation and fit; the [`System`](super::System) chooses the numbers it runs over. It is
-/// compiled for each of them and for each model: call it through that.
+/// This is the one loop behind every simulation and fit; the [`System`](super::System) chooses the
+/// numbers it runs over. It is compiled for each of them and for each model: call it through that.
 #[inline(always)]
 pub fn rollout<S: Scalar, Q: Model>(
     chamber: &Chamber<Q>,

@@ -94,8 +94,10 @@ impl Series {
     ///
     /// * `rows`: row by row, `width` columns each, laid out as in [`mod@column`];
     /// * `measured`: absolute pressures in Pa, anything where the weight is zero;
-    /// * `weights`: dimensionless factors of the residuals, 1 for a sample that counts, 0 for a masked one;
-    /// * `segments`: ranges of rows without gaps in time, each simulated from a start of its own. Rows outside are skipped.
+    /// * `weights`: dimensionless factors of the residuals, 1 for a sample that counts, 0 for a
+    ///   masked one;
+    /// * `segments`: ranges of rows without gaps in time, each simulated from a start of its own.
+    ///   Rows outside are skipped.
     ///
     /// # Errors
     /// Names the first row or segment that cannot be simulated.

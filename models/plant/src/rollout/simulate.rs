@@ -25,8 +25,8 @@ impl Start<'_> {
     }
 }
 
-/// Simulates every segment from the inputs alone. Returns what is recorded (absolute, Pa) for each row; NaN outside the segments.
-/// `parameters` in the order and units of [`System::parameters`].
+/// Simulates every segment from the inputs alone. Returns what is recorded (absolute, Pa) for each
+/// row; NaN outside the segments. `parameters` in the order and units of [`System::parameters`].
 #[must_use]
 pub fn simulate(
     system: &dyn System,

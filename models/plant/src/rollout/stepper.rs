@@ -6,7 +6,8 @@ use super::run::advance;
 use super::source::Steps;
 use crate::model::{Model, column};
 
-/// One chamber simulated row by row, whatever the system. Rows are laid out as in [`mod@column`]; pressures are absolute, in Pa.
+/// One chamber simulated row by row, whatever the system. Rows are laid out as in [`mod@column`];
+/// pressures are absolute, in Pa.
 pub trait RowStepper: Send {
     /// Begins at rest at this pressure in front of the interval of `row`.
     fn start(&mut self, row: &[f64], pressure_pa: f64);
@@ -17,8 +18,8 @@ pub trait RowStepper: Send {
     /// What the sensor reads now.
     fn reading_pa(&mut self, row: &[f64]) -> f64;
 
-    /// Shows every number that it remembers, in an order that stays: first the pressure in the chamber, last, where the board's loop is
-    /// simulated, the drive of its last loop, -1 to 1.
+    /// Shows every number that it remembers, in an order that stays: first the pressure in the
+    /// chamber, last, where the board's loop is simulated, the drive of its last loop, -1 to 1.
     fn values(&mut self, visit: &mut dyn FnMut(&mut f64));
 }
 
@@ -32,7 +33,8 @@ pub struct ChamberStepper<Q: Model> {
 }
 
 impl<Q: Model> ChamberStepper<Q> {
-    /// Stands at rest at `pressure` (Pa) in front of the interval of `row`; `substeps` Runge-Kutta steps are made per tick.
+    /// Stands at rest at `pressure` (Pa) in front of the interval of `row`; `substeps` Runge-Kutta
+    /// steps are made per tick.
     pub(super) fn new(
         chamber: Chamber<Q>,
         parameters: &[f64],

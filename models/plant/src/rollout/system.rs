@@ -15,10 +15,12 @@ use super::stepper::{ChamberStepper, RowStepper};
 use crate::model::{Drive, Model, Parameter};
 use crate::numeric::Lanes;
 
-/// A model with what stands in front of it, compiled for every kind of number that simulations and fits are made of.
+/// A model with what stands in front of it, compiled for every kind of number that simulations and
+/// fits are made of.
 ///
-/// The models are generic over their numbers; this trait is where that ends. Each of its methods is compiled once for each
-/// model, in this crate, and whoever simulates takes a `&dyn System`: a fit is compiled once, not once a model.
+/// The models are generic over their numbers; this trait is where that ends. Each of its methods is
+/// compiled once for each model, in this crate, and whoever simulates takes a `&dyn System`: a fit
+/// is compiled once, not once a model.
 pub trait System: Debug + Send + Sync {
     /// The parameters in the order in which simulations take their values.
     fn parameters(&self) -> Vec<Parameter>;
@@ -26,10 +28,12 @@ pub trait System: Debug + Send + Sync {
     /// Ticks in a sample interval of this length, s, at least one: the loops of a board.
     fn ticks(&self, interval_s: f64) -> usize;
 
-    /// Whether the model's rate follows from a row alone: not with a board in front, whose drive is a result.
+    /// Whether the model's rate follows from a row alone: not with a board in front, whose drive is
+    /// a result.
     fn has_rates(&self) -> bool;
 
-    /// Simulates rows from an absolute pressure in Pa; `outputs` has an entry per row, absolute, Pa.
+    /// Simulates rows from an absolute pressure in Pa; `outputs` has an entry per row, absolute,
+    /// Pa.
     fn simulate(&self, parameters: &[f64], rows: Rows<'_>, pressure: f64, steps: Steps, outputs: &mut [f64]);
 
     /// The same with derivatives; `sink` gets each row's number and pressure.
@@ -41,7 +45,8 @@ pub trait System: Debug + Send + Sync {
     /// Rollouts in lockstep, with derivatives; `sink` gets some rows at a time.
     fn simulate_lanes(&self, rollout: LaneRollout<'_>, sink: &mut dyn FnMut(Range<usize>, &[DualLanes]));
 
-    /// Rollouts of a batch in lockstep, without derivatives. Returns whether all inputs were possible.
+    /// Rollouts of a batch in lockstep, without derivatives. Returns whether all inputs were
+    /// possible.
     fn simulate_lot(&self, lot: Lot<'_>, outputs: &mut [f64]) -> bool;
 
     /// The same in single precision.
@@ -50,7 +55,8 @@ pub trait System: Debug + Send + Sync {
     /// Single intervals in lockstep, with derivatives by inputs, parameters and states.
     fn simulate_intervals(&self, parameters: &[ActiveLanes], steps: Steps, intervals: &mut dyn Intervals);
 
-    /// Rates in Pa/s with their derivatives, at a pressure for each of the rows, one after the other in `rows`.
+    /// Rates in Pa/s with their derivatives, at a pressure for each of the rows, one after the
+    /// other in `rows`.
     fn rates(
         &self,
         parameters: &[DualLanes],
@@ -59,8 +65,8 @@ pub trait System: Debug + Send + Sync {
         rates: &mut [DualLanes],
     );
 
-    /// The system with its parameters, to be simulated row by row, at rest at `pressure_pa` in front of the interval of `row`; `substeps`
-    /// Runge-Kutta steps are made per tick.
+    /// The system with its parameters, to be simulated row by row, at rest at `pressure_pa` in
+    /// front of the interval of `row`; `substeps` Runge-Kutta steps are made per tick.
     fn stepper(
         &self,
         parameters: &[f64],
@@ -69,12 +75,13 @@ pub trait System: Debug + Send + Sync {
         pressure_pa: f64,
     ) -> Box<dyn RowStepper>;
 
-    /// The sum of the rates at a pressure for each row, Pa/s: for timing an evaluation of the right-hand side.
+    /// The sum of the rates at a pressure for each row, Pa/s: for timing an evaluation of the
+    /// right-hand side.
     fn sum_of_rates(&self, parameters: &[f64], rows: Rows<'_>, pressures: &[f64]) -> f64;
 }
 
-/// Implements [`System`] for chambers with these models. Not a generic implementation: that would be compiled anew in every crate
-/// that names it.
+/// Implements [`System`] for chambers with these models. Not a generic implementation: that would
+/// be compiled anew in every crate that names it.
 macro_rules! systems {
     ($($model:ident),*) => { $(
         impl System for Chamber<crate::model::$model> {

@@ -12,7 +12,8 @@ use pneudrive_model::store::{ChannelParameters, ParameterFile};
 
 use super::{Failure, From};
 
-/// The model, which needs nothing but JAX; Python's own `pneudrive_py.jax` has it from the same file.
+/// The model, which needs nothing but JAX; Python's own `pneudrive_py.jax` has it from the same
+/// file.
 const MODEL: &str = include_str!("../../../../python/python/pneudrive_py/_jax_model.py");
 
 /// Runge-Kutta steps per interval of what a diagnosis calibrated.

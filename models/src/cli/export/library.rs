@@ -10,7 +10,8 @@ pub const FILE: &str = "libpneudrive_capi.so";
 /// Which library goes into an export.
 #[derive(Debug, clap::Args)]
 pub struct LibraryArgs {
-    /// The library of the C interface [default: libpneudrive_capi.so beside this program, or in ../lib]
+    /// The library of the C interface [default: libpneudrive_capi.so beside this program, or in
+    /// ../lib]
     #[arg(long, value_name = "FILE.so")]
     library: Option<PathBuf>,
 }

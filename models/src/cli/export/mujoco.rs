@@ -15,7 +15,8 @@ use super::{Failure, From, PARAMETERS};
 const PLUGIN: &str = include_str!("../../../../capi/mujoco/pneudrive_actuator.c");
 const BUILD: &str = include_str!("../../../../capi/mujoco/build.sh");
 
-/// Set points that a first-order actuator is fitted on go up to this share of the supply's gauge pressure.
+/// Set points that a first-order actuator is fitted on go up to this share of the supply's gauge
+/// pressure.
 const HIGHEST: f64 = 0.6;
 
 /// Actuators for MuJoCo: the calibrated chambers as a plugin, or the nearest built-in ones

@@ -1,7 +1,8 @@
-//! A smooth correction of what no name fits: a term in the rate of pressure that depends on one variable.
+//! A smooth correction of what no name fits: a term in the rate of pressure that depends on one
+//! variable.
 //!
-//! The variable (drive, pressure, time, ...) is taken from the simulation without the correction, so that the corrected simulation, too,
-//! needs nothing but drives or commands.
+//! The variable (drive, pressure, time, ...) is taken from the simulation without the correction,
+//! so that the corrected simulation, too, needs nothing but drives or commands.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,8 @@ use crate::numeric::Scalar;
 pub struct Correction {
     /// The variable.
     pub variable: Variable,
-    /// Positions of the hats in the variable's own unit, ascending; beyond the ends the end's height holds.
+    /// Positions of the hats in the variable's own unit, ascending; beyond the ends the end's
+    /// height holds.
     pub knots: Vec<f64>,
     /// Heights of the hats, kPa/s.
     pub heights: Vec<f64>,
@@ -29,8 +31,8 @@ impl Correction {
         finite && ascending && self.knots.len() == HATS && self.heights.len() == HATS
     }
 
-    /// Its value over the interval that starts at each row, kPa/s; `values` are those of its variable as the model without it simulates
-    /// them, row by row.
+    /// Its value over the interval that starts at each row, kPa/s; `values` are those of its
+    /// variable as the model without it simulates them, row by row.
     #[must_use]
     pub fn rates(&self, values: &[f64]) -> Vec<f64> {
         let at = |v: &f64| hats(&self.knots, *v).iter().zip(&self.heights).map(|(w, h)| w * h).sum();

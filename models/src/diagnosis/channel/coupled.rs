@@ -12,7 +12,8 @@ use crate::parallel;
 /// Passes over all channels when one of them depends on the others.
 const PASSES: usize = 4;
 
-/// Traces (reading in kPa gauge, drive, flow drawn) of all channels, each with its neighbours as simulated.
+/// Traces (reading in kPa gauge, drive, flow drawn) of all channels, each with its neighbours as
+/// simulated.
 #[must_use]
 pub fn settled(channels: &mut [ChannelData], models: &[Extended]) -> Vec<Vec<[f64; 3]>> {
     let needs =

@@ -1,4 +1,5 @@
-//! One channel under diagnosis: its inputs, its blocks, and simulations compared with its measurements.
+//! One channel under diagnosis: its inputs, its blocks, and simulations compared with its
+//! measurements.
 
 use std::sync::Arc;
 
@@ -51,7 +52,8 @@ pub fn compared_rows(inputs: &ChannelInputs, blocks: &[Block]) -> (Arc<[u32]>, V
 }
 
 impl ChannelData {
-    /// What drives it: `spool`, `separate` (fill and vent), `board` (the board's loop, from commands) or `command` (a regulator).
+    /// What drives it: `spool`, `separate` (fill and vent), `board` (the board's loop, from
+    /// commands) or `command` (a regulator).
     #[must_use]
     pub fn driven_by(&self) -> &'static str {
         match &self.inputs.drive {
@@ -74,7 +76,8 @@ impl ChannelData {
         self.readings(model).iter().zip(self.measured_kpa.iter()).map(|(y, m)| m - y).collect()
     }
 
-    /// Readings of every row with drive and flow drawn: reading (kPa gauge), drive (-1 to 1), flow (mm^2 Pa).
+    /// Readings of every row with drive and flow drawn: reading (kPa gauge), drive (-1 to 1), flow
+    /// (mm^2 Pa).
     #[must_use]
     pub fn trace(&self, model: &Extended) -> Vec<[f64; 3]> {
         self.traced(model, &self.correction_rates(model))
@@ -90,7 +93,8 @@ impl ChannelData {
         trace
     }
 
-    /// What a model's correction adds to the rate of pressure, kPa/s, row by row; empty without one.
+    /// What a model's correction adds to the rate of pressure, kPa/s, row by row; empty without
+    /// one.
     fn correction_rates(&self, model: &Extended) -> Vec<f64> {
         match &model.correction {
             Some(correction) => {
@@ -103,8 +107,8 @@ impl ChannelData {
         }
     }
 
-    /// A variable that the residual may depend on, at every row of a [trace](Self::trace); `None` where the recording does not have it or
-    /// it never changes.
+    /// A variable that the residual may depend on, at every row of a [trace](Self::trace); `None`
+    /// where the recording does not have it or it never changes.
     #[must_use]
     pub fn series(&self, trace: &[[f64; 3]], variable: Variable) -> Option<Series> {
         series(&self.inputs, trace, variable)

@@ -1,7 +1,8 @@
 //! Several models of a channel simulated side by side.
 //!
-//! One simulation waits most of the time: each step needs what the one before left. Models with the same effects take the same
-//! instructions, so a vector of them is done in little more time than one.
+//! One simulation waits most of the time: each step needs what the one before left. Models with the
+//! same effects take the same instructions, so a vector of them is done in little more time than
+//! one.
 
 use super::data::ChannelData;
 use super::model::Extended;
@@ -48,7 +49,8 @@ mod tests {
     use crate::effects::catalogue::CATALOGUE;
     use crate::model::Scale;
 
-    /// The base model with an effect at some sizes, its other parameters away from where it is nothing.
+    /// The base model with an effect at some sizes, its other parameters away from where it is
+    /// nothing.
     fn sizes(data: &ChannelData, base: &Extended, effect: usize, count: usize) -> Vec<Extended> {
         let between = |low: f64, high: f64, scale: Scale, part: f64| match scale {
             Scale::Linear => low + part * (high - low),

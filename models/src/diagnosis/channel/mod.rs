@@ -1,4 +1,5 @@
-//! One channel under diagnosis: its measured inputs, its model, its simulation, and channels together.
+//! One channel under diagnosis: its measured inputs, its model, its simulation, and channels
+//! together.
 
 mod correction;
 mod coupled;

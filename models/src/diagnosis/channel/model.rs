@@ -15,8 +15,9 @@ pub struct Extended {
     pub effects: Vec<usize>,
     /// Values: the base model's parameters, then those of each effect.
     pub values: Vec<f64>,
-    /// Those of the effects that are held to [what is usual on sound rigs](crate::effects::EffectParameter::usual), ascending: a part of
-    /// the base model, no causes.
+    /// Those of the effects that are held to [what is usual on sound
+    /// rigs](crate::effects::EffectParameter::usual), ascending: a part of the base model, no
+    /// causes.
     pub usual: Vec<usize>,
     /// A smooth correction of what no effect explains.
     pub correction: Option<Correction>,
@@ -41,7 +42,8 @@ impl Extended {
         self.effects.contains(&effect) && !self.usual.contains(&effect)
     }
 
-    /// The model with one more effect in any size, which takes the place of the usual one where that is there.
+    /// The model with one more effect in any size, which takes the place of the usual one where
+    /// that is there.
     #[must_use]
     pub fn with(&self, plant: &Plant, effect: usize, parameters: &[f64]) -> Self {
         if let Some(range) = self.range(plant, effect) {

@@ -1,4 +1,5 @@
-//! What a channel can see of its neighbours: the chamber opposite, and the channel that is sampled before it.
+//! What a channel can see of its neighbours: the chamber opposite, and the channel that is sampled
+//! before it.
 
 use super::data::ChannelData;
 use crate::data::{ChannelId, Recording};
@@ -12,8 +13,8 @@ const SMOOTH_ROWS: usize = 2;
 pub struct Pressures(Vec<(ChannelId, Series)>);
 
 impl Pressures {
-    /// As measured, the last value held where one is missing. Channels without measured pressures stay at `unmeasured_kpa`, or are
-    /// left out without it.
+    /// As measured, the last value held where one is missing. Channels without measured pressures
+    /// stay at `unmeasured_kpa`, or are left out without it.
     #[must_use]
     pub fn measured(recording: &Recording, unmeasured_kpa: Option<f64>) -> Self {
         let of = |channel: &crate::data::Channel| -> Option<(ChannelId, Series)> {
@@ -43,7 +44,8 @@ impl Pressures {
         found.map(|(_, kpa)| &kpa[..])
     }
 
-    /// Smoothed pressure of the chamber on the other side of the joint, gauge Pa; empty when it is not known.
+    /// Smoothed pressure of the chamber on the other side of the joint, gauge Pa; empty when it is
+    /// not known.
     #[must_use]
     pub fn opposite_pa(&self, id: ChannelId) -> Series {
         let Some(kpa) = self.of(id.board, id.channel ^ 1) else {
@@ -56,8 +58,8 @@ impl Pressures {
         (0..kpa.len()).map(mean).collect()
     }
 
-    /// Pressure of the channel that the converter samples before this one, gauge Pa; channel 0 follows the board's last. Empty
-    /// when it is not known.
+    /// Pressure of the channel that the converter samples before this one, gauge Pa; channel 0
+    /// follows the board's last. Empty when it is not known.
     #[must_use]
     pub fn sampled_before_pa(&self, id: ChannelId) -> Series {
         let last = self.0.iter().filter(|(other, _)| other.board == id.board).map(|(o, _)| o.channel).max();

@@ -1,4 +1,5 @@
-//! How finely channels are simulated: coarsely while causes are looked for, as finely as needed for what is reported.
+//! How finely channels are simulated: coarsely while causes are looked for, as finely as needed for
+//! what is reported.
 
 use std::borrow::Cow;
 
@@ -9,8 +10,9 @@ use crate::effects::{BoardLoop, DriveInput};
 pub const LONGEST_STEP_S: f64 = 0.0025;
 /// Longest integration step while causes are looked for, s.
 const SEARCH_STEP_S: f64 = 0.01;
-/// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster than a chamber: several loops are
-/// simulated as one, and only what is reported is fitted and judged with every one of them.
+/// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster
+/// than a chamber: several loops are simulated as one, and only what is reported is fitted and
+/// judged with every one of them.
 const SEARCH_LOOP_S: f64 = 0.0025;
 /// The same where only the difference of two simulations is asked for, s.
 const PROBE_LOOP_S: f64 = 0.005;
@@ -33,7 +35,8 @@ impl ChannelData {
     }
 }
 
-/// The channel in the steps in which differences are simulated, where the board's loop is simulated and they are longer than its own.
+/// The channel in the steps in which differences are simulated, where the board's loop is simulated
+/// and they are longer than its own.
 fn rougher(data: &ChannelData) -> Option<ChannelData> {
     let board = data.plant.board.as_ref().filter(|_| data.inputs.drive == DriveInput::Controlled)?;
     let loops = loops_in(board, PROBE_LOOP_S);
@@ -51,7 +54,8 @@ fn loops_in(board: &BoardLoop, time_s: f64) -> usize {
     (time_s * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize
 }
 
-/// Halves the integration step where drives are recorded; `false` when it is as fine as what is reported.
+/// Halves the integration step where drives are recorded; `false` when it is as fine as what is
+/// reported.
 pub fn simulate_finer(channels: &mut [ChannelData]) -> bool {
     let mut finer = false;
     for data in channels {
@@ -64,7 +68,8 @@ pub fn simulate_finer(channels: &mut [ChannelData]) -> bool {
     finer
 }
 
-/// The channel with half the integration step. A board's loop keeps its rate; the integration within each loop is refined.
+/// The channel with half the integration step. A board's loop keeps its rate; the integration
+/// within each loop is refined.
 #[must_use]
 pub fn halved(data: &ChannelData) -> ChannelData {
     let mut finer = data.clone();

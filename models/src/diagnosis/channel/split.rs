@@ -1,7 +1,7 @@
 //! Splitting a recording in time before looking at it.
 //!
-//! Blocks of a few seconds alternate between fitting, selecting and testing, so that what changes slowly (drift, wear, ripple) is
-//! in all three, with a gap before each.
+//! Blocks of a few seconds alternate between fitting, selecting and testing, so that what changes
+//! slowly (drift, wear, ripple) is in all three, with a gap before each.
 
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::ChannelInputs;
@@ -20,7 +20,8 @@ pub enum Role {
 /// Blocks that may be looked at before the end.
 pub const OPEN: [Role; 2] = [Role::Fit, Role::Select];
 
-/// Half of the blocks fit, a quarter each select and test; the order is not periodic in fewer than eight blocks.
+/// Half of the blocks fit, a quarter each select and test; the order is not periodic in fewer than
+/// eight blocks.
 const PATTERN: [Role; 8] =
     [Role::Fit, Role::Select, Role::Fit, Role::Test, Role::Fit, Role::Test, Role::Fit, Role::Select];
 
@@ -56,7 +57,8 @@ pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
             let row_at = |t: f64| from + inputs.time_s[from..end].partition_point(|&x| x < t - 1e-9);
             let to = row_at(begin_s + length);
             if inputs.time_s[to - 1] - begin_s > 0.6 * length {
-                // The simulation starts from one measured pressure at the very beginning: more to forget.
+                // The simulation starts from one measured pressure at the very beginning: more to
+                // forget.
                 let gap = if from == start { 0.25 } else { SETTINGS.block_gap };
                 let role = PATTERN[blocks.len() % PATTERN.len()];
                 blocks.push(Block { start: from, compared: row_at(begin_s + gap * length), end: to, role });
@@ -111,7 +113,8 @@ mod tests {
 
     #[test]
     fn no_block_crosses_a_start_and_a_short_rest_is_left_out() {
-        // Stretches of 10.5 s and 109.5 s in blocks of 5 s: half a second is too little, 4.5 s are not.
+        // Stretches of 10.5 s and 109.5 s in blocks of 5 s: half a second is too little, 4.5 s are
+        // not.
         let blocks = split(&inputs(12_000, &[0, 1050]));
         assert_eq!(blocks.iter().filter(|b| b.start < 1050).map(|b| b.end).collect::<Vec<_>>(), [500, 1000]);
         let second: Vec<&Block> = blocks.iter().filter(|b| b.start >= 1050).collect();

@@ -7,7 +7,8 @@ use crate::diagnosis::resampling::generator;
 
 /// Time between two commands, s.
 pub const PERIOD_S: f64 = 0.02;
-/// At the start all channels are vented: boards do not obey for two seconds after power-up, they vent.
+/// At the start all channels are vented: boards do not obey for two seconds after power-up, they
+/// vent.
 const REST_S: f64 = 3.0;
 /// Length of most excitations, s.
 const SHORT_S: f64 = 48.0;
@@ -105,7 +106,8 @@ impl Excitation {
         matches!(self, Self::OneAtATime | Self::Together)
     }
 
-    /// Commands of channel number `channel` of `channels` every 20 ms, kPa gauge: 0 at first, then between `low` and `high`.
+    /// Commands of channel number `channel` of `channels` every 20 ms, kPa gauge: 0 at first, then
+    /// between `low` and `high`.
     #[must_use]
     pub fn commands(self, channel: usize, channels: usize, [low, high]: [f64; 2]) -> Vec<f64> {
         let shared = matches!(self, Self::Together);

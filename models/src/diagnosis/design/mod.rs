@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! a cause and its rivals -> explanations, each fitted to the recordings so far
-//!     menu of excitations -> each explanation simulated under each -> separation -> the best -> next_experiment.csv
+//!     menu of excitations -> each explanation simulated under each -> separation -> the best
+//!     -> next_experiment.csv
 //! ```
 
 mod menu;
@@ -58,8 +59,9 @@ struct Question {
     explanations: Vec<Explanation>,
 }
 
-/// Plans the next experiment for the largest tie, or else for a cause at its detection limit. `highest_kpa` limits the commands;
-/// without it they stay within those of the recordings. `Err` says why there is a question but no experiment.
+/// Plans the next experiment for the largest tie, or else for a cause at its detection limit.
+/// `highest_kpa` limits the commands; without it they stay within those of the recordings. `Err`
+/// says why there is a question but no experiment.
 ///
 /// # Errors
 /// A sentence: why no experiment can be played.
@@ -165,7 +167,8 @@ fn question(channels: &[ChannelData], outcome: &Outcome, cause: &Cause, found: &
     Question { names, explanations }
 }
 
-/// Models refitted to the recordings so far. What is free follows from the stages: their base parameters, and all of the effects.
+/// Models refitted to the recordings so far. What is free follows from the stages: their base
+/// parameters, and all of the effects.
 fn explanation(channels: &[ChannelData], stages: &[ChannelStage], models: &[Extended]) -> Explanation {
     let refitted: Vec<ChannelStage> =
         parallel::map(channels.iter().zip(stages).zip(models), |((data, stage), model)| {

@@ -10,7 +10,8 @@ pub fn realisable(data: &ChannelData) -> bool {
     data.plant.model.is_regulator() || (!data.plant.separate() && data.plant.board.is_some())
 }
 
-/// The channels under an excitation between two pressures (kPa gauge), sampled as they were; nothing is measured yet.
+/// The channels under an excitation between two pressures (kPa gauge), sampled as they were;
+/// nothing is measured yet.
 #[must_use]
 pub fn planned(channels: &[ChannelData], excitation: Excitation, range_kpa: [f64; 2]) -> Vec<ChannelData> {
     channels
@@ -38,7 +39,8 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         supply_pa: every(middle(&old.supply_pa)),
         volume_m3: every(middle(&old.volume_m3)),
         volume_rate_m3_s: every(0.0),
-        // Only the first is used; no two neighbours are equal, or they would look like repeated samples.
+        // Only the first is used; no two neighbours are equal, or they would look like repeated
+        // samples.
         measured_pa: (0..rows).map(|k| commands[0] * 1e3 + old.ambient_pa + (k % 2) as f64).collect(),
         usable: vec![true; rows].into(),
         opposite_pa: rest(&old.opposite_pa),

@@ -1,8 +1,10 @@
-//! How far apart two explanations would be under an excitation, after each has done its best to imitate the other.
+//! How far apart two explanations would be under an excitation, after each has done its best to
+//! imitate the other.
 //!
-//! The criterion is T-optimality (Atkinson and Fedorov, Biometrika 62, 1975): the squared distance, in variances of the noise, that the
-//! wrong explanation keeps from the right one after a refit. The refit is linear in the parameters and holds on to what the recordings so
-//! far say about them; supply wander and start pressures are free as in every diagnosis.
+//! The criterion is T-optimality (Atkinson and Fedorov, Biometrika 62, 1975): the squared distance,
+//! in variances of the noise, that the wrong explanation keeps from the right one after a refit.
+//! The refit is linear in the parameters and holds on to what the recordings so far say about them;
+//! supply wander and start pressures are free as in every diagnosis.
 
 use nalgebra::DMatrix;
 
@@ -51,8 +53,8 @@ pub struct Separation {
     pub rows: usize,
 }
 
-/// The separation of the explanations that an excitation separates least, over the channels in `watched`. `None` when a simulation
-/// runs away.
+/// The separation of the explanations that an excitation separates least, over the channels in
+/// `watched`. `None` when a simulation runs away.
 #[must_use]
 pub fn separation(
     channels: &[ChannelData],

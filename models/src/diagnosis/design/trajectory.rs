@@ -5,7 +5,8 @@ use std::fmt::Write;
 use super::menu::{Excitation, PERIOD_S};
 use crate::diagnosis::channel::ChannelData;
 
-/// `t_s` and one command column a channel; rows where nothing changes are left out, because the host holds a row until the next.
+/// `t_s` and one command column a channel; rows where nothing changes are left out, because the
+/// host holds a row until the next.
 #[must_use]
 pub fn csv(channels: &[ChannelData], excitation: Excitation, range_kpa: [f64; 2]) -> String {
     let commands: Vec<Vec<f64>> =

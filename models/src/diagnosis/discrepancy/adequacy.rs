@@ -8,7 +8,8 @@ use crate::diagnosis::selection::{Candidate, Outcome};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
-/// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where the model is right, kPa.
+/// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where
+/// the model is right, kPa.
 #[must_use]
 pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
@@ -32,7 +33,8 @@ pub fn beyond(error_kpa: f64, allowed_kpa: f64) -> bool {
     error_kpa > SETTINGS.beyond * allowed_kpa
 }
 
-/// Is the base model so far off, where drives are recorded, that weights which belong to noise and wander mean nothing?
+/// Is the base model so far off, where drives are recorded, that weights which belong to noise and
+/// wander mean nothing?
 #[must_use]
 pub fn astray(channels: &[ChannelData], base: &[Extended]) -> bool {
     let driven = channels.iter().all(|data| !data.inputs.in_loop());

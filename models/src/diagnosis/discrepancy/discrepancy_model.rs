@@ -1,5 +1,6 @@
-//! A smooth [`Correction`] of what no name fits, fitted along a dependence of the residual (Kennedy and O'Hagan, Journal of the Royal
-//! Statistical Society B 63, 2001, with a handful of hat functions in the place of their Gaussian process).
+//! A smooth [`Correction`] of what no name fits, fitted along a dependence of the residual (Kennedy
+//! and O'Hagan, Journal of the Royal Statistical Society B 63, 2001, with a handful of hat
+//! functions in the place of their Gaussian process).
 
 use crate::diagnosis::channel::hats;
 use nalgebra::{DMatrix, DVector};
@@ -16,8 +17,8 @@ const STEPS: usize = 4;
 /// Weight of the heights' own size against the data, as a part of the data's mean weight.
 const RIDGE: f64 = 1e-3;
 
-/// Fits a correction along a dependence, the model's own parameters giving way. `None` when it does not make the blocks better that
-/// were neither fitted nor are to measure the gain.
+/// Fits a correction along a dependence, the model's own parameters giving way. `None` when it does
+/// not make the blocks better that were neither fitted nor are to measure the gain.
 #[must_use]
 pub fn fit_correction(data: &ChannelData, stage: &ChannelStage, along: &Dependence) -> Option<Extended> {
     let mut model = stage.model.clone();

@@ -1,8 +1,9 @@
 //! What a residual depends on.
 //!
-//! A missing term `f(x)` in the rate of pressure is looked for as a sum of hat functions of a variable `x` (drive, pressure, time,
-//! ...). The readings' derivatives by the hats' heights follow from the simulation; the heights are fitted on the fit blocks
-//! and the correction they predict is scored, with random signs, on blocks not fitted.
+//! A missing term `f(x)` in the rate of pressure is looked for as a sum of hat functions of a
+//! variable `x` (drive, pressure, time, ...). The readings' derivatives by the hats' heights follow
+//! from the simulation; the heights are fitted on the fit blocks and the correction they predict is
+//! scored, with random signs, on blocks not fitted.
 
 use crate::diagnosis::channel::HATS;
 use crate::diagnosis::channel::Variable;
@@ -31,7 +32,8 @@ pub struct Dependence {
     pub p_value: f64,
     /// Part of the squared whitened residual that it accounts for on blocks not fitted.
     pub share: f64,
-    /// What it takes out of the sum of squared whitened residuals on the blocks where causes are chosen.
+    /// What it takes out of the sum of squared whitened residuals on the blocks where causes are
+    /// chosen.
     pub explained: f64,
     /// Positions of the hats, in the variable's own unit.
     pub knots: Vec<f64>,

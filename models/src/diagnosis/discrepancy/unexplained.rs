@@ -1,4 +1,5 @@
-//! What stays unexplained: what the residual still depends on, how much it is, and a smooth correction of it.
+//! What stays unexplained: what the residual still depends on, how much it is, and a smooth
+//! correction of it.
 
 use crate::diagnosis::settings::SETTINGS;
 
@@ -46,8 +47,9 @@ impl Rest {
         Self { base_stages, symptoms, left, share }
     }
 
-    /// Do the names make the simulation worse where it was not fitted, counted in plain kilopascals? The search weighs errors by
-    /// what noise and wander explain; where the model is wrong altogether, that can be won while the pressure is lost.
+    /// Do the names make the simulation worse where it was not fitted, counted in plain
+    /// kilopascals? The search weighs errors by what noise and wander explain; where the model is
+    /// wrong altogether, that can be won while the pressure is lost.
     #[must_use]
     pub fn harmful(channels: &[ChannelData], outcome: &Outcome) -> bool {
         let last = models_of(&outcome.stages);
@@ -55,8 +57,9 @@ impl Rest {
         error(&last) >= error(&outcome.base)
     }
 
-    /// Does a smooth function of one variable explain more of the base models' error than the names together? Then they only
-    /// imitate something else. What makes a loop hunt counts only where nothing else is named: it takes up what the others leave.
+    /// Does a smooth function of one variable explain more of the base models' error than the names
+    /// together? Then they only imitate something else. What makes a loop hunt counts only where
+    /// nothing else is named: it takes up what the others leave.
     #[must_use]
     pub fn imitated(&self, channels: &[ChannelData], outcome: &Outcome) -> bool {
         let loss = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
@@ -74,8 +77,9 @@ impl Rest {
     }
 }
 
-/// Effects beside the first for which a smooth function of one measured variable, in their place, explains more. Where something large
-/// is named, what is left of it has some pattern, and some other effect always has a part of that.
+/// Effects beside the first for which a smooth function of one measured variable, in their place,
+/// explains more. Where something large is named, what is left of it has some pattern, and some
+/// other effect always has a part of that.
 #[must_use]
 pub fn imitated_beside(channels: &[ChannelData], outcome: &Outcome) -> Vec<&'static str> {
     let most = outcome.causes.iter().map(|cause| cause.gained).fold(0.0, f64::max);
@@ -116,7 +120,8 @@ pub fn significant(channels: &[ChannelData], found: &[Dependence]) -> Vec<Sympto
     list
 }
 
-/// Part of the base models' squared whitened test residual above the noise that the final models leave.
+/// Part of the base models' squared whitened test residual above the noise that the final models
+/// leave.
 fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelStage]) -> f64 {
     let mean = |stages: &[ChannelStage]| {
         let (mut sum, mut count) = (0.0, 0.0_f64);
@@ -130,7 +135,8 @@ fn share_left(channels: &[ChannelData], base: &[ChannelStage], last: &[ChannelSt
     if above <= 0.05 { 0.0 } else { ((mean(last) - 1.0) / above).clamp(0.0, 1.0) }
 }
 
-/// The final models, each with a smooth correction along what its channel's residual depends on most, where that helps.
+/// The final models, each with a smooth correction along what its channel's residual depends on
+/// most, where that helps.
 #[must_use]
 pub fn corrected(channels: &[ChannelData], stages: &[ChannelStage], left: &[Dependence]) -> Vec<Extended> {
     parallel::map(channels.iter().zip(stages).enumerate(), |(k, (data, stage))| {

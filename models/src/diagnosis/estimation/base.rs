@@ -9,7 +9,8 @@ use crate::effects::catalogue::CATALOGUE;
 use crate::model::Parameter;
 use crate::order::ascending;
 
-/// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that take from minutes to milliseconds.
+/// Areas at which the search for the valve's gain begins, mm^2 per 1e-4 m^3 of volume: fills that
+/// take from minutes to milliseconds.
 pub const GAINS: [f64; 7] = [0.02, 0.07, 0.2, 0.7, 2.0, 7.0, 20.0];
 /// Drives at which the search for the edges begins.
 pub const EDGES: [f64; 3] = [0.0, 0.06, 0.2];
@@ -27,7 +28,8 @@ const LOOK: usize = 6;
 /// Evaluations spent at a time on the better one.
 const EARNEST: usize = 12;
 
-/// Times that a fit goes on at most with the weights of where it stands, unless so few evaluations end it.
+/// Times that a fit goes on at most with the weights of where it stands, unless so few evaluations
+/// end it.
 const AGAIN: usize = 4;
 /// See [`AGAIN`].
 const FEW: usize = 3;
@@ -40,8 +42,8 @@ pub fn free_base(data: &ChannelData) -> Vec<usize> {
     (0..parameters.len()).filter(|&k| !(still && parameters[k].name == "volume_weight")).collect()
 }
 
-/// Positions of a model's free parameters. Where a reference was calibrated, only what can have changed since is free, and not the effects
-/// that the reference has.
+/// Positions of a model's free parameters. Where a reference was calibrated, only what can have
+/// changed since is free, and not the effects that the reference has.
 #[must_use]
 pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<usize> {
     let own = if calibrated { Vec::new() } else { free_base(data) };
@@ -50,7 +52,8 @@ pub fn free_of(data: &ChannelData, model: &Extended, calibrated: bool) -> Vec<us
     own.into_iter().chain(effects.filter_map(|effect| model.range(&data.plant, effect)).flatten()).collect()
 }
 
-/// The base model with what sound rigs have in small and no parameter of its own describes, where the drive of a spool is recorded.
+/// The base model with what sound rigs have in small and no parameter of its own describes, where
+/// the drive of a spool is recorded.
 #[must_use]
 pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
     let recorded = data.inputs.spool_is_recorded();
@@ -58,7 +61,8 @@ pub fn with_usual(data: &ChannelData, model: &Extended) -> Extended {
     usual.fold(model.clone(), |model, effect| model.with_usual(&data.plant, effect))
 }
 
-/// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at this drive.
+/// A first-principles model whose valve has this gain, mm^2 per 1e-4 m^3 of volume, and opens at
+/// this drive.
 #[must_use]
 pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
     let parameters = data.plant.parameters();
@@ -78,8 +82,9 @@ pub fn start(data: &ChannelData, gain: f64, edge: f64) -> Extended {
     Extended::base(parameters.iter().map(|p| value(p).clamp(p.lower, p.upper)).collect())
 }
 
-/// The model with leaks and corner of a [`start`], where its corner has become so sharp that nothing depends on its width any more: where a
-/// base model was fitted alone it has imitated what it lacks, and would stay there.
+/// The model with leaks and corner of a [`start`], where its corner has become so sharp that
+/// nothing depends on its width any more: where a base model was fitted alone it has imitated what
+/// it lacks, and would stay there.
 #[must_use]
 pub fn rounded(data: &ChannelData, model: &Extended) -> Option<Extended> {
     let corner = data.plant.position("corner")?;
@@ -113,7 +118,8 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     let costs = plain_costs(data, &starts).into_iter();
     let mut ranked: Vec<(f64, Extended)> = costs.zip(starts).filter(|(cost, _)| cost.is_finite()).collect();
     ascending(&mut ranked, |item| item.0);
-    // A few steps from the two best starts, then in earnest from the better; the weights depend on the model.
+    // A few steps from the two best starts, then in earnest from the better; the weights depend on
+    // the model.
     let step = |model: Extended, evaluations: usize| {
         let whitening = weights(data, &model);
         refit(data, &whitening, &model, &free_of(data, &model, false), evaluations)
@@ -134,7 +140,8 @@ pub fn fit_base(data: &ChannelData) -> Extended {
                     break;
                 }
             }
-            // Where the model is no description, the weights (starts and supply free) lead it astray between the blocks.
+            // Where the model is no description, the weights (starts and supply free) lead it
+            // astray between the blocks.
             if plain_cost(data, &model) > ASTRAY * cost { with_usual(data, &look) } else { model }
         }
         None => {
@@ -144,8 +151,8 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     }
 }
 
-/// Weights that go with a model. What is left of its error when noise and wander have had their part is an error of its own: if that
-/// is large, wander is weighed beside it.
+/// Weights that go with a model. What is left of its error when noise and wander have had their
+/// part is an error of its own: if that is large, wander is weighed beside it.
 fn weights(data: &ChannelData, model: &Extended) -> Whitening {
     let derivatives = data.disturbances(model);
     let usual = Whitening::new(data, &derivatives);

@@ -99,8 +99,9 @@ pub fn fit_from(
     refit(data, &stage.whitening, &best, &rest, evaluations.div_ceil(2)).0
 }
 
-/// Fits everything from where an objective's model stands and from thresholds next to it, as long as one of them is better. The secants
-/// of a loop that hunts are slopes by the threshold too, as far as the next valley.
+/// Fits everything from where an objective's model stands and from thresholds next to it, as long
+/// as one of them is better. The secants of a loop that hunts are slopes by the threshold too, as
+/// far as the next valley.
 fn valley_by_valley(
     objective: &BlockObjective<'_>,
     free: &[usize],

@@ -1,15 +1,17 @@
 //! Sensitivities of a loop that hunts.
 //!
-//! Two simulations that differ by next to nothing soon hunt out of step. The exact derivative along one of them grows without bound and
-//! says nothing about where the error falls. What does is the secant over a change that moves the readings about as far as their
-//! noise: far beyond what being out of step does.
+//! Two simulations that differ by next to nothing soon hunt out of step. The exact derivative along
+//! one of them grows without bound and says nothing about where the error falls. What does is the
+//! secant over a change that moves the readings about as far as their noise: far beyond what being
+//! out of step does.
 
 use crate::diagnosis::channel::{ChannelData, Extended, readings_of};
 use crate::model::{Parameter, Scale};
 
 /// First stride on a logarithmic scale ...
 const LOGARITHMIC: f64 = 0.05;
-/// ... and on a linear one as a part of the value, where it is at least a part of the bounds' distance.
+/// ... and on a linear one as a part of the value, where it is at least a part of the bounds'
+/// distance.
 const LINEAR: [f64; 2] = [0.12, 1e-4];
 /// Longest stride on a logarithmic scale, and as a part of the bounds' distance on a linear one.
 const LONGEST: [f64; 2] = [0.5, 0.05];
@@ -18,7 +20,8 @@ const NEAR: f64 = 3.0;
 /// ... by no more than this factor.
 const FACTOR: f64 = 10.0;
 
-/// Readings and their secants by the free parameters, as [`ChannelData::sensitivities`] has derivatives.
+/// Readings and their secants by the free parameters, as [`ChannelData::sensitivities`] has
+/// derivatives.
 #[must_use]
 pub fn secants(data: &ChannelData, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
     let parameters = model.parameters(&data.plant);

@@ -1,8 +1,10 @@
-//! Refits near an optimum, where derivatives hardly change: the residuals are simulated at every step, their derivatives only at
-//! the start (the chord method; Ortega and Rheinboldt, Iterative Solution of Nonlinear Equations, 1970, section 7.1).
+//! Refits near an optimum, where derivatives hardly change: the residuals are simulated at every
+//! step, their derivatives only at the start (the chord method; Ortega and Rheinboldt, Iterative
+//! Solution of Nonlinear Equations, 1970, section 7.1).
 //!
-//! A simulation with derivatives takes several times as long as one without. Steps that do not make the cost less are taken back
-//! as everywhere, so frozen derivatives that do not fit cost progress and nothing else.
+//! A simulation with derivatives takes several times as long as one without. Steps that do not make
+//! the cost less are taken back as everywhere, so frozen derivatives that do not fit cost progress
+//! and nothing else.
 
 use std::sync::atomic::AtomicBool;
 
@@ -13,7 +15,8 @@ use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::likelihood::Whitening;
 use crate::fit::{Minimum, Normal, Objective, Stopping, minimise};
 
-/// Relative decrease of the cost that ends a refit: a hundredth of what an interval's end is away, of 10,000 residuals.
+/// Relative decrease of the cost that ends a refit: a hundredth of what an interval's end is away,
+/// of 10,000 residuals.
 const COST_TOLERANCE: f64 = 1e-5;
 
 /// An objective with the derivatives of one place.
@@ -56,8 +59,8 @@ impl Objective for Frozen<'_> {
     }
 }
 
-/// Moves the free parameters of an objective from where its model stands, with at most so many simulations, by whitened derivatives
-/// (kPa, row by row). Returns the model and its cost in kPa^2.
+/// Moves the free parameters of an objective from where its model stands, with at most so many
+/// simulations, by whitened derivatives (kPa, row by row). Returns the model and its cost in kPa^2.
 #[must_use]
 pub fn refit_with(
     objective: &BlockObjective<'_>,
@@ -80,8 +83,8 @@ const RENEWALS: usize = 6;
 /// Relative decrease of the cost for which the derivatives are worth renewing.
 const WORTHWHILE: f64 = 1e-3;
 
-/// Refits on the fit blocks from a model that is nearly there, renewing the derivatives as long as that gains something (Shamanskii's
-/// method, Ukrainskii Matematicheskii Zhurnal 19, 1967).
+/// Refits on the fit blocks from a model that is nearly there, renewing the derivatives as long as
+/// that gains something (Shamanskii's method, Ukrainskii Matematicheskii Zhurnal 19, 1967).
 #[must_use]
 pub fn refit_near(data: &ChannelData, whitening: &Whitening, model: &Extended, free: &[usize]) -> Extended {
     refit_renewing(data, whitening, model, free, (SIMULATIONS, RENEWALS))

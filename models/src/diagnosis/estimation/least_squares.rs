@@ -8,10 +8,12 @@ use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::likelihood::{Whitening, hunts};
 use crate::fit::{Objective, Stopping, minimise};
 
-/// Evaluations between two sets of secants, which cost as many simulations as there are parameters and hold over a distance.
+/// Evaluations between two sets of secants, which cost as many simulations as there are parameters
+/// and hold over a distance.
 const BETWEEN_SECANTS: usize = 4;
 
-/// Fits the free parameters from where the model stands. Returns the model and the evaluations spent.
+/// Fits the free parameters from where the model stands. Returns the model and the evaluations
+/// spent.
 #[must_use]
 pub fn refit(
     data: &ChannelData,

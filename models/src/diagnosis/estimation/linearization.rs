@@ -69,7 +69,8 @@ impl ChannelStage {
         self.free.iter().zip(held).any(|(k, held)| held && range.contains(k))
     }
 
-    /// Where a parameter of this model is in one with an effect more; nowhere if it is a parameter of that effect.
+    /// Where a parameter of this model is in one with an effect more; nowhere if it is a parameter
+    /// of that effect.
     #[must_use]
     pub fn moved(&self, data: &ChannelData, position: usize, effect: usize) -> Option<usize> {
         match self.model.range(&data.plant, effect) {
@@ -82,7 +83,8 @@ impl ChannelStage {
         }
     }
 
-    /// Coefficients of the sensitivities that take most out of a whitened series on the open blocks.
+    /// Coefficients of the sensitivities that take most out of a whitened series on the open
+    /// blocks.
     #[must_use]
     pub fn project(&self, data: &ChannelData, series: &[f64]) -> Vec<f64> {
         let n = self.free.len();
@@ -113,7 +115,8 @@ impl ChannelStage {
     }
 }
 
-/// By so much more stiffly than its own curvature a parameter is held: whatever else it could make up for, it stays.
+/// By so much more stiffly than its own curvature a parameter is held: whatever else it could make
+/// up for, it stays.
 const HELD: f64 = 1e12;
 /// A parameter so near to the end of what is usual, as a part of that, is at its end.
 const AT_END: f64 = 1e-3;

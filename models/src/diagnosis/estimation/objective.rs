@@ -46,8 +46,8 @@ impl BlockObjective<'_> {
         r
     }
 
-    /// Whitened derivatives of the readings by the free parameters where the model stands, kPa, row by row, and the cost there,
-    /// kPa^2.
+    /// Whitened derivatives of the readings by the free parameters where the model stands, kPa, row
+    /// by row, and the cost there, kPa^2.
     #[must_use]
     pub fn derivatives(&self) -> (Vec<f64>, f64) {
         let (readings, mut matrix) = self.data.sensitivities(&self.model, &self.free);

@@ -8,9 +8,11 @@ use crate::model::{Parameter, Scale};
 use crate::numeric::{Dual, Scalar, Slope};
 
 impl ChannelData {
-    /// Readings and their derivatives by the parameters whose positions are listed, row by row. On a logarithmic scale the
-    /// derivative is by the logarithm. Of a loop that hunts, secants take the place of derivatives. Those of a base model, where everything
-    /// begins, are in double precision: along what can hardly be told apart, the last digits of single ones decide where a fit ends.
+    /// Readings and their derivatives by the parameters whose positions are listed, row by row. On
+    /// a logarithmic scale the derivative is by the logarithm. Of a loop that hunts, secants take
+    /// the place of derivatives. Those of a base model, where everything begins, are in double
+    /// precision: along what can hardly be told apart, the last digits of single ones decide where
+    /// a fit ends.
     #[must_use]
     pub fn sensitivities(&self, model: &Extended, free: &[usize]) -> (Vec<f64>, Vec<f64>) {
         if hunts(self, model) {

@@ -89,8 +89,8 @@ pub fn evidence(channels: &[ChannelData], models: &[Extended]) -> Evidence {
     Evidence::together(&channels.iter().zip(models).map(of).collect::<Vec<_>>())
 }
 
-/// Weighs explanations of a recording by how well they predict the blocks where causes are chosen; the most probable comes first. Of
-/// several with the same causes that counts which predicts best.
+/// Weighs explanations of a recording by how well they predict the blocks where causes are chosen;
+/// the most probable comes first. Of several with the same causes that counts which predicts best.
 #[must_use]
 pub fn weigh(channels: &[ChannelData], explanations: Vec<Explanation>) -> Vec<Weighed> {
     let mut best: Vec<(Missing, Evidence)> = Vec::new();

@@ -1,5 +1,6 @@
-//! The residual of a rollout as the noise of the reading and a discrepancy that lasts (Kennedy and O'Hagan, J. R. Stat. Soc. B 63, 2001): a
-//! first-order process. Its density is a scalar Kalman filter's.
+//! The residual of a rollout as the noise of the reading and a discrepancy that lasts (Kennedy and
+//! O'Hagan, J. R. Stat. Soc. B 63, 2001): a first-order process. Its density is a scalar Kalman
+//! filter's.
 
 use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::settings::SETTINGS;
@@ -24,7 +25,8 @@ impl Lasting {
         Self { noise_kpa: data.noise_kpa, keep: (-between_s / SETTINGS.greybox_discrepancy_s).exp() }
     }
 
-    /// Logarithms of the densities of each residual, given those before; the discrepancy at the first is not known.
+    /// Logarithms of the densities of each residual, given those before; the discrepancy at the
+    /// first is not known.
     #[must_use]
     pub fn log_terms(&self, residuals: &[f64], size_kpa: f64) -> Vec<f64> {
         let stationary = size_kpa * size_kpa;
@@ -42,7 +44,8 @@ impl Lasting {
         terms
     }
 
-    /// Size of the discrepancy under which the residuals of some stretches are likeliest, kPa: golden section over its logarithm.
+    /// Size of the discrepancy under which the residuals of some stretches are likeliest, kPa:
+    /// golden section over its logarithm.
     #[must_use]
     pub fn likeliest(&self, stretches: &[&[f64]]) -> f64 {
         let (sum, count) =

@@ -1,7 +1,8 @@
 //! How well explanations predict what they were not fitted to, and how probable that makes them.
 //!
-//! `lasting` is the density of residuals as noise and a discrepancy that lasts, `predicted` what the models of a recording are worth by
-//! it, `weights` the probabilities that follow, `explanation` the names of what is weighed.
+//! `lasting` is the density of residuals as noise and a discrepancy that lasts, `predicted` what
+//! the models of a recording are worth by it, `weights` the probabilities that follow,
+//! `explanation` the names of what is weighed.
 
 mod explanation;
 mod lasting;

@@ -1,7 +1,9 @@
-//! Probabilities of explanations: pseudo-BMA+ weights (Yao, Vehtari, Simpson and Gelman, Bayesian Analysis 13, 2018), how often each
-//! is the likeliest when what was not fitted is weighed anew (Bayesian bootstrap). No model is exactly the rig, and what it leaves lasts
-//! over many rows; so densities are raised to the power of a coarsened posterior (Miller and Dunson, J. Am. Stat. Assoc. 114, 2019):
-//! all rows together count as [`coarsening_rows`](crate::diagnosis::settings::Settings::coarsening_rows) at most.
+//! Probabilities of explanations: pseudo-BMA+ weights (Yao, Vehtari, Simpson and Gelman, Bayesian
+//! Analysis 13, 2018), how often each is the likeliest when what was not fitted is weighed anew
+//! (Bayesian bootstrap). No model is exactly the rig, and what it leaves lasts over many rows; so
+//! densities are raised to the power of a coarsened posterior (Miller and Dunson, J. Am. Stat.
+//! Assoc. 114, 2019): all rows together count as
+//! [`coarsening_rows`](crate::diagnosis::settings::Settings::coarsening_rows) at most.
 
 use rand::RngExt;
 

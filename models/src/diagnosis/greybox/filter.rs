@@ -1,7 +1,8 @@
 //! The extended Kalman filter over a channel with effects.
 //!
-//! The simulation's own memory is the state: it is run over numbers that carry their derivatives by the state at the row before, so that
-//! every effect is linearised as it is simulated. What is recorded enters as the filter's measurements; the drive is an input.
+//! The simulation's own memory is the state: it is run over numbers that carry their derivatives by
+//! the state at the row before, so that every effect is linearised as it is simulated. What is
+//! recorded enters as the filter's measurements; the drive is an input.
 
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, install};
@@ -9,10 +10,12 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::{Memory, Simulated, Stepper};
 use crate::numeric::{Dual, Scalar};
 
-/// Where there is a tube, the pressure behind it differs from the measured one by so much at a start, Pa.
+/// Where there is a tube, the pressure behind it differs from the measured one by so much at a
+/// start, Pa.
 const BEHIND_PA: f64 = 3e3;
 
-/// One-step prediction errors of the counted rows, and the variances that the filter expects of them.
+/// One-step prediction errors of the counted rows, and the variances that the filter expects of
+/// them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Innovations {
     /// Measured minus predicted, Pa.
@@ -21,8 +24,8 @@ pub struct Innovations {
     pub variances: Vec<f64>,
 }
 
-/// Runs the filter through a channel's blocks, from every start on. Rows outside `counted` steer it too. Where the simulation runs away,
-/// the last error is not a number.
+/// Runs the filter through a channel's blocks, from every start on. Rows outside `counted` steer it
+/// too. Where the simulation runs away, the last error is not a number.
 #[must_use]
 pub fn innovations(
     data: &ChannelData,
@@ -52,7 +55,8 @@ fn estimated(data: &ChannelData, model: &Extended) -> usize {
     count
 }
 
-/// Mean and covariance of the state, of which the first `n` numbers are in use: the simulation's memory, supply, reading.
+/// Mean and covariance of the state, of which the first `n` numbers are in use: the simulation's
+/// memory, supply, reading.
 struct State<const N: usize> {
     mean: [f64; N],
     covariance: [[f64; N]; N],
@@ -194,7 +198,8 @@ where
         }
     }
 
-    /// Hands the state back to the simulation, each of its numbers with a derivative of one by itself.
+    /// Hands the state back to the simulation, each of its numbers with a derivative of one by
+    /// itself.
     fn seed(&self, simulation: &mut Stepper<'_, Dual<f64, N>>) -> [Dual<f64, N>; SLOW] {
         let mut k = 0;
         simulation.memory(&mut |memory, value| {

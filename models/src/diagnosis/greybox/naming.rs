@@ -16,7 +16,8 @@ use crate::effects::catalogue::CATALOGUE;
 
 /// Rows of a channel that are looked at, at most.
 const MOST_ROWS: usize = 2400;
-/// Where the catalogue has been tried on one channel, the others try what gained this part of the best there.
+/// Where the catalogue has been tried on one channel, the others try what gained this part of the
+/// best there.
 const ELSEWHERE: f64 = 0.3;
 
 /// What stands out.
@@ -24,10 +25,11 @@ const ELSEWHERE: f64 = 0.3;
 pub struct Named {
     /// Base models, which the likelihood has fitted.
     pub base: Vec<Extended>,
-    /// The effect that explains most and what cannot be told from it; nothing where likelihood and simulation do not agree.
+    /// The effect that explains most and what cannot be told from it; nothing where likelihood and
+    /// simulation do not agree.
     pub effect: Option<NamedEffect>,
-    /// Effects that gain enough on the blocks for fitting and something on those for selecting, likeliest first: number in the catalogue,
-    /// models channel by channel.
+    /// Effects that gain enough on the blocks for fitting and something on those for selecting,
+    /// likeliest first: number in the catalogue, models channel by channel.
     pub contenders: Vec<(usize, Vec<Extended>)>,
 }
 
@@ -40,9 +42,11 @@ pub struct NamedEffect {
     pub acts: Vec<bool>,
     /// The models with it, and the base models where it does not act.
     pub models: Vec<Extended>,
-    /// Standard errors of its parameters on their scales, channel by channel; empty where it does not act.
+    /// Standard errors of its parameters on their scales, channel by channel; empty where it does
+    /// not act.
     pub errors: Vec<Vec<f64>>,
-    /// Probability that an effect that is not there gains as much somewhere in the catalogue (S. S. Wilks, Ann. Math. Statist. 9, 1938).
+    /// Probability that an effect that is not there gains as much somewhere in the catalogue (S. S.
+    /// Wilks, Ann. Math. Statist. 9, 1938).
     pub p_value: f64,
     /// Effects that explain as well, with their models and where they act.
     pub equivalent: Vec<(usize, Vec<Extended>, Vec<bool>)>,
@@ -53,15 +57,17 @@ struct Contender {
     effect: usize,
     acts: Vec<bool>,
     models: Vec<Extended>,
-    /// Gain of the logarithm of the density on the blocks for fitting, and of the likelihood on those for selecting.
+    /// Gain of the logarithm of the density on the blocks for fitting, and of the likelihood on
+    /// those for selecting.
     gain: f64,
     held_out: f64,
     /// RMS error of the simulation alone on both, kPa.
     error_kpa: f64,
 }
 
-/// Fits some effects of the catalogue to some thousand rows of every channel, and names the one that is both the likeliest and the closest,
-/// if that is closer by far than the base models, its own and the `known` ones.
+/// Fits some effects of the catalogue to some thousand rows of every channel, and names the one
+/// that is both the likeliest and the closest, if that is closer by far than the base models, its
+/// own and the `known` ones.
 #[must_use]
 pub fn name(
     channels: &[ChannelData],
@@ -110,7 +116,8 @@ pub fn name(
     Some(Named { base, effect, contenders })
 }
 
-/// The effects on the channel whose pressure moves most over its noise, and what gained most there on the others.
+/// The effects on the channel whose pressure moves most over its noise, and what gained most there
+/// on the others.
 fn rankings(
     channels: &[ChannelData],
     fit: &[Vec<bool>],

@@ -109,7 +109,8 @@ impl Posterior<'_> {
         free + half_normal(supply) + half_normal(discrepancy) - 0.5 * (noise / NOISE_KNOWN).powi(2)
     }
 
-    /// Slope of the prior's logarithm by a coordinate, and minus its curvature where that is positive.
+    /// Slope of the prior's logarithm by a coordinate, and minus its curvature where that is
+    /// positive.
     #[must_use]
     pub fn prior_slope(&self, coordinates: &[f64], k: usize) -> (f64, f64) {
         if let Some((mean, error)) = self.expected.get(k) {

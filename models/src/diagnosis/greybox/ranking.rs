@@ -16,9 +16,11 @@ use crate::parallel;
 const LOOKED_AT: [usize; 2] = [4, 8];
 /// ... and the best of them, which are followed to the end.
 const FOLLOWED: [usize; 2] = [3, 2];
-/// Rounds of a look, of the way to the end with a supply that is taken as it is, and of the rest of it.
+/// Rounds of a look, of the way to the end with a supply that is taken as it is, and of the rest of
+/// it.
 const ROUNDS: [usize; 3] = [8, 20, 30];
-/// Deviations of a base model at which its starts are tried, over those at which they begin: one that forgives and one that does not.
+/// Deviations of a base model at which its starts are tried, over those at which they begin: one
+/// that forgives and one that does not.
 const TRIED: [f64; 2] = [0.1, 1.0];
 
 /// A model with one effect on one channel.
@@ -39,7 +41,8 @@ pub struct Ranking {
     pub effects: Vec<Ranked>,
 }
 
-/// Fits the base model, and each of some effects that may act here, to the counted rows of a channel; `done` is called after each.
+/// Fits the base model, and each of some effects that may act here, to the counted rows of a
+/// channel; `done` is called after each.
 #[must_use]
 pub fn rank(
     data: &ChannelData,
@@ -106,8 +109,8 @@ fn best_first(
     tried.into_iter().map(|(_, model)| model).collect()
 }
 
-/// Climbs from all starts for some rounds and from the best to the end. The supply is let wander only at the end: before, it would lead
-/// a model astray that is not yet near the recording.
+/// Climbs from all starts for some rounds and from the best to the end. The supply is let wander
+/// only at the end: before, it would lead a model astray that is not yet near the recording.
 fn race(
     posterior: &mut Posterior<'_>,
     starts: &[(Extended, Uncertainty)],

@@ -1,6 +1,7 @@
 //! The maximum of a posterior by Fisher scoring, with steps damped after Levenberg and Marquardt.
 //!
-//! Derivatives of errors and variances are differences: a filter with derivatives of its derivatives would cost as much.
+//! Derivatives of errors and variances are differences: a filter with derivatives of its
+//! derivatives would cost as much.
 
 use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
@@ -63,7 +64,8 @@ impl Posterior<'_> {
         Estimate { model, uncertainty, log: here.log, errors: Vec::new() }
     }
 
-    /// Standard errors of the free parameters at an estimate, on their scales, from the information of all of them.
+    /// Standard errors of the free parameters at an estimate, on their scales, from the information
+    /// of all of them.
     #[must_use]
     pub fn standard_errors(&self, estimate: &Estimate) -> Vec<f64> {
         let x = self.coordinates(&estimate.model, &estimate.uncertainty);
@@ -98,7 +100,8 @@ impl Posterior<'_> {
     fn slopes(&self, x: &[f64], here: &Density) -> (DVector<f64>, DMatrix<f64>) {
         let (n, bounds) = (x.len(), self.bounds());
         let (errors, variances) = (&here.innovations.errors, &here.innovations.variances);
-        // Of the errors in standard deviations, and of the variances, relative over root two: then the information is one sum of products.
+        // Of the errors in standard deviations, and of the variances, relative over root two: then
+        // the information is one sum of products.
         let columns: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(0..n, |k| {
             // What cannot move is held, whatever its slope: a run of the filter less.
             if bounds[k].0 >= bounds[k].1 {

@@ -12,7 +12,8 @@ use crate::model::{Parameter, Scale};
 const RATES: [f64; 5] = [0.3, 1.0, 3.0, 10.0, 30.0];
 /// Deviations at which climbs begin, over the expected ones.
 const BEGIN: [f64; 2] = [0.1, 0.3];
-/// Gains at which a climb with an effect begins, over those of the base model: an effect that takes up flow leaves more for the valve.
+/// Gains at which a climb with an effect begins, over those of the base model: an effect that takes
+/// up flow leaves more for the valve.
 const FACTORS: [f64; 3] = [0.2, 0.5, 1.0];
 
 /// What is expected of a channel, beside its model.
@@ -33,7 +34,8 @@ pub fn base_starts(data: &ChannelData) -> Vec<Extended> {
     GAINS.iter().flat_map(|gain| EDGES.map(|edge| start(data, *gain, edge))).collect()
 }
 
-/// Models with an effect from which a search begins: at every probe, with the base model's gains and smaller ones.
+/// Models with an effect from which a search begins: at every probe, with the base model's gains
+/// and smaller ones.
 #[must_use]
 pub fn effect_starts(data: &ChannelData, base: &Extended, effect: usize) -> Vec<Extended> {
     let gains: Vec<usize> = positions(&data.plant.parameters(), |p| p.unit == "mm2" && p.name != "corner");
@@ -91,7 +93,8 @@ pub fn posterior<'a>(
     Posterior { data, model, parameters, free, expected, scales: expectation.scales, stiff: false, counted }
 }
 
-/// Wide enough for any rig, and narrow enough that nothing wanders off where the recording says nothing of it.
+/// Wide enough for any rig, and narrow enough that nothing wanders off where the recording says
+/// nothing of it.
 fn expected_of_base(data: &ChannelData, p: &Parameter, gain: f64) -> Expected {
     if p.name == "corner" {
         return ((CORNER * gain).ln(), 1.5);

@@ -8,7 +8,8 @@ use crate::effects::catalogue::{CATALOGUE, index_of};
 
 const NOISE_PA: f64 = 300.0;
 
-/// A channel that measures a model with noise and with a slow deviation of this size, Pa, in every row.
+/// A channel that measures a model with noise and with a slow deviation of this size, Pa, in every
+/// row.
 fn recorded(
     model: impl Fn(&ChannelData, &Extended) -> Extended,
     deviation_pa: f64,
@@ -129,7 +130,8 @@ fn test_blocks_are_not_looked_at() {
     let effects = numbers(&["valve_lag", "transport_delay", "sensor_lag"]);
     let before = named_of(data.clone(), &effects);
     assert_eq!(before.as_ref().map(|named| named.0), Some("valve_lag"));
-    // What the test blocks hold steers the filter, and must not decide: here it is another recording altogether.
+    // What the test blocks hold steers the filter, and must not decide: here it is another
+    // recording altogether.
     let mut measured = data.inputs.measured_pa.to_vec();
     for block in data.blocks.iter().filter(|block| block.role == Role::Test) {
         measured[block.start..block.end].iter_mut().for_each(|p| *p += 2e3);

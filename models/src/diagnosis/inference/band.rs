@@ -1,10 +1,12 @@
 //! A band around a simulation that holds the measured pressure.
 //!
-//! What a simulation gets wrong is partly the same everywhere and partly grows with how fast the pressure moves, as everything does that
-//! comes too early or too late. Both parts are estimated where the model was fitted; where causes were chosen the band is widened or
-//! narrowed until it holds 95 % of the readings (split conformal prediction with a scale: Lei, G'Sell, Rinaldo, Tibshirani and Wasserman,
-//! J. Am. Stat. Assoc. 113, 2018). The test blocks then say what it holds. It takes no distribution of errors for granted, but that
-//! later recordings are like this one.
+//! What a simulation gets wrong is partly the same everywhere and partly grows with how fast the
+//! pressure moves, as everything does that comes too early or too late. Both parts are estimated
+//! where the model was fitted; where causes were chosen the band is widened or narrowed until it
+//! holds 95 % of the readings (split conformal prediction with a scale: Lei, G'Sell, Rinaldo,
+//! Tibshirani and Wasserman, J. Am. Stat. Assoc. 113, 2018). The test blocks then say what it
+//! holds. It takes no distribution of errors for granted, but that later recordings are like this
+//! one.
 
 use serde::{Deserialize, Serialize};
 
@@ -65,8 +67,9 @@ impl Band {
     }
 }
 
-/// Rates of simulated pressures, row by row, kPa/s: slopes over 25 ms on both sides, and at least from neighbour to neighbour. No
-/// slope reaches beyond a start: `starts` are the rows at which a stretch without a gap begins, ascending.
+/// Rates of simulated pressures, row by row, kPa/s: slopes over 25 ms on both sides, and at least
+/// from neighbour to neighbour. No slope reaches beyond a start: `starts` are the rows at which a
+/// stretch without a gap begins, ascending.
 #[must_use]
 pub fn rates_kpa_s(time_s: &[f64], kpa: &[f64], starts: &[usize]) -> Vec<f64> {
     let mut rates = vec![0.0; kpa.len()];
@@ -91,7 +94,8 @@ pub fn rates_kpa_s(time_s: &[f64], kpa: &[f64], starts: &[usize]) -> Vec<f64> {
     rates
 }
 
-/// Error (measured - simulated, kPa) and rate of the simulated pressure (kPa/s) at every compared row.
+/// Error (measured - simulated, kPa) and rate of the simulated pressure (kPa/s) at every compared
+/// row.
 fn errors(data: &ChannelData, model: &Extended) -> Vec<(f64, f64)> {
     let kpa: Vec<f64> = data.trace(model).iter().map(|row| row[0]).collect();
     let rates = rates_kpa_s(&data.inputs.time_s, &kpa, &data.inputs.starts);
@@ -105,8 +109,9 @@ fn of_role(data: &ChannelData, errors: &[(f64, f64)], role: Role) -> Vec<(f64, f
     all.copied().filter(|(error, rate)| error.is_finite() && rate.is_finite()).collect()
 }
 
-/// The variance of the error as a part that is the same everywhere, at least `least`, and one that grows with the square of the rate:
-/// least squares of squared errors, each weighted by the variance that is expected of it.
+/// The variance of the error as a part that is the same everywhere, at least `least`, and one that
+/// grows with the square of the rate: least squares of squared errors, each weighted by the
+/// variance that is expected of it.
 fn parts(errors: &[(f64, f64)], least: f64) -> Option<[f64; 2]> {
     let mean = errors.iter().map(|(e, _)| e * e).sum::<f64>() / errors.len().max(1) as f64;
     if errors.is_empty() || !mean.is_finite() {

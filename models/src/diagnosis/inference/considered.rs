@@ -1,10 +1,12 @@
-//! What an estimate takes for known and is not: the rig file's volume and supply, the flows, and all that sound rigs have of effects
-//! that the model does not have.
+//! What an estimate takes for known and is not: the rig file's volume and supply, the flows, and
+//! all that sound rigs have of effects that the model does not have.
 //!
-//! Blocks do not tell of an error that is the same in all of them. So each of these quantities gets a prior deviation, what it does to
-//! the readings is simulated, and the recording is asked how much of it there can be beside the parameters: it is fitted along,
-//! held by its prior, and what that adds to a parameter's variance is kept. Such quantities are called considered, as against estimated
-//! (Schmidt, Advances in Control Systems 3, 1966; Tapley, Schutz and Born, Statistical Orbit Determination, 2004, chapter 6).
+//! Blocks do not tell of an error that is the same in all of them. So each of these quantities gets
+//! a prior deviation, what it does to the readings is simulated, and the recording is asked how
+//! much of it there can be beside the parameters: it is fitted along, held by its prior, and what
+//! that adds to a parameter's variance is kept. Such quantities are called considered, as against
+//! estimated (Schmidt, Advances in Control Systems 3, 1966; Tapley, Schutz and Born, Statistical
+//! Orbit Determination, 2004, chapter 6).
 
 use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
@@ -16,13 +18,15 @@ use crate::diagnosis::screening::{Probing, applicable};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, Question, Series};
 
-/// A change of the readings by less than this many standard deviations of the noise, over all rows, is none.
+/// A change of the readings by less than this many standard deviations of the noise, over all rows,
+/// is none.
 const NOTHING: f64 = 1e-6;
-/// What sound rigs have of an effect, over the largest usual size, which is two standard deviations.
+/// What sound rigs have of an effect, over the largest usual size, which is two standard
+/// deviations.
 const USUAL: f64 = 0.5;
 
-/// What the quantities add to the variance of every free parameter, on its scale. `ratio` is the variance of parameters over that from independent
-/// residuals of the noise's variance.
+/// What the quantities add to the variance of every free parameter, on its scale. `ratio` is the
+/// variance of parameters over that from independent residuals of the noise's variance.
 #[must_use]
 pub fn considered(data: &ChannelData, stage: &ChannelStage, ratio: f64) -> Vec<f64> {
     let mut changes = rig(data, stage);
@@ -47,8 +51,8 @@ pub fn considered(data: &ChannelData, stage: &ChannelStage, ratio: f64) -> Vec<f
         .unwrap_or_else(|| vec![0.0; n])
 }
 
-/// Variances of parameters with these `slopes` beside quantities of unit variance that do these `changes`, less those without them,
-/// where the residual has this `variance`.
+/// Variances of parameters with these `slopes` beside quantities of unit variance that do these
+/// `changes`, less those without them, where the residual has this `variance`.
 fn added(slopes: &DMatrix<f64>, changes: &[DVector<f64>], variance: f64) -> Option<Vec<f64>> {
     let n = slopes.ncols();
     let mut all = slopes.clone().resize_horizontally(n + changes.len(), 0.0);
@@ -64,7 +68,8 @@ fn added(slopes: &DMatrix<f64>, changes: &[DVector<f64>], variance: f64) -> Opti
     Some((0..n).map(|k| (beside[(k, k)] - alone[(k, k)]).max(0.0)).collect())
 }
 
-/// The inverse of an information matrix, whose parameters may be of any size; that of one without influence is large.
+/// The inverse of an information matrix, whose parameters may be of any size; that of one without
+/// influence is large.
 fn inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = information.nrows();
     let scale = DVector::from_fn(n, |k, _| information[(k, k)].max(1e-30).sqrt().recip());
@@ -73,7 +78,8 @@ fn inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(DMatrix::from_fn(n, n, |a, b| inverse[(a, b)] * scale[a] * scale[b]))
 }
 
-/// What a larger volume and, where the rig file states it, a higher supply do to the whitened readings.
+/// What a larger volume and, where the rig file states it, a higher supply do to the whitened
+/// readings.
 fn rig(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     let inputs = &data.inputs;
     let times = |series: &Series, factor: f64| series.iter().map(|v| v * factor).collect::<Series>();
@@ -143,7 +149,8 @@ mod tests {
 
     #[test]
     fn what_looks_like_the_parameter_makes_it_as_uncertain_as_itself() {
-        // Its deviation moves the readings as 1.5 of the parameter does, and nothing tells the two apart.
+        // Its deviation moves the readings as 1.5 of the parameter does, and nothing tells the two
+        // apart.
         assert!((added_by([3.0, 0.0, 0.0, 0.0]) - 2.25).abs() < 1e-4);
     }
 

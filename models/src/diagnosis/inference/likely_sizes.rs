@@ -5,16 +5,18 @@ use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::deviances;
 use crate::diagnosis::likelihood::limit_cycle::is_hunting;
 
-/// Pairs of courses from which the scatter of a [deviance](Losses::deviance) is estimated, and how many standard deviations of it are put
-/// down to luck.
+/// Pairs of courses from which the scatter of a [deviance](Losses::deviance) is estimated, and how
+/// many standard deviations of it are put down to luck.
 const LUCKY: u64 = 4;
 const LUCK: f64 = 2.0;
-/// Values of a parameter that are looked at on either side for its interval: how many, and their ratio.
+/// Values of a parameter that are looked at on either side for its interval: how many, and their
+/// ratio.
 const LIKELY_STEPS: i32 = 5;
 const LIKELY_STEP: f64 = 1.05;
 
-/// The most [deviance](Losses::deviance) on the blocks for fitting that a model of an equally likely size may have: `rise` above the mean
-/// over courses of the noise, and what another course adds by luck.
+/// The most [deviance](Losses::deviance) on the blocks for fitting that a model of an equally
+/// likely size may have: `rise` above the mean over courses of the noise, and what another course
+/// adds by luck.
 fn most_deviance(data: &ChannelData, stage: &ChannelStage, rise: f64) -> f64 {
     let mut other = data.clone();
     let mut deviance = |pair: u64| {
@@ -29,8 +31,8 @@ fn most_deviance(data: &ChannelData, stage: &ChannelStage, rise: f64) -> f64 {
     mean + rise + LUCK * variance.sqrt()
 }
 
-/// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance than where it stands. `None` where
-/// the loop does not hunt because of this effect.
+/// Distances below and above, in the parameter's unit, up to which a model has hardly more deviance
+/// than where it stands. `None` where the loop does not hunt because of this effect.
 #[must_use]
 pub fn as_likely(
     data: &ChannelData,
@@ -87,7 +89,8 @@ mod tests {
         assert_eq!(as_likely(&data, &stage, index_of("valve_lag").unwrap(), position, 1.0), None);
     }
 
-    /// The same size with another course of the noise must not look less likely than where it was fitted.
+    /// The same size with another course of the noise must not look less likely than where it was
+    /// fitted.
     #[test]
     fn what_another_course_of_the_noise_adds_is_luck() {
         let (mut data, base) = channel(true);

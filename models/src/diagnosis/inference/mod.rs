@@ -1,19 +1,23 @@
 //! How well the recording determines an effect's parameters.
 //!
-//! Standard errors come from how blocks would move the estimate ([`sandwich`]). The interval's ends are those of the profile likelihood
-//! ([`profile`]): each parameter is moved, the others refitted, until the cost has risen by what belongs to the standard error on a
-//! parabola. Where the cost is a parabola nothing changes; where it is lopsided, has a threshold without derivative, or ends at a bound,
-//! the interval shows it. Channels are put together by [`pool`].
+//! Standard errors come from how blocks would move the estimate ([`sandwich`]). The interval's ends
+//! are those of the profile likelihood ([`profile`]): each parameter is moved, the others refitted,
+//! until the cost has risen by what belongs to the standard error on a parabola. Where the cost is
+//! a parabola nothing changes; where it is lopsided, has a threshold without derivative, or ends at
+//! a bound, the interval shows it. Channels are put together by [`pool`].
 //!
-//! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the squared error makes of hunting is alike on
-//! all channels, so this does not average out between them.
+//! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the
+//! squared error makes of hunting is alike on all channels, so this does not average out between
+//! them.
 //!
-//! What is taken for known and is not (`considered`) widens both ends, and does not average out either.
+//! What is taken for known and is not (`considered`) widens both ends, and does not average out
+//! either.
 //!
 //! [`band`] says how far readings are from the simulation itself.
 //!
-//! A step of the integration moves the estimate too, on all channels alike. What half of it changes in the readings, projected on the
-//! parameters, is half of what is left of a first-order error and a third of a second-order one: both ends give way by twice that.
+//! A step of the integration moves the estimate too, on all channels alike. What half of it changes
+//! in the readings, projected on the parameters, is half of what is left of a first-order error and
+//! a third of a second-order one: both ends give way by twice that.
 
 pub mod band;
 mod considered;
@@ -43,13 +47,15 @@ pub struct Coordinate {
     pub by_block: Vec<f64>,
     /// Degrees of freedom of the error.
     pub freedom: f64,
-    /// Distance of the interval's ends below and above, over that of a parabola; infinite where a bound comes first.
+    /// Distance of the interval's ends below and above, over that of a parabola; infinite where a
+    /// bound comes first.
     pub reach: [f64; 2],
     /// Distances below and above up to which a loop that hunts is as likely; zero where none hunts.
     pub as_likely: [f64; 2],
     /// Change of the value when the integration step is halved.
     pub halving: f64,
-    /// Standard error that what is taken for known adds, the same in all blocks and on all channels.
+    /// Standard error that what is taken for known adds, the same in all blocks and on all
+    /// channels.
     pub considered: f64,
 }
 
@@ -97,7 +103,8 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
                 let as_likely = as_likely(data, stage, effect, position, rise);
                 if as_likely.is_some() {
-                    // The squared error of a loop that hunts may fall all the way to less hunting: no end is no end of the size.
+                    // The squared error of a loop that hunts may fall all the way to less hunting:
+                    // no end is no end of the size.
                     reach = reach.map(|end| if end.is_finite() { end } else { 1.0 });
                 }
                 let as_likely = as_likely.unwrap_or_default();
@@ -105,7 +112,8 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
                 let considered = added.as_ref().map_or(0.0, |variances| variances[k].sqrt());
                 return Coordinate { error, by_block, freedom, reach, as_likely, considered, ..unknown };
             }
-            // A threshold has no derivative; the rise is what the other parameters' errors need on average.
+            // A threshold has no derivative; the rise is what the other parameters' errors need on
+            // average.
             let (ratio, freedom) = sandwich.on_average();
             let t = quantile(freedom);
             let ends = profile.ends(k, 0.0, t * t * ratio);
@@ -119,7 +127,8 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
         .collect()
 }
 
-/// The parameters of one effect on one channel with standard errors, on their scales, that are known already.
+/// The parameters of one effect on one channel with standard errors, on their scales, that are
+/// known already.
 #[must_use]
 pub fn as_estimated(
     data: &ChannelData,

@@ -6,9 +6,11 @@ use super::sandwich::BlockError;
 /// Reach of an open side among channels of which others close it.
 const OPEN_REACH: f64 = 3.0;
 
-/// One estimate from those of several channels. Where they differ by more than their errors allow (each valve has a size of its own), the
-/// mean is that of a population with a spread (DerSimonian and Laird, Controlled Clinical Trials 7, 1986), so that a channel with a
-/// small error does not speak for the others. What one supply does to all channels in the same block is counted once for all of them.
+/// One estimate from those of several channels. Where they differ by more than their errors allow
+/// (each valve has a size of its own), the mean is that of a population with a spread (DerSimonian
+/// and Laird, Controlled Clinical Trials 7, 1986), so that a channel with a small error does not
+/// speak for the others. What one supply does to all channels in the same block is counted once for
+/// all of them.
 #[must_use]
 pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     let known: Vec<&Coordinate> = channels.iter().filter(|c| c.error.is_finite()).collect();
@@ -31,7 +33,8 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     let (weights, _, value) = mean_by(spread);
     let within = within(&known, &weights);
     let between = spread * weights.iter().map(|w| w * w).sum::<f64>();
-    // Degrees of freedom of the sum of both variances (Satterthwaite, Biometrics Bulletin 2, 1946): few where the channels' scatter rules.
+    // Degrees of freedom of the sum of both variances (Satterthwaite, Biometrics Bulletin 2, 1946):
+    // few where the channels' scatter rules.
     let own = within.variance / (within.variance + between).max(f64::MIN_POSITIVE);
     let freedom = 1.0 / (own * own / within.freedom + (1.0 - own).powi(2) / (count - 1.0).max(1.0));
     // A side that is open on one channel is closed by the others.
@@ -51,8 +54,8 @@ pub fn pool(channels: &[Coordinate]) -> Option<Coordinate> {
     Some(Coordinate { value, error, by_block, freedom, reach, as_likely, halving, considered })
 }
 
-/// What the channels' own errors leave of a mean. Of channels with the same blocks, by what each block does to all of them; of others, as
-/// if nothing were common.
+/// What the channels' own errors leave of a mean. Of channels with the same blocks, by what each
+/// block does to all of them; of others, as if nothing were common.
 fn within(known: &[&Coordinate], weights: &[f64]) -> BlockError {
     let blocks = known[0].by_block.len();
     if blocks > 0 && known.iter().all(|c| c.by_block.len() == blocks) {
@@ -121,7 +124,8 @@ mod tests {
         channels[0].error = 1e-6;
         let Some(p) = pool(&channels) else { panic!("channels with errors have a mean") };
         assert!((p.value - 1.15).abs() < 0.01, "{p:?}");
-        // By hand: weights 1e12 and three of 1e4, Q = 1400, spread^2 = (1400 - 3) / 6e4, over the root of four channels.
+        // By hand: weights 1e12 and three of 1e4, Q = 1400, spread^2 = (1400 - 3) / 6e4, over the
+        // root of four channels.
         assert!((p.error - 0.0763).abs() < 0.0005, "{p:?}");
     }
 

@@ -40,8 +40,8 @@ impl<'a> Profile<'a> {
         Self { objective, derivatives, start, bounds, least }
     }
 
-    /// Distances below and above at which the cost has risen by `rise`; infinite where a bound comes first. `stride` is where they
-    /// are expected, zero where nothing is known.
+    /// Distances below and above at which the cost has risen by `rise`; infinite where a bound
+    /// comes first. `stride` is where they are expected, zero where nothing is known.
     #[must_use]
     pub fn ends(&self, k: usize, stride: f64, rise: f64) -> [f64; 2] {
         [-1.0, 1.0].map(|sign| self.end(k, sign, stride, rise))

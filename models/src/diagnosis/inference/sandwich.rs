@@ -1,9 +1,12 @@
-//! Standard errors that hold however the residual is correlated within a block, and from one block to the next.
+//! Standard errors that hold however the residual is correlated within a block, and from one block
+//! to the next.
 //!
-//! The block sandwich `H^-1 (sum s_b s_b^T) H^-1` of the scores `s_b` of whole blocks is too small where a block has much of what there is
-//! to be known of a parameter: the fit has followed its errors. Each block's part is therefore what the estimate changes by, to first
-//! order, when the block is left out (cluster jackknife, CV3: MacKinnon, Nielsen and Webb, Journal of Applied Econometrics 38, 2023).
-//! A supply that wanders over 20 s reaches beyond a block of 5 s: the variance of the parts' sum is their [`LongRun`] variance.
+//! The block sandwich `H^-1 (sum s_b s_b^T) H^-1` of the scores `s_b` of whole blocks is too small
+//! where a block has much of what there is to be known of a parameter: the fit has followed its
+//! errors. Each block's part is therefore what the estimate changes by, to first order, when the
+//! block is left out (cluster jackknife, CV3: MacKinnon, Nielsen and Webb, Journal of Applied
+//! Econometrics 38, 2023). A supply that wanders over 20 s reaches beyond a block of 5 s: the
+//! variance of the parts' sum is their [`LongRun`] variance.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -73,8 +76,9 @@ impl Sandwich {
         BlockError::new(by_block, self.freedom(k))
     }
 
-    /// Degrees of freedom of blocks: one less than the number of blocks, counted by what they say about the parameter (Carter,
-    /// Schnepel and Steigerwald, Review of Economics and Statistics 99, 2017).
+    /// Degrees of freedom of blocks: one less than the number of blocks, counted by what they say
+    /// about the parameter (Carter, Schnepel and Steigerwald, Review of Economics and Statistics
+    /// 99, 2017).
     fn freedom(&self, k: usize) -> f64 {
         let (sum, squares) =
             self.shares.iter().fold((0.0, 0.0), |(sum, squares), v| (sum + v[k], squares + v[k] * v[k]));
@@ -88,7 +92,8 @@ impl Sandwich {
         error.variance / self.naive[(k, k)]
     }
 
-    /// The mean of the [ratios](Self::ratio) of all parameters with influence, and the fewest degrees of freedom.
+    /// The mean of the [ratios](Self::ratio) of all parameters with influence, and the fewest
+    /// degrees of freedom.
     #[must_use]
     pub fn on_average(&self) -> (f64, f64) {
         let errors = (0..self.naive.nrows()).map(|k| (k, self.error(k)));

@@ -1,10 +1,12 @@
 //! Generalised least squares for what is allowed to wander.
 //!
-//! In every block the start pressure is uncertain (what happened before it), the supply wanders by about 1 %, and flows are not
-//! known to better than a percent. All are low-rank contributions to the residual's covariance, `sigma^2 I + D T D^T` with `D`
-//! the derivatives of the readings, so that a block is whitened by shrinking its part within the span of `D`:
-//! `v - U (1 - sqrt(sigma^2 / (sigma^2 + s_i))) U^T v`. It is the model's discrepancy in the sense of Kennedy and O'Hagan (J. R.
-//! Stat. Soc. B 63, 2001), where physics puts it: without it parameters move to imitate what the model lacks.
+//! In every block the start pressure is uncertain (what happened before it), the supply wanders by
+//! about 1 %, and flows are not known to better than a percent. All are low-rank contributions to
+//! the residual's covariance, `sigma^2 I + D T D^T` with `D` the derivatives of the readings, so
+//! that a block is whitened by shrinking its part within the span of `D`:
+//! `v - U (1 - sqrt(sigma^2 / (sigma^2 + s_i))) U^T v`. It is the model's discrepancy in the sense
+//! of Kennedy and O'Hagan (J. R. Stat. Soc. B 63, 2001), where physics puts it: without it
+//! parameters move to imitate what the model lacks.
 
 use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -15,7 +17,8 @@ use crate::diagnosis::channel::ChannelData;
 /// Number of disturbances beside a block's start pressure.
 pub const WANDERS: usize = DISTURBANCES - 1;
 
-/// What one standard deviation of each disturbance beside the start pressure does to a reading, kPa, from its derivatives.
+/// What one standard deviation of each disturbance beside the start pressure does to a reading,
+/// kPa, from its derivatives.
 #[must_use]
 pub fn wander(derivatives: &[f64; DISTURBANCES]) -> [f64; WANDERS] {
     let deviations = deviations(0.0);
@@ -45,14 +48,16 @@ impl Whitening {
         Self::scaled(data, derivatives, deviations(start_kpa(data)), data.noise_kpa)
     }
 
-    /// The same beside an error of this standard deviation, kPa, in the place of the noise: where a model is far off, what wanders is
-    /// small beside that, and its directions are not free to hide the error.
+    /// The same beside an error of this standard deviation, kPa, in the place of the noise: where a
+    /// model is far off, what wanders is small beside that, and its directions are not free to hide
+    /// the error.
     #[must_use]
     pub fn beside_error(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]], error_kpa: f64) -> Self {
         Self::scaled(data, derivatives, deviations(start_kpa(data)), error_kpa)
     }
 
-    /// Takes out the start pressure only, entirely: what is left is the error of a rollout that starts right.
+    /// Takes out the start pressure only, entirely: what is left is the error of a rollout that
+    /// starts right.
     #[must_use]
     pub fn start_only(data: &ChannelData, derivatives: &[[f64; DISTURBANCES]]) -> Self {
         let mut deviations = [0.0; DISTURBANCES];

@@ -10,15 +10,16 @@ use crate::diagnosis::settings::SETTINGS;
 /// What a model leaves in every block.
 #[derive(Debug, Clone)]
 pub struct Losses {
-    /// Sum of squared whitened residuals in variances of the noise, without what hunting out of step adds: the error of the mean over
-    /// all courses of the noise.
+    /// Sum of squared whitened residuals in variances of the noise, without what hunting out of
+    /// step adds: the error of the mean over all courses of the noise.
     pub fair: Vec<f64>,
-    /// Minus twice the logarithm of a Gaussian likelihood whose variance is that of the noise and of the simulated hunting, octave by
-    /// octave, up to a constant: a model that hunts must hunt as far as the recording, and as fast. The same as `fair` where a loop
-    /// does not hunt.
+    /// Minus twice the logarithm of a Gaussian likelihood whose variance is that of the noise and
+    /// of the simulated hunting, octave by octave, up to a constant: a model that hunts must hunt
+    /// as far as the recording, and as fast. The same as `fair` where a loop does not hunt.
     pub deviance: Vec<f64>,
-    /// The deviance with a further error without a pattern, as large as suits the channel best: below that of another model only if
-    /// hunting is where the error is, not if it only takes up what nothing explains.
+    /// The deviance with a further error without a pattern, as large as suits the channel best:
+    /// below that of another model only if hunting is where the error is, not if it only takes up
+    /// what nothing explains.
     pub beside_error: Vec<f64>,
 }
 
@@ -70,7 +71,8 @@ pub fn total(data: &ChannelData, losses: &[f64], roles: &[Role]) -> f64 {
     data.blocks.iter().zip(losses).filter(|(b, _)| roles.contains(&b.role)).map(|(_, l)| l).sum()
 }
 
-/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the smallest gain](crate::diagnosis::settings::Settings::practical) of error.
+/// By how much minus twice the log-likelihood of some rows must fall for a name: as with [the
+/// smallest gain](crate::diagnosis::settings::Settings::practical) of error.
 #[must_use]
 pub fn least_gain(rows: f64) -> f64 {
     -2.0 * (1.0 - SETTINGS.practical).ln() * rows

@@ -19,7 +19,8 @@ pub struct Octave {
 }
 
 impl Octave {
-    /// Minus twice the log-likelihood with an error of this variance beside the hunting, up to a constant.
+    /// Minus twice the log-likelihood with an error of this variance beside the hunting, up to a
+    /// constant.
     #[must_use]
     pub fn deviance(self, error: f64) -> f64 {
         let variance = error + self.hunting / self.count.max(1.0);
@@ -35,9 +36,10 @@ impl Octave {
     }
 }
 
-/// Splits the residuals of two simulations by octaves with the orthonormal Haar wavelet (Percival and Walden, Wavelet Methods for Time
-/// Series Analysis, 2000, ch. 4): the fastest changes first, what is slower than the last octave at the end. The product of the two
-/// has the mean square of their common part, half of their squared difference that of the hunting.
+/// Splits the residuals of two simulations by octaves with the orthonormal Haar wavelet (Percival
+/// and Walden, Wavelet Methods for Time Series Analysis, 2000, ch. 4): the fastest changes first,
+/// what is slower than the last octave at the end. The product of the two has the mean square of
+/// their common part, half of their squared difference that of the hunting.
 #[must_use]
 pub fn octaves(one: &[f64], other: &[f64]) -> Vec<Octave> {
     let mut found = Vec::new();
@@ -91,7 +93,8 @@ mod tests {
         assert!((sum(|o| o.fair + o.hunting) / mean - 1.0).abs() < 1e-9);
     }
 
-    /// Limit cycles of the recording's period and of eight times that, on average over where in their cycles two simulations out of step are.
+    /// Limit cycles of the recording's period and of eight times that, on average over where in
+    /// their cycles two simulations out of step are.
     #[test]
     fn hunting_of_a_wrong_frequency_is_less_likely() {
         const PHASES: u32 = 5;
@@ -110,7 +113,8 @@ mod tests {
         assert!(deviance(4.0) < 0.8 * deviance(32.0), "{} {}", deviance(4.0), deviance(32.0));
     }
 
-    /// White errors of 4 in one half of the blocks and of 1 in the other, and simulations that hunt in either half.
+    /// White errors of 4 in one half of the blocks and of 1 in the other, and simulations that hunt
+    /// in either half.
     #[test]
     fn hunting_helps_beside_an_error_only_where_the_error_is() {
         let blocks = 8;

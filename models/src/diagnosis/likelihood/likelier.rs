@@ -13,8 +13,8 @@ pub fn deviances(data: &ChannelData, whitening: &Whitening, models: &[Extended])
     losses.iter().map(|losses| total(data, &losses.deviance, &[Role::Fit])).collect()
 }
 
-/// The one of two models that has less [deviance](Losses::deviance) on the blocks for fitting, behind that. A fit of the squared error
-/// prefers a model that hunts less than the recording.
+/// The one of two models that has less [deviance](Losses::deviance) on the blocks for fitting,
+/// behind that. A fit of the squared error prefers a model that hunts less than the recording.
 #[must_use]
 pub fn likelier(data: &ChannelData, whitening: &Whitening, models: [Extended; 2]) -> (f64, Extended) {
     let deviances = deviances(data, whitening, &models);

@@ -1,8 +1,9 @@
 //! A loop that hunts.
 //!
-//! A loop around a spool with friction or play never rests, and two simulations that differ by next to nothing soon hunt out of
-//! step. Nobody recorded the noise that the loop saw between the rows, so no simulation hunts in step with the recording either. How
-//! far two of them are apart that differ in this noise alone is what a model may leave without being any worse for it.
+//! A loop around a spool with friction or play never rests, and two simulations that differ by next
+//! to nothing soon hunt out of step. Nobody recorded the noise that the loop saw between the rows,
+//! so no simulation hunts in step with the recording either. How far two of them are apart that
+//! differ in this noise alone is what a model may leave without being any worse for it.
 
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::effects::catalogue::CATALOGUE;
@@ -88,7 +89,8 @@ mod tests {
         assert_eq!(at_rest(&driven, &sticks), sticks);
     }
 
-    /// Derivatives along a loop that hunts grow without bound; weights made of them would shrink everything.
+    /// Derivatives along a loop that hunts grow without bound; weights made of them would shrink
+    /// everything.
     #[test]
     fn weights_of_a_loop_that_hunts_are_those_of_the_loop_at_rest() {
         let (data, base) = channel(true);

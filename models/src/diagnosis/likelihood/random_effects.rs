@@ -13,9 +13,10 @@ pub const FLOWS: usize = 5;
 pub const SINES: usize = SENSITIVITIES / 2;
 
 impl ChannelData {
-    /// Readings' derivatives by the disturbances that are free in every block: its start pressure (per kPa), the supply's level and
-    /// slope (per part of its gauge pressure), and deviations of the flow (per part of it). Of a loop that hunts, those of the loop at
-    /// rest: the others grow without bound.
+    /// Readings' derivatives by the disturbances that are free in every block: its start pressure
+    /// (per kPa), the supply's level and slope (per part of its gauge pressure), and deviations of
+    /// the flow (per part of it). Of a loop that hunts, those of the loop at rest: the others grow
+    /// without bound.
     #[must_use]
     pub fn disturbances(&self, model: &Extended) -> Vec<[f64; DISTURBANCES]> {
         let model = &at_rest(self, model);
@@ -24,8 +25,8 @@ impl ChannelData {
         self.run(model, &values, &shape).iter().map(first).collect()
     }
 
-    /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of its gauge pressure) at up to
-    /// `SINES` frequencies in Hz.
+    /// Readings' derivatives by the amplitudes of a cosine and a sine in the supply (per part of
+    /// its gauge pressure) at up to `SINES` frequencies in Hz.
     #[must_use]
     pub fn sine_derivatives(&self, model: &Extended, frequencies_hz: &[f64]) -> Vec<[f64; 2 * SINES]> {
         let values = constants(model);
@@ -33,8 +34,8 @@ impl ChannelData {
         self.rough().run(model, &values, &shape).iter().map(first).collect()
     }
 
-    /// Readings' derivatives by the heights of functions that are added to the pressure's rate (kPa/s), given by their values
-    /// at every row.
+    /// Readings' derivatives by the heights of functions that are added to the pressure's rate
+    /// (kPa/s), given by their values at every row.
     #[must_use]
     pub fn rate_derivatives(&self, model: &Extended, functions: &[[f64; HATS]]) -> Vec<[f64; HATS]> {
         let values = constants(model);
@@ -53,14 +54,17 @@ fn first<const N: usize>(reading: &Sensitive) -> [f64; N] {
     std::array::from_fn(|k| f64::from(reading.gradient[k]))
 }
 
-/// Ratio of heat capacities that the work of a moving joint is counted with, between isothermal and adiabatic.
+/// Ratio of heat capacities that the work of a moving joint is counted with, between isothermal and
+/// adiabatic.
 const WORK_EXPONENT: f64 = 1.3;
 
-/// What deviations of the flow add to the pressure's rate in every row's interval, kPa/s: the inflow's and the outflow's slope over
-/// the valve's opening and over the pressure ratio, and the outflow's level. The inflow's level does what the supply's does.
+/// What deviations of the flow add to the pressure's rate in every row's interval, kPa/s: the
+/// inflow's and the outflow's slope over the valve's opening and over the pressure ratio, and the
+/// outflow's level. The inflow's level does what the supply's does.
 ///
-/// Only where the drive of a spool is recorded: a regulator has no flow that the model knows, behind the board's loop they would hide
-/// what little of an effect is left there, and two valves that are driven apart name worse with them.
+/// Only where the drive of a spool is recorded: a regulator has no flow that the model knows,
+/// behind the board's loop they would hide what little of an effect is left there, and two valves
+/// that are driven apart name worse with them.
 fn flow_deviations(data: &ChannelData, model: &Extended) -> Vec<[f64; FLOWS]> {
     if !data.inputs.spool_is_recorded() {
         return Vec::new();
@@ -91,7 +95,8 @@ fn single(slope: f64) -> f32 {
     slope as f32
 }
 
-/// Derivatives of start pressure, supply level, supply slope and deviations of the flow, block by block.
+/// Derivatives of start pressure, supply level, supply slope and deviations of the flow, block by
+/// block.
 struct BlockDisturbance<'a> {
     /// Rows at which a block starts.
     starts: Vec<bool>,

@@ -1,4 +1,5 @@
-//! Explanations of what a machine's base model lacks: nothing, something smooth without a name, single effects, pairs.
+//! Explanations of what a machine's base model lacks: nothing, something smooth without a name,
+//! single effects, pairs.
 
 use super::evidence::evidence_of;
 use super::fit::{cost, effect_starts, race, refit};
@@ -11,7 +12,8 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Domain, Question};
 
-/// Evaluations in which a correction along one variable is looked at, and in which the best is fitted.
+/// Evaluations in which a correction along one variable is looked at, and in which the best is
+/// fitted.
 const CORRECTION: (usize, usize) = (5, 15);
 
 /// An explanation, fitted.
@@ -37,7 +39,8 @@ impl Candidate {
         Self { missing, models, by_channel, evidence }
     }
 
-    /// Takes over `before` on channels where this gains next to nothing of what it gains elsewhere: there it does not act.
+    /// Takes over `before` on channels where this gains next to nothing of what it gains elsewhere:
+    /// there it does not act.
     #[must_use]
     fn where_it_acts(mut self, before: &Self) -> Self {
         let gain = |k: usize| self.by_channel[k].log_density() - before.by_channel[k].log_density();

@@ -21,7 +21,8 @@ const FOLLOWED: (usize, usize) = (2, 14);
 const LAST: usize = 30;
 /// Starts of the base model that are looked at.
 const BASE_STARTS: usize = 4;
-/// Gains at which an effect is tried, over those of the base model: what takes up flow leaves more for the valve.
+/// Gains at which an effect is tried, over those of the base model: what takes up flow leaves more
+/// for the valve.
 const FACTORS: [f64; 3] = [0.2, 0.5, 1.0];
 /// Gains of a vent valve at which a search begins, over the fill valve's.
 const VENT_GAINS: [f64; 3] = [1.0, 10.0, 100.0];
@@ -54,7 +55,8 @@ pub fn refit<'a>(
     Fitted { models: objective.models_at(&minimum.coordinates), objective, minimum }
 }
 
-/// Mean squared residual of rollouts over the recordings' fit parts, kPa^2; infinite where a simulation runs away.
+/// Mean squared residual of rollouts over the recordings' fit parts, kPa^2; infinite where a
+/// simulation runs away.
 #[must_use]
 pub fn cost(channel: &MachineChannel, models: &TiedModel) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
@@ -69,8 +71,8 @@ pub fn cost(channel: &MachineChannel, models: &TiedModel) -> f64 {
     if mean.is_finite() { mean } else { f64::INFINITY }
 }
 
-/// The best of some groups of starts: of each group the best by its error is looked at, the best of these are fitted in earnest. Nothing
-/// where every simulation runs away.
+/// The best of some groups of starts: of each group the best by its error is looked at, the best of
+/// these are fitted in earnest. Nothing where every simulation runs away.
 #[must_use]
 pub fn race(
     channel: &MachineChannel,
@@ -177,8 +179,8 @@ pub fn known_base(channel: &MachineChannel, known: &Extended, tick: &(dyn Fn() +
     race(channel, &SCALES.map(start), Some(&known.effects), tick)
 }
 
-/// Models with one more effect from which a search begins, one group a probe: beside what `from` has found, and of a machine that is not
-/// known also from anywhere.
+/// Models with one more effect from which a search begins, one group a probe: beside what `from`
+/// has found, and of a machine that is not known also from anywhere.
 #[must_use]
 pub fn effect_starts(
     channel: &MachineChannel,

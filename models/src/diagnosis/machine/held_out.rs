@@ -1,8 +1,9 @@
 //! What a model is worth on a recording with the curves of the others.
 //!
-//! Each recording is left out once: the machine is fitted to the others, the recording's own load to the parts of it that may be looked
-//! at, and the error counted on its last part. What one recording does to the sizes of the others is a jackknife's (Efron and Stein,
-//! Annals of Statistics 9, 1981).
+//! Each recording is left out once: the machine is fitted to the others, the recording's own load
+//! to the parts of it that may be looked at, and the error counted on its last part. What one
+//! recording does to the sizes of the others is a jackknife's (Efron and Stein, Annals of
+//! Statistics 9, 1981).
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -22,11 +23,13 @@ const LOAD: usize = 15;
 /// Errors of rollouts on the last parts of the recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldOut {
-    /// Sum of squares (kPa^2) and number of rows of each unit: a recording, or a piece of one where there are few.
+    /// Sum of squares (kPa^2) and number of rows of each unit: a recording, or a piece of one where
+    /// there are few.
     pub units: Vec<(f64, f64)>,
     /// The model of each recording with the curves of the others.
     pub models: Vec<Extended>,
-    /// The models of all recordings in each fit that leaves one out, in its place the one with the others' curves.
+    /// The models of all recordings in each fit that leaves one out, in its place the one with the
+    /// others' curves.
     pub jackknife: Vec<TiedModel>,
 }
 
@@ -78,7 +81,8 @@ impl HeldOut {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// Reduction of the RMS error from `self` to `after`, with a 95 % interval from how much the units differ (delta method, Student's t).
+    /// Reduction of the RMS error from `self` to `after`, with a 95 % interval from how much the
+    /// units differ (delta method, Student's t).
     #[must_use]
     pub fn gain(&self, after: &Self) -> Gain {
         let total = |e: &Self| e.units.iter().map(|u| u.0).sum::<f64>();

@@ -11,10 +11,11 @@ use crate::diagnosis::settings::SETTINGS;
 /// Evaluations that fit one load for all recordings.
 const ONE_LOAD: usize = 30;
 
-/// Do the loads differ? `models` are base models with a load of its own for each recording, channel by channel.
+/// Do the loads differ? `models` are base models with a load of its own for each recording, channel
+/// by channel.
 ///
-/// They do when one load for all is less likely beyond what recordings differ by, and its error larger by as much as a
-/// name must take.
+/// They do when one load for all is less likely beyond what recordings differ by, and its error
+/// larger by as much as a name must take.
 #[must_use]
 pub fn differ(channels: &[MachineChannel], models: &[TiedModel]) -> bool {
     let own: Vec<Evidence> = channels.iter().zip(models).map(|(c, m)| evidence_of(c, m)).collect();

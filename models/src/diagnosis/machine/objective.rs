@@ -9,8 +9,8 @@ use crate::fit::{Normal, Objective};
 use crate::model::{Parameter, Scale};
 use crate::parallel;
 
-/// Residuals of rollouts (simulated minus measured, kPa) over the coordinates of what is free: the machine's, the heights of its smooth
-/// correction where it has one, then each recording's own.
+/// Residuals of rollouts (simulated minus measured, kPa) over the coordinates of what is free: the
+/// machine's, the heights of its smooth correction where it has one, then each recording's own.
 pub struct JointObjective<'a> {
     channel: &'a MachineChannel,
     start: TiedModel,

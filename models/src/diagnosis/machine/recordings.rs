@@ -33,10 +33,12 @@ impl MachineChannel {
     }
 }
 
-/// The channels of a machine, split and simulated as coarsely as a search may, with remarks on what is left out.
+/// The channels of a machine, split and simulated as coarsely as a search may, with remarks on what
+/// is left out.
 ///
 /// # Errors
-/// [`DiagnosisError`] when a recording has no channel that can be simulated, or others than the first has.
+/// [`DiagnosisError`] when a recording has no channel that can be simulated, or others than the
+/// first has.
 pub fn channels(
     recordings: &[Recording],
     rig: &Rig,
@@ -82,7 +84,8 @@ fn listed(ids: &[ChannelId]) -> String {
     ids.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
-/// A recording is one of several like it: what is to be tested is what comes later, not what lies in between.
+/// A recording is one of several like it: what is to be tested is what comes later, not what lies
+/// in between.
 pub fn split_in_three(data: &mut ChannelData) {
     data.blocks = in_three(&data.inputs);
     let (rows, spans) = compared_rows(&data.inputs, &data.blocks);
@@ -92,11 +95,12 @@ pub fn split_in_three(data: &mut ChannelData) {
     (data.rows, data.spans) = (rows, spans);
 }
 
-/// Parts of a recording that fit and that choose; the rest tests. Several recordings share the curves, so that less of each is enough
-/// to fit.
+/// Parts of a recording that fit and that choose; the rest tests. Several recordings share the
+/// curves, so that less of each is enough to fit.
 const PARTS: [f64; 2] = [0.45, 0.19];
 
-/// The first part fits, the next chooses, the rest tests. What a start leaves behind is not compared.
+/// The first part fits, the next chooses, the rest tests. What a start leaves behind is not
+/// compared.
 fn in_three(inputs: &ChannelInputs) -> Vec<Block> {
     let (rows, first_s) = (inputs.rows(), inputs.time_s[0]);
     let length_s = inputs.duration_s;

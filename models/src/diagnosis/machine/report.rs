@@ -84,7 +84,8 @@ impl Found<'_> {
         let one = |r: usize| {
             let (data, models) = self.recorded(r);
             let mut file = extended_file(&data, &models, rig);
-            // The final models were fitted to the parts where causes are chosen, too: errors there say little about other rows.
+            // The final models were fitted to the parts where causes are chosen, too: errors there
+            // say little about other rows.
             for (data, chosen) in data.iter().zip(&self.findings.last().models) {
                 if let Some(channel) = file.channels.get_mut(&data.id.to_string()) {
                     channel.band = Band::of(data, &chosen.models[r]);
@@ -205,7 +206,8 @@ impl Found<'_> {
         }
     }
 
-    /// What the residual of the final models depends on, what error is allowed, and what half the integration step changes, kPa.
+    /// What the residual of the final models depends on, what error is allowed, and what half the
+    /// integration step changes, kPa.
     fn rest(&self) -> (Vec<Symptom>, f64, f64) {
         let mut data: Vec<ChannelData> = Vec::new();
         let mut models: Vec<Extended> = Vec::new();
@@ -245,7 +247,8 @@ fn joint_rmse_kpa<'a>(all: impl Iterator<Item = (&'a MachineChannel, &'a TiedMod
     (sum / count.max(1.0)).sqrt()
 }
 
-/// The same channel in the blocks of a recording that is alone, whose dependences are tested from block to block.
+/// The same channel in the blocks of a recording that is alone, whose dependences are tested from
+/// block to block.
 fn interleaved(data: &ChannelData) -> ChannelData {
     let mut cut = data.clone();
     cut.blocks = split(&cut.inputs);
@@ -261,7 +264,8 @@ pub(super) fn short(name: &str) -> String {
     Path::new(name).file_name().map_or_else(|| name.to_owned(), |file| file.to_string_lossy().into_owned())
 }
 
-/// File of a recording's extended model: `extended.toml` of one, `extended-NAME.toml` of several; numbered where names are alike.
+/// File of a recording's extended model: `extended.toml` of one, `extended-NAME.toml` of several;
+/// numbered where names are alike.
 fn file_of(names: &[String], recording: usize) -> String {
     if names.len() == 1 {
         return crate::diagnosis::run::EXTENDED_FILE.to_owned();

@@ -1,4 +1,5 @@
-//! A diagnosis of several recordings of one machine, or of one recording of a machine that is known.
+//! A diagnosis of several recordings of one machine, or of one recording of a machine that is
+//! known.
 
 use super::fit::{fit_base, known_base};
 use super::loads::differ;
@@ -13,14 +14,15 @@ use crate::diagnosis::report::ExtendedFile;
 use crate::diagnosis::selection::Progress;
 use crate::rig::Rig;
 
-/// Recordings from which it is found out whether their loads differ; of two, one may just be the next experiment.
+/// Recordings from which it is found out whether their loads differ; of two, one may just be the
+/// next experiment.
 const LEAST_TO_FIND_OUT: usize = 3;
 
 /// What is asked beside the recordings and the rig.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MachineRequest<'a> {
-    /// A calibrated model of the same machine, with its name for messages: its valves, supply and sensor are taken as they are, and
-    /// only the loads are fitted.
+    /// A calibrated model of the same machine, with its name for messages: its valves, supply and
+    /// sensor are taken as they are, and only the loads are fitted.
     pub machine: Option<(&'a str, &'a ExtendedFile)>,
     /// Do the loads differ? `None`: find out.
     pub loads_differ: Option<bool>,
@@ -37,8 +39,9 @@ pub struct MachineDiagnosis {
     pub(super) findings: Findings,
 }
 
-/// Diagnoses recordings of one machine. Nothing, where nobody said so and the loads do not differ: then the recordings are one. That is
-/// found out of three recordings and more whose drives are recorded.
+/// Diagnoses recordings of one machine. Nothing, where nobody said so and the loads do not differ:
+/// then the recordings are one. That is found out of three recordings and more whose drives are
+/// recorded.
 ///
 /// # Errors
 /// [`DiagnosisError`] when a recording cannot carry a diagnosis, or the machine does not fit.

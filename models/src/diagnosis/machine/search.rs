@@ -100,13 +100,15 @@ pub fn find(
         candidates.extend(tried);
         candidates.push(something_else);
         let Some(winner) = winner.filter(|w| stands_out(w, &best.evidence, &smooth)) else { break };
-        // Of a known machine only the load can be missing: what moved in the machine is another question.
+        // Of a known machine only the load can be missing: what moved in the machine is another
+        // question.
         if known.is_some() && !is_of_load(&winner) {
             break;
         }
         let errors = worth(&winner.models);
         let gain = HeldOut::together(&held_out).gain(&HeldOut::together(&errors));
-        // A second name beside the first has to be one alone: what several could be is "something else".
+        // A second name beside the first has to be one alone: what several could be is "something
+        // else".
         let alone = round == 0 || rivals.is_empty();
         if !(gain.ci95[0] > SETTINGS.practical && gain.reduction >= SETTINGS.greybox_worth && alone) {
             break;
@@ -141,15 +143,16 @@ fn is_of_load(candidate: &Candidate) -> bool {
     effect.is_some_and(|&e| CATALOGUE[e].parameters.iter().any(|p| p.of_load))
 }
 
-/// Can the recordings not tell a rival from the winner? They cannot where its density is as high within what units differ by, or where
-/// it simulates as closely and is nearly as likely.
+/// Can the recordings not tell a rival from the winner? They cannot where its density is as high
+/// within what units differ by, or where it simulates as closely and is nearly as likely.
 fn ties(winner: &Candidate, rival: &Candidate) -> bool {
     let (gain, error) = winner.evidence.over(&rival.evidence);
     let close = rival.evidence.rmse_kpa() <= SETTINGS.greybox_as_close * winner.evidence.rmse_kpa();
     close && gain <= 2.0 * error
 }
 
-/// Is an effect likelier than the model without it, beyond what units differ by, and than something smooth without a name?
+/// Is an effect likelier than the model without it, beyond what units differ by, and than something
+/// smooth without a name?
 fn stands_out(winner: &Candidate, before: &Evidence, smooth: &Evidence) -> bool {
     let (gain, error) = winner.evidence.over(before);
     gain >= SETTINGS.greybox_least_nats

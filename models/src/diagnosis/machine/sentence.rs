@@ -18,7 +18,8 @@ impl Found<'_> {
         format!("{loads}{found}{}{}", rest(report), self.moved(report))
     }
 
-    /// Whether what is likeliest is no matter of the load, where the machine is a calibrated one and nothing was named.
+    /// Whether what is likeliest is no matter of the load, where the machine is a calibrated one
+    /// and nothing was named.
     fn moved(&self, report: &Report) -> String {
         let Some((likeliest, _)) = self.findings.candidates.first() else { return String::new() };
         if !self.findings.known || !report.causes.is_empty() {
@@ -37,7 +38,8 @@ impl Found<'_> {
     }
 }
 
-/// What is missing, and how large the error is on what was used for nothing else. `held_out`: without names, and with them.
+/// What is missing, and how large the error is on what was used for nothing else. `held_out`:
+/// without names, and with them.
 fn found(report: &Report, [before, after]: &[HeldOut; 2], known: bool) -> String {
     let noise = report.baseline.noise_floor_kpa;
     let from = if known {

@@ -1,7 +1,8 @@
 //! Sizes of a machine's parameters and of its loads', with intervals.
 //!
-//! An interval counts what residuals that last leave open (the robust covariance of the joint fit) and what the estimate moves by when
-//! one recording is left out (jackknife): how much recordings differ is the floor of every interval.
+//! An interval counts what residuals that last leave open (the robust covariance of the joint fit)
+//! and what the estimate moves by when one recording is left out (jackknife): how much recordings
+//! differ is the floor of every interval.
 
 use std::collections::BTreeMap;
 
@@ -111,7 +112,8 @@ impl Sizes {
     }
 }
 
-/// A derived size is determined when its interval's half is less than this factor's logarithm: ten times.
+/// A derived size is determined when its interval's half is less than this factor's logarithm: ten
+/// times.
 const SURE: f64 = std::f64::consts::LN_10;
 
 /// Mean rate at which the recorded pressures move, kPa/s.
@@ -130,7 +132,8 @@ fn quantile(recordings: usize) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
-/// Standard error of a recording's parameter over the fits that leave one recording out, on the scale of fitting.
+/// Standard error of a recording's parameter over the fits that leave one recording out, on the
+/// scale of fitting.
 fn jackknife(held_out: &HeldOut, recording: usize, position: usize, p: &Parameter) -> f64 {
     let values: Vec<f64> = held_out
         .jackknife

@@ -7,7 +7,8 @@ use crate::diagnosis::evidence::Missing;
 use crate::diagnosis::testing::{channel, measured, with};
 use crate::effects::catalogue::CATALOGUE;
 
-/// Recordings of one valve with these volumes, and tubes of these time constants where there are any.
+/// Recordings of one valve with these volumes, and tubes of these time constants where there are
+/// any.
 fn machine(volumes: &[f64], tubes_s: &[f64]) -> MachineChannel {
     let (data, base) = channel(false);
     let recorded = volumes.iter().enumerate().map(|(k, &volume)| {

@@ -4,7 +4,8 @@ use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::estimation::free_base;
 use crate::effects::catalogue::CATALOGUE;
 
-/// The models of one channel in all recordings: the same effects, and what is the machine's has the same values.
+/// The models of one channel in all recordings: the same effects, and what is the machine's has the
+/// same values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TiedModel {
     /// One model a recording.
@@ -30,9 +31,11 @@ impl TiedModel {
 pub enum Freedom<'a> {
     /// What is the machine's is alike, and fitted with the loads.
     Machine,
-    /// All parameters of effects are each recording's own, whoever's they are: from bad starts this gets stuck less often.
+    /// All parameters of effects are each recording's own, whoever's they are: from bad starts this
+    /// gets stuck less often.
     Loose,
-    /// The machine is known, with these effects: of them only what is the load's is fitted, of others everything.
+    /// The machine is known, with these effects: of them only what is the load's is fitted, of
+    /// others everything.
     Known(&'a [usize]),
     /// The loads are alike, too.
     OneLoad,
@@ -45,7 +48,8 @@ pub struct Ties {
     pub machine: Vec<usize>,
     /// Those that are each recording's own.
     pub load: Vec<usize>,
-    /// The load's scale, which stays as it is in the first recording: of a machine that is not known, only ratios can be told.
+    /// The load's scale, which stays as it is in the first recording: of a machine that is not
+    /// known, only ratios can be told.
     pub anchored: Option<usize>,
 }
 

@@ -6,7 +6,8 @@ use crate::diagnosis::report::verdict;
 use crate::diagnosis::settings::SETTINGS;
 use crate::report::{Align, Markup, Table, significant};
 
-/// The explanations with their probabilities; `units` are what is weighed anew: blocks or recordings.
+/// The explanations with their probabilities; `units` are what is weighed anew: blocks or
+/// recordings.
 pub fn markup(report: &Report, units: &str) -> Markup {
     let mut table = Table::new(&[
         ("Missing", Align::Left),

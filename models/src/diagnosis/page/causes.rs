@@ -89,7 +89,8 @@ fn intervals(parameter: &EffectParameter, cause: &Cause) -> Markup {
     if lines.len() > 1 {
         lines.extend(line("all", &cause.parameters, true));
     }
-    // Where the effect is absent belongs in the picture unless that is at infinity, which the bounds only stand for.
+    // Where the effect is absent belongs in the picture unless that is at infinity, which the
+    // bounds only stand for.
     let first = index_of(&cause.effect).is_some_and(|k| CATALOGUE[k].parameters[0].name == parameter.name);
     let absent = first && (parameter.null <= parameter.lower || parameter.null >= parameter.upper);
     let near = lines.iter().all(|l| (l.value - parameter.null).abs() <= 20.0 * l.value.abs());

@@ -1,4 +1,5 @@
-//! From a recording and a rig to channels that can be simulated, and whether the recording can carry a diagnosis.
+//! From a recording and a rig to channels that can be simulated, and whether the recording can
+//! carry a diagnosis.
 
 mod check;
 mod noise;

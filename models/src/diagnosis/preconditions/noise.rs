@@ -1,16 +1,19 @@
 //! The noise of a measurement, quantisation included.
 
-/// Values that a converter tells apart repeat: with a new one in fewer than this part of the samples, they are its steps.
+/// Values that a converter tells apart repeat: with a new one in fewer than this part of the
+/// samples, they are its steps.
 const REPEATED: f64 = 0.25;
 
-/// Noise of a measurement, in its unit, RMS: what varies from sample to sample, and at least what rounding to the converter's steps leaves
-/// (a uniform error, W. R. Bennett, Bell Syst. Tech. J. 27, 1948). A pressure at rest may repeat one value for seconds.
+/// Noise of a measurement, in its unit, RMS: what varies from sample to sample, and at least what
+/// rounding to the converter's steps leaves (a uniform error, W. R. Bennett, Bell Syst. Tech. J.
+/// 27, 1948). A pressure at rest may repeat one value for seconds.
 #[must_use]
 pub fn noise(measured: &[f64], usable: &[bool]) -> f64 {
     scatter(measured, usable).max(step(measured, usable) / 12.0_f64.sqrt())
 }
 
-/// The step of the converter, as the median distance of values that were measured; 0 where they hardly repeat.
+/// The step of the converter, as the median distance of values that were measured; 0 where they
+/// hardly repeat.
 fn step(measured: &[f64], usable: &[bool]) -> f64 {
     let mut values: Vec<f64> = measured.iter().zip(usable).filter(|(_, u)| **u).map(|(y, _)| *y).collect();
     let samples = values.len() as f64;
@@ -24,15 +27,17 @@ fn step(measured: &[f64], usable: &[bool]) -> f64 {
     steps[steps.len() / 2]
 }
 
-/// Parts of a recording in which it is taken to be quiet: its quieter quarter, or less where even that is not.
+/// Parts of a recording in which it is taken to be quiet: its quieter quarter, or less where even
+/// that is not.
 const QUIET: [f64; 2] = [0.25, 0.05];
 /// The quantiles of chi-squared with six degrees of freedom at [`QUIET`], over its mean.
 const QUANTILES: [f64; 2] = [3.455 / 6.0, 1.635 / 6.0];
-/// Noise is as large in the quietest part as in a quiet one. What is so many times as large is a movement.
+/// Noise is as large in the quietest part as in a quiet one. What is so many times as large is a
+/// movement.
 const MOVEMENT: f64 = 2.0;
 
-/// Scatter of a measurement, in its unit, RMS, from what a parabola over nine samples leaves where the pressure is quiet. Behind a tube a
-/// board's loop may chatter nearly all the time.
+/// Scatter of a measurement, in its unit, RMS, from what a parabola over nine samples leaves where
+/// the pressure is quiet. Behind a tube a board's loop may chatter nearly all the time.
 fn scatter(measured: &[f64], usable: &[bool]) -> f64 {
     let variances = variances(measured, usable);
     if variances.is_empty() {
@@ -98,7 +103,8 @@ mod tests {
             *y += 40.0 * (2.1 * k as f64).sin();
         }
         let chattering = noise(&measured, &usable);
-        // A twentieth of all is the quieter quarter of what is quiet, which is taken for its quietest twentieth.
+        // A twentieth of all is the quieter quarter of what is quiet, which is taken for its
+        // quietest twentieth.
         let expected = (QUANTILES[0] / QUANTILES[1]).sqrt();
         assert!((chattering / expected - 1.0).abs() < 0.1, "{chattering} of 1.45, and not of 28");
     }

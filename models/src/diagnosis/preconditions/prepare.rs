@@ -17,7 +17,8 @@ use crate::diagnosis::error::DiagnosisError;
 pub enum Purpose {
     /// To be compared with measured pressures.
     Compare,
-    /// To be simulated from drives or commands alone, from this pressure (kPa gauge) where none is measured.
+    /// To be simulated from drives or commands alone, from this pressure (kPa gauge) where none is
+    /// measured.
     Simulate {
         /// Pressure to start from, kPa gauge.
         start_kpa: f64,
@@ -167,7 +168,8 @@ fn base_model(rig: &Rig, drive: &DriveInput) -> BaseModel {
     BaseModel::Nonlinear(Nonlinear::of(&rig.constants(drive, FlowForm::Iso6358)))
 }
 
-/// Recorded drive of the channel before; without one, what a board's proportional gain makes of its command and pressure.
+/// Recorded drive of the channel before; without one, what a board's proportional gain makes of its
+/// command and pressure.
 fn neighbour_drive(recording: &Recording, channel: &Channel, board: Option<&BoardLoop>) -> Series {
     let number = before(recording, channel);
     let wanted = |c: &&Channel| c.id.board == channel.id.board && c.id.channel == number;

@@ -60,13 +60,15 @@ impl Common {
         }
     }
 
-    /// Supply pressure for the channels of `board`, Pa: measured by itself, measured for the rig, or the rig file's.
+    /// Supply pressure for the channels of `board`, Pa: measured by itself, measured for the rig,
+    /// or the rig file's.
     pub fn supply_pa(&self, board: u8) -> Option<&Series> {
         let own = self.board_supplies_pa.iter().find(|(of, _)| *of == board);
         own.map(|(_, series)| series).or(self.supply_pa.as_ref())
     }
 
-    /// Volume at rest, row by row, m^3, of a channel with this rig; one series for all channels with the usual one.
+    /// Volume at rest, row by row, m^3, of a channel with this rig; one series for all channels
+    /// with the usual one.
     pub fn rest_m3(&self, rig: &Rig) -> Series {
         let volume = rest_volume_m3(rig);
         match self.usual_rest_m3.first() {

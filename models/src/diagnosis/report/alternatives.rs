@@ -17,9 +17,9 @@ pub const LEAST_PROBABLE: f64 = 0.001;
 /// More probable than not.
 const EVEN: f64 = 0.5;
 
-/// Weighs all explanations that a search has fitted, and beside them nothing at all and something smooth without a name; the most
-/// probable comes first. An effect in a size that sound rigs have is no cause: with it, nothing is missing. Since a calibration (`change`),
-/// every size counts.
+/// Weighs all explanations that a search has fitted, and beside them nothing at all and something
+/// smooth without a name; the most probable comes first. An effect in a size that sound rigs have
+/// is no cause: with it, nothing is missing. Since a calibration (`change`), every size counts.
 #[must_use]
 pub fn weighed(channels: &[ChannelData], outcome: &Outcome, rest: &Rest, change: bool) -> Vec<Weighed> {
     let named: Vec<usize> = outcome.causes.iter().map(|cause| cause.effect).collect();
@@ -42,7 +42,8 @@ pub fn weighed(channels: &[ChannelData], outcome: &Outcome, rest: &Rest, change:
     weigh(channels, all)
 }
 
-/// Is an effect, on some channel, larger than on sound rigs? One is for which nothing says how large that is.
+/// Is an effect, on some channel, larger than on sound rigs? One is for which nothing says how
+/// large that is.
 fn is_beyond_usual(channels: &[ChannelData], models: &[Extended], effect: usize) -> bool {
     let info = CATALOGUE[effect];
     let told = || info.parameters.iter().enumerate().filter(|(_, p)| p.usual.is_finite());
@@ -70,7 +71,8 @@ fn without(cause: &Found, outcome: &Outcome) -> Explanation {
 }
 
 impl Report {
-    /// Takes over the probabilities of explanations, and of each cause that of all explanations with it.
+    /// Takes over the probabilities of explanations, and of each cause that of all explanations
+    /// with it.
     pub fn weigh(&mut self, weighed: &[Weighed]) {
         if weighed.is_empty() {
             return;
@@ -91,8 +93,9 @@ impl Report {
     }
 }
 
-/// Probabilities that heed the names, too: the tests for them are evidence besides how well explanations predict. Sets with a cause that got no
-/// name count less, the others take what they lose.
+/// Probabilities that heed the names, too: the tests for them are evidence besides how well
+/// explanations predict. Sets with a cause that got no name count less, the others take what they
+/// lose.
 fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
     let named = |effect: &usize| {
         let id = CATALOGUE[*effect].id;
@@ -111,14 +114,16 @@ fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
     heeded
 }
 
-/// Parts causes into those that keep their names and those that are less probable than not beside one that is more.
+/// Parts causes into those that keep their names and those that are less probable than not beside
+/// one that is more.
 fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
     let probable = |cause: &Cause| is_probable(cause, weighed);
     let any = causes.iter().any(probable);
     causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
-/// Is a cause more probable than not, counted with what fits as well? One is where nothing was weighed.
+/// Is a cause more probable than not, counted with what fits as well? One is where nothing was
+/// weighed.
 #[must_use]
 pub fn is_probable(cause: &Cause, weighed: &[Weighed]) -> bool {
     let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
@@ -218,7 +223,8 @@ mod tests {
             heeded.iter().map(|w| (w.missing.ids().join("+"), w.probability)).collect()
         };
         let unnamed = told(&[]);
-        // The three with a cause count as 0.3 of 0.8, nothing as 0.1, and together they are 0.9 as before.
+        // The three with a cause count as 0.3 of 0.8, nothing as 0.1, and together they are 0.9 as
+        // before.
         let expected =
             [("none", 0.1), ("supply_sag", 0.15), ("valve_lag", 0.06), ("valve_lag+supply_sag", 0.03)];
         for (ids, counts) in expected {

@@ -13,10 +13,12 @@ use crate::effects::{EffectInfo, EffectParameter, Reach};
 use crate::model::Scale;
 use crate::parallel;
 
-/// A found cause as the report has it: where it acts, its parameters with their intervals, its rivals and its gain.
+/// A found cause as the report has it: where it acts, its parameters with their intervals, its
+/// rivals and its gain.
 ///
-/// Where the size is usual over all channels and beyond that on some, it acts on those: a name covers what is wrong, not what is sound. What
-/// all channels share acts on all or none. Since a calibration (`change`), every size counts.
+/// Where the size is usual over all channels and beyond that on some, it acts on those: a name
+/// covers what is wrong, not what is sound. What all channels share acts on all or none. Since a
+/// calibration (`change`), every size counts.
 pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: Gain, change: bool) -> Cause {
     let info = CATALOGUE[found.effect];
     let acting: Vec<(usize, &ChannelData)> =
@@ -95,7 +97,8 @@ mod tests {
     use super::*;
     use crate::effects::catalogue::index_of;
 
-    /// One size on four channels, each known to a hundredth of what is usual; `odd` times what is usual on the last.
+    /// One size on four channels, each known to a hundredth of what is usual; `odd` times what is
+    /// usual on the last.
     fn sizes(effect: &str, odd: f64) -> (&'static EffectInfo, ByChannel) {
         let info = CATALOGUE[index_of(effect).expect(effect)];
         let parameter = &info.parameters[0];

@@ -1,8 +1,9 @@
 //! Whether a cause that was found has earned its name.
 //!
-//! The search asks which effects make the simulation better by more than chance. With a long recording that is next to everything: valves'
-//! curves are never quite those of the model, and some effect of the catalogue always describes a part of it. A name needs more: a size
-//! that sound rigs do not have, and a gain on data that nobody fitted to.
+//! The search asks which effects make the simulation better by more than chance. With a long
+//! recording that is next to everything: valves' curves are never quite those of the model, and
+//! some effect of the catalogue always describes a part of it. A name needs more: a size that sound
+//! rigs do not have, and a gain on data that nobody fitted to.
 
 use crate::diagnosis::settings::SETTINGS;
 use std::collections::BTreeMap;
@@ -11,10 +12,12 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
-/// Parts what was found into causes and what is modelled without a name; `imitated` are those that smooth functions do as well. What has no
-/// size that is determined must be `probable`. Of a board's loop whose drive is not recorded (`looped`), the error hardly tells what is
-/// wrong: there all must be, but what makes it hunt, in step with which no rollout does; and what has no size that is determined must not
-/// stand beside what has one: the shape of something often fits what another cause leaves.
+/// Parts what was found into causes and what is modelled without a name; `imitated` are those that
+/// smooth functions do as well. What has no size that is determined must be `probable`. Of a
+/// board's loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: there
+/// all must be, but what makes it hunt, in step with which no rollout does; and what has no size
+/// that is determined must not stand beside what has one: the shape of something often fits what
+/// another cause leaves.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
@@ -63,7 +66,8 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     (!gains).then_some(Unnamed::Gainless)
 }
 
-/// May, by its intervals, every size that tells how large it is be one that sound rigs have? A size that is not determined may.
+/// May, by its intervals, every size that tells how large it is be one that sound rigs have? A size
+/// that is not determined may.
 fn may_be_usual(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(|k| {
         telling(CATALOGUE[k]).next().is_some() && !stands_out(CATALOGUE[k], &cause.parameters)
@@ -79,7 +83,8 @@ fn is_undetermined(cause: &Cause) -> bool {
     of_all_sizes(cause, |_, ci95| ci95.is_none())
 }
 
-/// May, by its intervals, every size that tells how large it is be none? A size that is not determined may.
+/// May, by its intervals, every size that tells how large it is be none? A size that is not
+/// determined may.
 fn may_be_nothing(cause: &Cause) -> bool {
     of_all_sizes(cause, |parameter, ci95| {
         ci95.is_none_or(|[low, high]| (low..=high).contains(&parameter.null))
@@ -99,7 +104,8 @@ fn is_usual(cause: &Cause, looped: bool) -> bool {
     index_of(&cause.effect).is_some_and(|k| usual(CATALOGUE[k], &cause.parameters, looped))
 }
 
-/// Are the sizes of an effect such as sound rigs have? Where no interval says how large it is, they are not.
+/// Are the sizes of an effect such as sound rigs have? Where no interval says how large it is, they
+/// are not.
 #[must_use]
 pub fn usual(info: &EffectInfo, sizes: &Sizes, looped: bool) -> bool {
     let mut telling = telling(info).peekable();

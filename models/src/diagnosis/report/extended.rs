@@ -37,7 +37,8 @@ pub struct ExtendedFile {
 /// One channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtendedChannel {
-    /// What drove the channel: `spool`, `separate`, `board` (the board's loop, from commands) or `command` (a regulator).
+    /// What drove the channel: `spool`, `separate`, `board` (the board's loop, from commands) or
+    /// `command` (a regulator).
     pub drive: String,
     /// Noise of the measurement, kPa RMS: in the board's loop it shakes the spool.
     pub noise_kpa: f64,
@@ -86,7 +87,8 @@ pub fn extended_file(channels: &[ChannelData], models: &[Extended], rig: &Rig) -
     }
 }
 
-/// Of each recording its channels, their models and their file: the share of the readings of all test blocks that the bands hold.
+/// Of each recording its channels, their models and their file: the share of the readings of all
+/// test blocks that the bands hold.
 #[must_use]
 pub fn band_holds<'a>(
     recordings: impl IntoIterator<Item = (&'a [ChannelData], &'a [Extended], &'a ExtendedFile)>,

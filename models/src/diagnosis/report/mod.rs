@@ -1,4 +1,5 @@
-//! What the result says: causes with sizes, what has earned a name, the verdict, the extended model.
+//! What the result says: causes with sizes, what has earned a name, the verdict, the extended
+//! model.
 
 pub mod alternatives;
 mod causes;

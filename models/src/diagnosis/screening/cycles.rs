@@ -13,16 +13,18 @@ use crate::parallel;
 
 /// Shortest period looked for, s.
 const SHORTEST_S: f64 = 1.5;
-/// Frequencies looked at, at most, from the lowest: in an hour's recording the fastest cycles are left out.
+/// Frequencies looked at, at most, from the lowest: in an hour's recording the fastest cycles are
+/// left out.
 const MOST: usize = 160;
 /// Distance of neighbouring frequencies, periods per recording.
 const SPACING: f64 = 0.8;
 /// Periods that a recording has of a cycle at least: what came once or twice may not come back.
 const PERIODS: f64 = 3.0;
-/// Peaks of the periodogram that are followed; blocks of a few seconds show a cycle at other frequencies, too.
+/// Peaks of the periodogram that are followed; blocks of a few seconds show a cycle at other
+/// frequencies, too.
 const PEAKS: usize = 5;
-/// Distance of the frequencies at which a peak is looked at closely, periods per recording: a tenth of a period at the end leaves nearly
-/// all of a cycle.
+/// Distance of the frequencies at which a peak is looked at closely, periods per recording: a tenth
+/// of a period at the end leaves nearly all of a cycle.
 const CLOSELY: f64 = 0.1;
 
 /// What a search for cycles finds.
@@ -49,10 +51,11 @@ impl Default for Search {
     }
 }
 
-/// The strongest cycles on the open blocks of all channels, which have one supply: the same part of its pressure in all of them.
+/// The strongest cycles on the open blocks of all channels, which have one supply: the same part of
+/// its pressure in all of them.
 ///
-/// What chance finds in as many frequencies is found out by repeating the search under random signs of the quarters of blocks, as the gate does
-/// with the catalogue.
+/// What chance finds in as many frequencies is found out by repeating the search under random signs
+/// of the quarters of blocks, as the gate does with the catalogue.
 #[must_use]
 pub fn strongest_cycles(channels: &[ChannelData], stages: &[ChannelStage]) -> Cycles {
     let valves = || channels.iter().zip(stages).filter(|(data, _)| !data.plant.model.is_regulator());
@@ -105,7 +108,8 @@ fn by_chance(heard: &[Heard]) -> Search {
     Search { statistic: observed, p_value: (reached + 1) as f64 / (DRAWS + 1) as f64 }
 }
 
-/// Scores of the parts of blocks, clipped and scaled to the identity as the sum of their squares; none where they have one direction only.
+/// Scores of the parts of blocks, clipped and scaled to the identity as the sum of their squares;
+/// none where they have one direction only.
 fn orthonormal(parts: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut sizes: Vec<f64> = parts.iter().map(|z| z.norm()).filter(|size| *size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
@@ -121,7 +125,8 @@ mod tests {
     use super::*;
     use crate::diagnosis::testing::{channel, measured, with};
 
-    /// What is found where the supply of two channels cycles by this much, kPa, every 3 s, from these phases on.
+    /// What is found where the supply of two channels cycles by this much, kPa, every 3 s, from
+    /// these phases on.
     fn found(amplitude_kpa: f64, phases: [f64; 2]) -> Cycles {
         let (data, base) = channel(false);
         let channels = phases.map(|phase| {

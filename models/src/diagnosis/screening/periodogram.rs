@@ -50,7 +50,8 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// Of one frequency on all channels, which have one supply: the same part of its pressure in all of them.
+    /// Of one frequency on all channels, which have one supply: the same part of its pressure in
+    /// all of them.
     pub fn new(listeners: &[Listener<'_>], frequency_hz: f64) -> Self {
         let mut gram = Matrix2::zeros();
         let mut parts: Vec<Vector2<f64>> = Vec::new();
@@ -78,14 +79,16 @@ impl Heard {
     }
 }
 
-/// What sines in the supply do to the readings. To a wave `exp(i w t)` they answer with `Z(w, t) exp(i w t)`; the envelope `Z` changes with
-/// the frequency only over the inverse of the time that the readings remember, so it is simulated at some frequencies and
-/// interpolated between them.
+/// What sines in the supply do to the readings. To a wave `exp(i w t)` they answer with
+/// `Z(w, t) exp(i w t)`; the envelope `Z` changes with the frequency only over the inverse of the
+/// time that the readings remember, so it is simulated at some frequencies and interpolated between
+/// them.
 struct Envelopes<'a> {
     data: &'a ChannelData,
     /// Frequencies at which it was simulated, Hz, ascending.
     frequencies: Vec<f64>,
-    /// Real and imaginary part for each of them, compared row by compared row, kPa per part of the gauge pressure.
+    /// Real and imaginary part for each of them, compared row by compared row, kPa per part of the
+    /// gauge pressure.
     values: Vec<Vec<[f64; 2]>>,
 }
 
@@ -109,7 +112,8 @@ impl<'a> Envelopes<'a> {
         Self { data, frequencies: knots, values }
     }
 
-    /// The readings' answers to a cosine and a sine, row by row, in standard deviations of the noise.
+    /// The readings' answers to a cosine and a sine, row by row, in standard deviations of the
+    /// noise.
     fn waves(&self, frequency: f64) -> Vec<f64> {
         let above = self.frequencies.partition_point(|f| *f < frequency).min(self.frequencies.len() - 1);
         let below = above.saturating_sub(1);

@@ -10,7 +10,8 @@ use crate::diagnosis::likelihood::{at_rest, hunts, is_hunting};
 use crate::effects::catalogue::CATALOGUE;
 use crate::model::Scale;
 
-/// A direction that takes no more than this part out of the squared residual is not followed further.
+/// A direction that takes no more than this part out of the squared residual is not followed
+/// further.
 const HOPELESS: f64 = 0.002;
 
 /// One size of one effect, tried on one channel.
@@ -20,17 +21,20 @@ pub struct Trial {
     pub effect: usize,
     /// Number of the probe.
     pub probe: usize,
-    /// The model with the effect at this size and its other parameters compensating: where a fit starts.
+    /// The model with the effect at this size and its other parameters compensating: where a fit
+    /// starts.
     pub start: Extended,
     /// Scores, in the order of the blocks; zero where a block does not count.
     pub scores: Vec<f64>,
     /// Sum of squared whitened residuals of `start` on the open blocks.
     pub loss: f64,
-    /// The same at the best size along the direction, at which an effect smaller or larger than the probe is not worse off.
+    /// The same at the best size along the direction, at which an effect smaller or larger than the
+    /// probe is not worse off.
     pub promise: f64,
     /// Does only one sign of the score speak for the effect?
     pub one_sided: bool,
-    /// Of a probe that was searched for in the recording: how far that stands out of what chance finds.
+    /// Of a probe that was searched for in the recording: how far that stands out of what chance
+    /// finds.
     pub searched: Option<Search>,
 }
 
@@ -38,12 +42,14 @@ pub struct Trial {
 pub struct Probing<'a> {
     data: &'a ChannelData,
     stage: &'a ChannelStage,
-    /// The same channel in coarser steps of the board's loop, where it is part of the simulation: what an effect changes is the
-    /// difference of two simulations, from which most of what the steps leave drops out.
+    /// The same channel in coarser steps of the board's loop, where it is part of the simulation:
+    /// what an effect changes is the difference of two simulations, from which most of what the
+    /// steps leave drops out.
     rough: Cow<'a, ChannelData>,
     /// Readings of the stage's model in those steps, kPa.
     readings: Cow<'a, [f64]>,
-    /// The same without what makes the loop hunt, where it does: two simulations that hunt differ by being out of step.
+    /// The same without what makes the loop hunt, where it does: two simulations that hunt differ
+    /// by being out of step.
     at_rest: Option<Vec<f64>>,
 }
 
@@ -58,7 +64,8 @@ impl<'a> Probing<'a> {
         Self { data, stage, rough, readings, at_rest }
     }
 
-    /// Tries all sizes of an effect; those that come back are tried at `cycles`, which were searched for.
+    /// Tries all sizes of an effect; those that come back are tried at `cycles`, which were
+    /// searched for.
     pub fn try_effect(&self, effect: usize, cycles: &Cycles) -> Vec<Trial> {
         let info = CATALOGUE[effect];
         let (probes, searched): (Vec<Vec<f64>>, _) = if info.probes.is_empty() {
@@ -110,7 +117,8 @@ impl<'a> Probing<'a> {
                 })
             })
             .collect();
-        // Where something of it is in the residual, what the parameters do exactly is worth a simulation.
+        // Where something of it is in the residual, what the parameters do exactly is worth a
+        // simulation.
         let open: Vec<usize> = (0..probes.len()).filter(|&k| tried[k].is_none()).collect();
         let models: Vec<Extended> = open.iter().map(|&k| models[k].clone()).collect();
         let changes = self.changes(effect, &models);
@@ -120,7 +128,8 @@ impl<'a> Probing<'a> {
         tried
     }
 
-    /// What another channel's readings are beyond this one's with the same model, whitened, in standard deviations of the noise.
+    /// What another channel's readings are beyond this one's with the same model, whitened, in
+    /// standard deviations of the noise.
     pub fn change_of(&self, other: &ChannelData) -> Vec<f64> {
         let (data, stage) = (self.data, self.stage);
         let before = self.at_rest.as_deref().unwrap_or(&self.readings);
@@ -163,8 +172,8 @@ impl<'a> Probing<'a> {
         }
     }
 
-    /// Where the parameters come as close to the measurement as they can beside the effect, from where they made up for it and left this
-    /// change of the readings.
+    /// Where the parameters come as close to the measurement as they can beside the effect, from
+    /// where they made up for it and left this change of the readings.
     fn closest(&self, effect: usize, mut start: Extended, mut direction: Vec<f64>) -> Option<Tried> {
         if !direction.iter().all(|v| v.is_finite()) {
             return None;

@@ -1,10 +1,11 @@
 //! The gate: is there anything of an effect in the residual at all?
 //!
-//! Every effect is simulated at a few sizes. What it changes in the readings, after the model's own parameters have compensated for
-//! as much of it as they can, is a direction `d`; the score of a quarter of a block is `z = r . d`. Under the null hypothesis the signs of
-//! the scores are random however the residual is correlated within a block, so `|sum z| / sqrt(sum z^2)` is compared with its largest
-//! value over the whole catalogue under random signs (a wild score bootstrap; Cameron, Gelbach and Miller 2008 for few
-//! clusters, Westfall and Young 1993 for the maximum).
+//! Every effect is simulated at a few sizes. What it changes in the readings, after the model's own
+//! parameters have compensated for as much of it as they can, is a direction `d`; the score of a
+//! quarter of a block is `z = r . d`. Under the null hypothesis the signs of the scores are random
+//! however the residual is correlated within a block, so `|sum z| / sqrt(sum z^2)` is compared with
+//! its largest value over the whole catalogue under random signs (a wild score bootstrap; Cameron,
+//! Gelbach and Miller 2008 for few clusters, Westfall and Young 1993 for the maximum).
 
 use crate::order::{ascending, descending};
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,7 +37,8 @@ pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool
     let info = CATALOGUE[effect];
     let regulator = data.plant.model.is_regulator();
     let domain = info.domain != if regulator { Domain::Valve } else { Domain::Regulator };
-    // A regulator's base model has no parameters of its parts: what has changed in it is an effect that was not there.
+    // A regulator's base model has no parameters of its parts: what has changed in it is an effect
+    // that was not there.
     let asked = info.question == question
         || (info.question == Question::Foil && question == Question::Structure)
         || regulator;
@@ -75,7 +77,8 @@ pub fn trials(
 /// Statistics of all effects and what of them chance explains.
 #[must_use]
 pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
-    // One test for every trial of every channel, and one for the same trial on all channels together; what was searched for has its own.
+    // One test for every trial of every channel, and one for the same trial on all channels
+    // together; what was searched for has its own.
     let by_score = || trials.iter().flatten().filter(|t| t.searched.is_none());
     let mut tests: Vec<(usize, bool, Vec<f64>)> =
         by_score().map(|t| (t.effect, t.one_sided, normalised(&t.scores))).collect();
@@ -134,8 +137,9 @@ pub fn judge(trials: &[Vec<Trial>]) -> Vec<Gate> {
     gates
 }
 
-/// Scores clipped and scaled to unit length. One part of a block with a movement like no other would otherwise rule the sum; clipping is
-/// odd, so random signs remain right under the null hypothesis.
+/// Scores clipped and scaled to unit length. One part of a block with a movement like no other
+/// would otherwise rule the sum; clipping is odd, so random signs remain right under the null
+/// hypothesis.
 fn normalised(z: &[f64]) -> Vec<f64> {
     let mut sizes: Vec<f64> = z.iter().map(|v| v.abs()).filter(|v| *v > 0.0).collect();
     sizes.sort_by(f64::total_cmp);

@@ -51,7 +51,8 @@ pub fn roughly_timed(effect: usize) -> bool {
     CATALOGUE[effect].is_roughly_timed()
 }
 
-/// Hunting can take up any error that has no pattern. It explains one only if it is where the error is.
+/// Hunting can take up any error that has no pattern. It explains one only if it is where the error
+/// is.
 fn hunting_is_the_error(
     channels: &[ChannelData],
     stages: &[ChannelStage],
@@ -81,7 +82,8 @@ pub fn is_large(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
     kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
 }
 
-/// Do names that leave more than that part of a large error only imitate what is not in the catalogue?
+/// Do names that leave more than that part of a large error only imitate what is not in the
+/// catalogue?
 #[must_use]
 pub fn forced(
     channels: &[ChannelData],
@@ -98,8 +100,8 @@ pub fn forced(
     after > large && after - 1.0 > most * (before - 1.0)
 }
 
-/// Does a further name take little of a large error? Beside what is named, something else always has a part of what that leaves; it takes at least
-/// as much as all names may leave.
+/// Does a further name take little of a large error? Beside what is named, something else always
+/// has a part of what that leaves; it takes at least as much as all names may leave.
 #[must_use]
 pub fn a_trace_beside(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     let rows = open_rows(channels);

@@ -10,7 +10,8 @@ use crate::diagnosis::evidence::{Explanation, Missing};
 use crate::diagnosis::greybox::{Named, NamedEffect};
 use crate::diagnosis::likelihood::select_total;
 
-/// Takes over base models that are closer to the recording, and the effect that stands out, if one does.
+/// Takes over base models that are closer to the recording, and the effect that stands out, if one
+/// does.
 pub fn adopt(outcome: &mut Outcome, channels: &mut [ChannelData], named: Named) {
     let Named { base, effect, contenders } = named;
     for ((data, known), base) in channels.iter().zip(&mut outcome.base).zip(base) {

@@ -29,7 +29,8 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// As an explanation, beside effects that were named before. A foil stands for causes outside the catalogue.
+    /// As an explanation, beside effects that were named before. A foil stands for causes outside
+    /// the catalogue.
     #[must_use]
     pub fn explanation(&self, named: &[usize]) -> Explanation {
         let missing = if CATALOGUE[self.effect].question == Question::Foil {
@@ -41,8 +42,8 @@ impl Candidate {
     }
 }
 
-/// Refits one effect on every channel with some evaluations of the model, from where an earlier refit ended or, without one, from
-/// the best trials.
+/// Refits one effect on every channel with some evaluations of the model, from where an earlier
+/// refit ended or, without one, from the best trials.
 #[must_use]
 pub fn refit_effect(
     channels: &[ChannelData],
@@ -134,8 +135,9 @@ pub fn losses_of(data: &ChannelData, stage: &ChannelStage, model: &Extended) -> 
     Losses::of_one(data, &stage.whitening, model, &residuals)
 }
 
-/// Does the effect improve this channel beyond what differences between blocks explain? Hunting must explain more than a trace of the error:
-/// next to a channel that hunts, others do too in the tiniest way.
+/// Does the effect improve this channel beyond what differences between blocks explain? Hunting
+/// must explain more than a trace of the error: next to a channel that hunts, others do too in the
+/// tiniest way.
 pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &Losses) -> bool {
     let open = |losses: &[f64]| -> Vec<f64> {
         let pairs = data.blocks.iter().zip(losses);
@@ -153,8 +155,9 @@ pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &
     surely_less(&before, &after) && gain >= least_gain(row_count(data, &OPEN))
 }
 
-/// Is the sum over blocks less afterwards, whichever blocks had been recorded (at 97.5 %)? Not by a standard error: what changes most in one or
-/// two blocks, as a leak does where the pressure stood high for long, has a large one, however sure it is.
+/// Is the sum over blocks less afterwards, whichever blocks had been recorded (at 97.5 %)? Not by a
+/// standard error: what changes most in one or two blocks, as a leak does where the pressure stood
+/// high for long, has a large one, however sure it is.
 fn surely_less(before: &[f64], after: &[f64]) -> bool {
     let [low, ..] = bootstrap(before, after, 1, |before, after| before - after);
     low > 0.0
@@ -166,7 +169,8 @@ mod tests {
     use crate::diagnosis::testing::{channel, measured, with};
     use crate::effects::catalogue::index_of;
 
-    /// Two channels of which the first has a lag of this size and the second another, each with its noise.
+    /// Two channels of which the first has a lag of this size and the second another, each with its
+    /// noise.
     fn refitted(lags: [f64; 2]) -> (Candidate, usize) {
         let (data, base) = channel(false);
         let lag = index_of("valve_lag").unwrap();

@@ -8,8 +8,8 @@ use crate::diagnosis::likelihood::together;
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::settings::SETTINGS;
 
-/// Drops causes that are no longer needed once the others are there, and sees what each that stays adds to the others: whatever was
-/// added first would otherwise have what several describe in part.
+/// Drops causes that are no longer needed once the others are there, and sees what each that stays
+/// adds to the others: whatever was added first would otherwise have what several describe in part.
 pub fn eliminate(
     channels: &mut [ChannelData],
     first: &[ChannelStage],
@@ -24,7 +24,8 @@ pub fn eliminate(
     share_draws(channels, &models_of(stages));
 }
 
-/// Refits the models without each cause in turn, and notes what it adds. Ends with the first that is not needed, and the stages without it.
+/// Refits the models without each cause in turn, and notes what it adds. Ends with the first that
+/// is not needed, and the stages without it.
 fn without_each(
     channels: &mut [ChannelData],
     first: &[ChannelStage],

@@ -22,18 +22,20 @@ use crate::parallel;
 const MOST_LOOKS: usize = 10;
 /// Candidates that promise less than this part of the best promise are not looked at.
 const PROMISE: f64 = 0.2;
-/// The same for this part of what a name would need: a refit finds more than a probe promises, but hardly where little is left.
+/// The same for this part of what a name would need: a refit finds more than a probe promises, but
+/// hardly where little is left.
 const HOPEFUL: f64 = 0.75;
 /// Evaluations of the model that a first look may spend on each start.
 const LOOK: usize = 4;
-/// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop out, the others may spend some more
-/// evaluations.
+/// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop
+/// out, the others may spend some more evaluations.
 const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
 /// A candidate that leaves so many times as much as the best so far drops out too.
 const OUTDONE: f64 = 5.0;
 /// A candidate that a round brings forward by less than this part of its gain has arrived.
 const ARRIVED: f64 = 0.002;
-/// The same of a loop that hunts, whose likelihood differs by as much from one course of the noise to the next.
+/// The same of a loop that hunts, whose likelihood differs by as much from one course of the noise
+/// to the next.
 const ARRIVED_HUNTING: f64 = 0.02;
 /// Times that the best candidate is fitted further where much is left ...
 const MORE: usize = 3;
@@ -54,7 +56,8 @@ pub struct Considered {
     pub loss: Option<f64>,
 }
 
-/// Refits what passed the gate; returns all candidates, best first, and which of them is worth naming, if one is.
+/// Refits what passed the gate; returns all candidates, best first, and which of them is worth
+/// naming, if one is.
 pub fn round(
     channels: &[ChannelData],
     stages: &[ChannelStage],
@@ -95,7 +98,8 @@ pub fn round(
             let hunting = channels.iter().zip(&further.models).any(|(data, model)| hunts(data, model));
             let arrived = if hunting { ARRIVED_HUNTING } else { ARRIVED };
             *moving = *loss - next > arrived * (whole - *loss);
-            // Not only where it is better: of several looks at a loop that hunts the best would be better by luck.
+            // Not only where it is better: of several looks at a loop that hunts the best would be
+            // better by luck.
             (*loss, *candidate) = (next, further);
         });
     }
@@ -157,8 +161,8 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
     sum
 }
 
-/// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks cannot tell them apart, or what
-/// they leave is negligible against the gain.
+/// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks
+/// cannot tell them apart, or what they leave is negligible against the gain.
 pub fn rivals(
     channels: &[ChannelData],
     stages: &[ChannelStage],

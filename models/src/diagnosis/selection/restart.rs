@@ -1,7 +1,8 @@
 //! A second look where nothing explains: every effect with base parameters of its own.
 //!
-//! A base model that is fitted alone may go so far to imitate an effect (ten times the valve's gain, say, for what chatters behind a narrow
-//! tube) that the effect itself explains nothing from there.
+//! A base model that is fitted alone may go so far to imitate an effect (ten times the valve's
+//! gain, say, for what chatters behind a narrow tube) that the effect itself explains nothing from
+//! there.
 
 use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
@@ -29,7 +30,8 @@ const PART: f64 = 0.3;
 /// Evaluations of a fit, with weights that go with its start.
 const EVALUATIONS: usize = 10;
 
-/// A cause that explains a large error only with base parameters of its own, and the models with it.
+/// A cause that explains a large error only with base parameters of its own, and the models with
+/// it.
 #[must_use]
 pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
     let ranked = candidates(channels, stages);
@@ -42,7 +44,8 @@ pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Op
     Some((best.models.clone(), Found::new(channels, stages, &ranked, 0, &equivalent, p_value)))
 }
 
-/// Looks on the channel with the largest error for effects that explain it, and fits those to all; best first.
+/// Looks on the channel with the largest error for effects that explain it, and fits those to all;
+/// best first.
 fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidate> {
     let costs: Vec<f64> = channels.iter().zip(stages).map(|(d, s)| plain_cost(d, &s.model)).collect();
     let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
@@ -60,7 +63,8 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
             let models = parallel::map(channels.iter(), |data| fit(data, &lent));
             let acts = vec![true; channels.len()];
             let look = Candidate { effect, models, acts, losses: Vec::new() };
-            // Only judged here: the weights that go with a model that is no description would lead a fit astray.
+            // Only judged here: the weights that go with a model that is no description would lead
+            // a fit astray.
             let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
             (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)
         })
@@ -123,7 +127,8 @@ mod tests {
     use crate::diagnosis::testing::channel;
     use crate::effects::catalogue::index_of;
 
-    /// A loop around a valve with a narrow tube behind it, and a base model as the tube leads it astray.
+    /// A loop around a valve with a narrow tube behind it, and a base model as the tube leads it
+    /// astray.
     fn behind_a_tube() -> (ChannelData, ChannelStage, Extended) {
         let (mut data, base) = channel(true);
         let tube = index_of("line_restriction").expect("it is in the catalogue");

@@ -40,7 +40,8 @@ pub struct Outcome {
 /// What the search tells while it runs.
 pub type Progress<'a> = dyn Fn(&str, u64) + Sync + 'a;
 
-/// Runs the search. `reference` are calibrated models, whose parameters are then kept (question of change).
+/// Runs the search. `reference` are calibrated models, whose parameters are then kept (question of
+/// change).
 #[must_use]
 pub fn search(
     channels: &mut [ChannelData],
@@ -95,8 +96,8 @@ struct Named {
     withheld: Option<Withheld>,
 }
 
-/// Names one cause after the other until nothing passes, and takes back what is not needed beside the others, or all of it when too
-/// much of the error of the `first` stages is left.
+/// Names one cause after the other until nothing passes, and takes back what is not needed beside
+/// the others, or all of it when too much of the error of the `first` stages is left.
 fn name(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),

@@ -22,7 +22,8 @@ pub struct Found {
     pub gained: f64,
     /// Models of the rivals, for the next experiment.
     pub rivals: Vec<Candidate>,
-    /// Standard errors of its parameters on their scales, channel by channel, where the likelihood has given them.
+    /// Standard errors of its parameters on their scales, channel by channel, where the likelihood
+    /// has given them.
     pub errors: Option<Vec<Vec<f64>>>,
 }
 

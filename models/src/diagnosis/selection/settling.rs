@@ -14,7 +14,8 @@ const AGAIN: usize = 6;
 /// See [`AGAIN`].
 const SETTLED: f64 = 0.99;
 
-/// As [`settle`]. A model may be stiffer than the one before: what its step leaves must not be named next.
+/// As [`settle`]. A model may be stiffer than the one before: what its step leaves must not be
+/// named next.
 pub fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
     let mut stages = settle(channels, models, fixed);
     while halving(channels, &stages) > SETTINGS.step_error && simulate_finer(channels) {
@@ -24,7 +25,8 @@ pub fn settle_finely(channels: &mut [ChannelData], models: &[Extended], fixed: b
     stages
 }
 
-/// Mean squared change of the whitened residuals when the integration step is halved, in variances of the noise.
+/// Mean squared change of the whitened residuals when the integration step is halved, in variances
+/// of the noise.
 fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     let change = |(data, stage): (&ChannelData, &ChannelStage)| -> f64 {
         let mut difference = halved(data).readings(&stage.model);
@@ -36,7 +38,8 @@ fn halving(channels: &[ChannelData], stages: &[ChannelStage]) -> f64 {
     parallel::map(channels.iter().zip(stages), change).iter().sum::<f64>() / open_rows(channels).max(1.0)
 }
 
-/// Refits models with the weights that go with them, again with those of where that ends, until it brings no more.
+/// Refits models with the weights that go with them, again with those of where that ends, until it
+/// brings no more.
 pub fn settle(channels: &mut [ChannelData], models: &[Extended], fixed: bool) -> Vec<ChannelStage> {
     let settled = |channels: &mut [ChannelData], models: &[Extended]| {
         let fitted = fitted_by(channels, models, fixed, |data, whitening, model, free| {

@@ -1,8 +1,8 @@
 //! Other starts for a candidate that is stuck on a channel.
 //!
-//! A base model that was fitted alone has imitated what it lacks, and with the right effect the fit begins there. On the way back a leak
-//! that is zero and a corner without width have no slope. Channels of one rig resemble each other: one that is fitted well lends its
-//! parameters.
+//! A base model that was fitted alone has imitated what it lacks, and with the right effect the fit
+//! begins there. On the way back a leak that is zero and a corner without width have no slope.
+//! Channels of one rig resemble each other: one that is fitted well lends its parameters.
 
 use super::candidate::{Candidate, acts, assemble, losses_of};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
@@ -10,11 +10,12 @@ use crate::diagnosis::estimation::{ChannelStage, fit_from, rounded};
 use crate::diagnosis::likelihood::{Losses, row_count, total};
 use crate::parallel;
 
-/// A channel whose mean squared residual is larger by this factor than another's is tried from that one's model.
+/// A channel whose mean squared residual is larger by this factor than another's is tried from that
+/// one's model.
 const WORSE: f64 = 1.5;
 
-/// Fits a candidate from other starts on channels that are described much worse than others or whose valve has lost its corner, and keeps
-/// what is better.
+/// Fits a candidate from other starts on channels that are described much worse than others or
+/// whose valve has lost its corner, and keeps what is better.
 #[must_use]
 pub fn borrow(
     channels: &[ChannelData],
@@ -63,7 +64,8 @@ impl<'a> Lenders<'a> {
         Self { channels, candidate, others, means }
     }
 
-    /// The model of the best channel on which the candidate acts; where that is this one or hardly better, the base of the best of all.
+    /// The model of the best channel on which the candidate acts; where that is this one or hardly
+    /// better, the base of the best of all.
     fn lent_to(&self, k: usize) -> Option<Extended> {
         let Candidate { effect, models, acts, .. } = self.candidate;
         let best = |among: &dyn Fn(usize) -> bool| {
@@ -87,7 +89,8 @@ mod tests {
     use crate::diagnosis::testing::channel;
     use crate::effects::catalogue::index_of;
 
-    /// Channels behind a driver that limits the first one's drive, and a candidate that is stuck there: no leak, no corner, the limit too wide.
+    /// Channels behind a driver that limits the first one's drive, and a candidate that is stuck
+    /// there: no leak, no corner, the limit too wide.
     fn stuck(count: usize) -> (Vec<ChannelData>, Vec<ChannelStage>, Candidate) {
         let effect = index_of("drive_saturation").expect("it is in the catalogue");
         let (data, base) = channel(false);

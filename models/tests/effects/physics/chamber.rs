@@ -10,7 +10,8 @@ fn pulse(open: usize, rows: usize) -> Vec<f64> {
     (0..rows).map(|k| if k < open { 1.0 } else { 0.0 }).collect()
 }
 
-/// By how much the pressure would rise by what was let in, if nothing but the gas in the chamber were warmed by it: the adiabatic change.
+/// By how much the pressure would rise by what was let in, if nothing but the gas in the chamber
+/// were warmed by it: the adiabatic change.
 fn let_in(bench: &Bench, run: &[Sample]) -> f64 {
     let drawn: f64 = run.iter().map(|s| s.draw * 0.01).sum();
     bench.conductance() / bench.inputs.volume_m3[0] * drawn
@@ -88,7 +89,8 @@ pub fn a_fall_of_the_pressure_opposite_lengthens_a_closed_chamber() {
     bench.inputs.opposite_pa = (0..rows).map(opposite).collect();
     bench.plant.longest_step_s = 0.001;
     let run = bench.run(&[("chamber_coupling", &[coupling, 3.0, 0.7])]);
-    // In balance at the start; at the end V = V_0 (1 + coupling (p - p_opposite)), along the adiabat.
+    // In balance at the start; at the end V = V_0 (1 + coupling (p - p_opposite)), along the
+    // adiabat.
     let end = last(&run);
     let growth = coupling * (end - 150e3) * 1e-5;
     assert!(250e3 - end > 10e3, "{end}");

@@ -16,7 +16,8 @@ pub fn two_orifices_in_series_pass_the_flow_that_is_equal_in_both() {
     let mut bench = Bench::valve(gain, 600e3, &[-1.0; 12]);
     bench.plant.longest_step_s = 0.0005;
     let run = bench.run(&[("vent_restriction", &[area_ratio, 0.001])]);
-    // The restriction is choked, the port is not; x is the pressure between them over the chamber's.
+    // The restriction is choked, the port is not; x is the pressure between them over the
+    // chamber's.
     let excess = |x: f64| psi(x, CRITICAL_RATIO, 0.5) - area_ratio * x;
     let (mut low, mut high) = (CRITICAL_RATIO, 1.0);
     for _ in 0..60 {

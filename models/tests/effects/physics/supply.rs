@@ -7,7 +7,8 @@ use pneudrive_model::model::psi_max;
 use super::{assert_all_close, assert_close, choked, openings};
 use crate::effects::bench::{Bench, Installed};
 
-/// A port of a thousandth of a mm^2, through which the supply's pressure is seen and hardly changes anything.
+/// A port of a thousandth of a mm^2, through which the supply's pressure is seen and hardly changes
+/// anything.
 const PORT_MM2: f64 = 1e-3;
 
 fn window(rows: usize) -> Bench {

@@ -2,10 +2,11 @@ use super::super::Entry;
 use super::SensorState;
 use crate::Counts;
 
-/// Three axes of an IMU with one bit that says whether they are live, in 40 bits: entries 2 and 3 of page 30.
+/// Three axes of an IMU with one bit that says whether they are live, in 40 bits: entries 2 and 3
+/// of page 30.
 ///
-/// From the most significant bit: 1 if live; then x, y and z, 13 bits each, + 4095. Without a part all three are 8191, and the
-/// first bit is 0.
+/// From the most significant bit: 1 if live; then x, y and z, 13 bits each, + 4095. Without a part
+/// all three are 8191, and the first bit is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Axes {
     live: bool,
@@ -53,15 +54,15 @@ impl Axes {
 
 /// Acceleration, gravity included, along the part's axes: page 30, entry 2.
 ///
-/// The words' 40 bits, from the most significant one: 1 if live; then x, y and z in steps of 0.01 m/s^2 + 4095, 13 bits each.
-/// Without a part all three are 8191 and the first bit is 0.
+/// The words' 40 bits, from the most significant one: 1 if live; then x, y and z in steps of 0.01
+/// m/s^2 + 4095, 13 bits each. Without a part all three are 8191 and the first bit is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Acceleration(Axes);
 
 /// Angular rate about the part's axes: page 30, entry 3.
 ///
-/// The words' 40 bits, from the most significant one: 1 if live; then x, y and z in steps of 1/400 rad/s + 4095, 13 bits each.
-/// Without a part all three are 8191 and the first bit is 0.
+/// The words' 40 bits, from the most significant one: 1 if live; then x, y and z in steps of 1/400
+/// rad/s + 4095, 13 bits each. Without a part all three are 8191 and the first bit is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct AngularRate(Axes);
 

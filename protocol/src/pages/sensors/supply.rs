@@ -35,8 +35,8 @@ impl GaugePressure {
 
 /// The supply pressure: page 30, entry 1.
 ///
-/// Words: age in ms (1023: that or more), state, then in steps of 10 Pa the gauge pressure + 2^19, 10 bits each, most
-/// significant first.
+/// Words: age in ms (1023: that or more), state, then in steps of 10 Pa the gauge pressure + 2^19,
+/// 10 bits each, most significant first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SupplyReading {
     /// Whether the rest can be relied on.

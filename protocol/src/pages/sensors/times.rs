@@ -3,10 +3,12 @@ use crate::Counts;
 
 /// When and how often the sensors were read: page 30, entry 4. Words in the order of the fields.
 ///
-/// A host tells a new reading from one that it has by the count, and knows from the age when it was made.
+/// A host tells a new reading from one that it has by the count, and knows from the age when it was
+/// made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SensorTimes {
-    /// How long ago the supply pressure was measured, ms; 1023 stands for that or more, and for never.
+    /// How long ago the supply pressure was measured, ms; 1023 stands for that or more, and for
+    /// never.
     pub supply_age_ms: u16,
     /// Readings of the supply pressure since the board's start, modulo 1023.
     pub supply_readings: u16,

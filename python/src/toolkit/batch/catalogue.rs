@@ -22,8 +22,8 @@ type Description<'py> = Dict<'py, Bound<'py, PyAny>>;
 /// Returns
 /// -------
 /// list of dict
-///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``; of a calibrated model ``value``, too. An effect's are called as in
-///     ``valve_lag.time_constant``.
+///     ``name``, ``unit``, ``lower``, ``nominal``, ``upper``, ``meaning``; of a calibrated model
+///     ``value``, too. An effect's are called as in ``valve_lag.time_constant``.
 #[pyfunction]
 #[pyo3(signature = (model, drive="spool", *, channel=None))]
 pub fn model_parameters<'py>(

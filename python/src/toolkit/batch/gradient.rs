@@ -46,7 +46,8 @@ impl Slopes {
         }
     }
 
-    /// Adds what the chambers from `first` on contribute by their parameters and starts, of pressures in Pa.
+    /// Adds what the chambers from `first` on contribute by their parameters and starts, of
+    /// pressures in Pa.
     fn add(&mut self, first: usize, parameters: &[f64], start: &[f64]) {
         let width = parameters.len() / start.len();
         for (job, slope) in start.iter().enumerate() {
@@ -57,7 +58,8 @@ impl Slopes {
         }
     }
 
-    /// Adds what they contribute by their inputs. `found` is of pressures in Pa, and by inputs as the models take them.
+    /// Adds what they contribute by their inputs. `found` is of pressures in Pa, and by inputs as
+    /// the models take them.
     fn add_inputs(&mut self, batch: &Batch<'_>, first: usize, found: &BatchGradient) {
         let (rows, chambers) = (batch.rows, found.start.len());
         let kpa = 1.0 / PA_PER_KPA;
@@ -79,7 +81,8 @@ impl Slopes {
                     Valve::None => {}
                 }
                 self.command_kpa.add(chamber, row, of(column::COMMAND_PA));
-                // What holds over an interval is the mean of its two rows, and of the volume also their difference.
+                // What holds over an interval is the mean of its two rows, and of the volume also
+                // their difference.
                 let next = (row + 1).min(rows - 1);
                 let supply = 0.5 * of(column::SUPPLY_PA);
                 self.supply_kpa.add(chamber, row, supply);
@@ -127,14 +130,14 @@ impl Batch<'_> {
 
 /// Differentiates a weighted sum of simulated pressures by everything that they follow from.
 ///
-/// With ``pressure_kpa = simulate_batch(...)`` of the same arguments, these are the derivatives of ``(weights * pressure_kpa).sum()``. With
-/// the derivatives of a loss by the pressures as weights they are those of the loss: one call, whatever the number of inputs. They are
-/// exact for the discretised model (reverse accumulation), not differences.
+/// With ``pressure_kpa = simulate_batch(...)`` of the same arguments, these are the derivatives of
+/// ``(weights * pressure_kpa).sum()``. With the derivatives of a loss by the pressures as weights
+/// they are those of the loss: one call, whatever the number of inputs. They are exact for the
+/// discretised model (reverse accumulation), not differences.
 ///
-/// Parameters
-/// ----------
-/// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
+/// Parameters ---------- model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or
+/// None
 ///     As of ``simulate_batch``, like all that is not described here.
 /// interval_s : float
 /// weights : array_like of float, shape (), (rows,) or (chambers, rows)
@@ -142,7 +145,8 @@ impl Batch<'_> {
 /// drive, fill, vent, command_kpa, supply_kpa, volume_m3, start_kpa : array_like of float, optional
 /// rig : Rig or path, optional
 /// controller : bool, optional
-///     The converter's rounding of readings passes derivatives through; where the loop's drive is clipped they are 0.
+///     The converter's rounding of readings passes derivatives through; where the loop's drive is
+///     clipped they are 0.
 /// substeps : int, optional
 /// channel : str, optional
 /// progress : callable, optional
@@ -151,20 +155,21 @@ impl Batch<'_> {
 /// Returns
 /// -------
 /// dict of str to numpy.ndarray of float64
-///     ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``, ``"fill"``, ``"vent"`` and ``"command_kpa"``
-///     those that were given: by each of its values, in the shape it was given in. What was given once for several chambers or rows has the
-///     sum over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters: shape (parameters,), or
-///     (chambers, parameters) where any has a value per chamber. In units of the weights by kPa, per unit of the argument.
+///     ``"parameters"``, ``"start_kpa"``, ``"supply_kpa"``, ``"volume_m3"``, and of ``"drive"``,
+///     ``"fill"``, ``"vent"`` and ``"command_kpa"`` those that were given: by each of its values,
+///     in the shape it was given in. What was given once for several chambers or rows has the sum
+///     over them. What was taken from the rig, or left at 0, has shape (). Of a dict of parameters:
+///     shape (parameters,), or (chambers, parameters) where any has a value per chamber. In units
+///     of the weights by kPa, per unit of the argument.
 ///
 /// Raises
 /// ------
 /// DataError
 ///     As ``simulate_batch``; weights that are not finite; a model with a smooth correction.
 ///
-/// Notes
-/// -----
-/// Ports that close and flows that begin to choke have kinks; there the derivative is one of the two. An ``ExtendedModel`` is differentiated
-/// forwards by its parameters, eight at a time, and backwards by its inputs. Where its board's loop hunts, around play or friction, the
+/// Notes ----- Ports that close and flows that begin to choke have kinks; there the derivative is
+/// one of the two. An ``ExtendedModel`` is differentiated forwards by its parameters, eight at a
+/// time, and backwards by its inputs. Where its board's loop hunts, around play or friction, the
 /// derivatives grow without bound.
 #[pyfunction]
 #[pyo3(signature = (model, parameters, interval_s, weights, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, channel=None, progress=None))]

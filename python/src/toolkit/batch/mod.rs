@@ -25,7 +25,8 @@ const PA_PER_KPA: f64 = 1e3;
 /// Chamber-rows below which a thread of its own costs more than the simulation.
 const SMALL: usize = 20_000;
 
-/// Does the work where Rayon's threads are those of this process; if it is `small`, without a thread that can be interrupted.
+/// Does the work where Rayon's threads are those of this process; if it is `small`, without a
+/// thread that can be interrupted.
 fn compute<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

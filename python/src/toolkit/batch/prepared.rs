@@ -31,7 +31,8 @@ pub struct Prepared<'py> {
 }
 
 impl Prepared<'_> {
-    /// Refuses what cannot be meant before memory for it is asked for: `per_row` numbers a chamber and row.
+    /// Refuses what cannot be meant before memory for it is asked for: `per_row` numbers a chamber
+    /// and row.
     pub fn check_size(&self, per_row: usize) -> PyResult<()> {
         const MOST: usize = 1 << 32;
         let (chambers, rows) = (self.chambers.number(), self.rows.number());
@@ -50,7 +51,8 @@ impl Prepared<'_> {
         !self.controller && self.chambers.number() * self.rows.number() * steps <= SMALL
     }
 
-    /// What was found, or which input was not possible: the large ones are looked at while they are simulated.
+    /// What was found, or which input was not possible: the large ones are looked at while they are
+    /// simulated.
     pub fn conclude<T>(&self, outcome: Result<T, BatchError>) -> PyResult<T> {
         if matches!(outcome, Err(BatchError::Range { .. })) {
             self.valve.each().into_iter().chain([&self.command_kpa]).try_for_each(Field::check)?;

@@ -62,17 +62,20 @@ impl Batch<'_> {
 
 /// Simulates many chambers at once, each with parameters, inputs and a start of its own.
 ///
-/// Arrays broadcast as in NumPy: what is given once holds for all chambers, or for all rows. Inputs of row k hold from row k to
-/// row k + 1; supply and volume change linearly in between. The last row's inputs have no effect on the result.
+/// Arrays broadcast as in NumPy: what is given once holds for all chambers, or for all rows. Inputs
+/// of row k hold from row k to row k + 1; supply and volume change linearly in between. The last
+/// row's inputs have no effect on the result.
 ///
 /// Parameters
 /// ----------
 /// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
-///     A model by its name, or one that was calibrated, such as ``fit(...).parameters`` or ``diagnose(...).extended_model``: with its rig, its
-///     effects, and what drove it. What other channels do to the chambers is left out.
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or None
-///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or (chambers,). ``None``, and what a dict leaves
-///     out, are the values of a calibrated model.
+///     A model by its name, or one that was calibrated, such as ``fit(...).parameters`` or
+///     ``diagnose(...).extended_model``: with its rig, its effects, and what drove it. What other
+///     channels do to the chambers is left out.
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or
+/// None
+///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or
+///     (chambers,). ``None``, and what a dict leaves out, are the values of a calibrated model.
 /// interval_s : float
 ///     Time between two rows, s.
 /// drive : array_like of float, shape (rows,) or (chambers, rows), optional
@@ -88,19 +91,21 @@ impl Batch<'_> {
 /// start_kpa : array_like of float, shape () or (chambers,), default 0.0
 ///     Pressure at the first row, kPa gauge.
 /// rig : Rig or path, optional
-///     Ambient pressure and temperature, valve constants, and what is not given above. Not for a calibrated model, which has its own.
+///     Ambient pressure and temperature, valve constants, and what is not given above. Not for a
+///     calibrated model, which has its own.
 /// controller : bool, optional
-///     Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves; needs ``[controller]`` and
-///     ``[sensor]`` of the rig. By default not, and for a calibrated model as it was calibrated.
+///     Simulate the boards' pressure loops, which follow ``command_kpa``, in front of the valves;
+///     needs ``[controller]`` and ``[sensor]`` of the rig. By default not, and for a calibrated
+///     model as it was calibrated.
 /// substeps : int, optional
-///     Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000; by default 1, or what a fit chose. Not for an
-///     ``ExtendedModel``, which steps by 2.5 ms at most.
+///     Runge-Kutta steps per interval (per loop of the board with ``controller``), 1 to 1000; by
+///     default 1, or what a fit chose. Not for an ``ExtendedModel``, which steps by 2.5 ms at most.
 /// sensitivities : bool, default False
-///     Return derivatives by the parameters, too. They are exact for the discretised model, not differences. ``batch_gradient`` has those
-///     by everything else.
+///     Return derivatives by the parameters, too. They are exact for the discretised model, not
+///     differences. ``batch_gradient`` has those by everything else.
 /// dtype : {numpy.float64, numpy.float32}, default numpy.float64
-///     Of the result. In float32 the simulation itself is in single precision, about twice as fast: pressures are within 0.02 kPa of those
-///     in float64 over 20,000 rows.
+///     Of the result. In float32 the simulation itself is in single precision, about twice as fast:
+///     pressures are within 0.02 kPa of those in float64 over 20,000 rows.
 /// channel : str, optional
 ///     Of a calibrated model, such as ``"b0c1"``; by default its only one.
 /// progress : callable, optional
@@ -110,21 +115,23 @@ impl Batch<'_> {
 /// -------
 /// pressure_kpa : numpy.ndarray of ``dtype``, shape (chambers, rows)
 ///     kPa gauge. Not finite where a simulation ran away.
-/// sensitivity : numpy.ndarray of float64, shape (chambers, rows, parameters), only with ``sensitivities``
+/// sensitivity : numpy.ndarray of float64, shape (chambers, rows, parameters), only with
+/// ``sensitivities``
 ///     Derivatives of the pressures by the parameters, kPa per unit of the parameter.
 ///
 /// Raises
 /// ------
 /// DataError
-///     Shapes that do not fit, values that are not finite or not possible, something missing; float32 with ``sensitivities``, ``controller``
-///     or effects; ``sensitivities`` of a model with a smooth correction.
+///     Shapes that do not fit, values that are not finite or not possible, something missing;
+///     float32 with ``sensitivities``, ``controller`` or effects; ``sensitivities`` of a model with
+///     a smooth correction.
 ///
-/// Notes
-/// -----
-/// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few mm^2; compare with twice as
-/// many substeps when in doubt. An ``ExtendedModel`` gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
-/// many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays
-/// of float64, and of float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
+/// Notes ----- Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind
+/// valves of a few mm^2; compare with twice as many substeps when in doubt. An ``ExtendedModel``
+/// gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
+/// many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the
+/// environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays of float64, and of
+/// float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
 #[pyfunction]
 #[pyo3(signature = (model, parameters, interval_s, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, sensitivities=false, dtype=None, channel=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
@@ -173,7 +180,8 @@ pub fn simulate_batch<'py>(
         return Err(errors::unusable("effects are simulated in float64 only: leave dtype out"));
     }
     if precision == Precision::Single && prepared.controller {
-        // A reading that single precision rounds to the next count of the converter changes the drive.
+        // A reading that single precision rounds to the next count of the converter changes the
+        // drive.
         return Err(errors::unusable(
             "boards' loops (controller=True) are simulated in float64 only: leave dtype out",
         ));
@@ -212,7 +220,8 @@ pub fn simulate_batch<'py>(
     }
 }
 
-/// `numpy.empty`: for large arrays NumPy asks the system for huge pages, which cost few page faults, and nobody writes zeros first.
+/// `numpy.empty`: for large arrays NumPy asks the system for huge pages, which cost few page
+/// faults, and nobody writes zeros first.
 fn empty<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     shape: impl IntoPyObject<'py>,

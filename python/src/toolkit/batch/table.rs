@@ -16,8 +16,9 @@ pub struct ParameterTable {
 }
 
 impl ParameterTable {
-    /// An array of shape (parameters,) or (chambers, parameters), or a dictionary from all of `names` to arrays of shape () or
-    /// (chambers,). Of a calibrated model they may be left out, or some of the dictionary.
+    /// An array of shape (parameters,) or (chambers, parameters), or a dictionary from all of
+    /// `names` to arrays of shape () or (chambers,). Of a calibrated model they may be left out, or
+    /// some of the dictionary.
     pub fn extract(
         given: Option<&Bound<'_, PyAny>>,
         names: &[String],

@@ -50,9 +50,11 @@ impl Diagnosis {
         &self.report().sentence
     }
 
-    /// The causes that were named, in the order of the gain: dictionaries with ``effect``, ``channels``, ``equivalent`` (effects
-    /// that explain the recording as well), ``parameters`` (``value``, ``ci95``, ``unit``), ``by_channel`` (the same, channel by channel),
-    /// ``p_value``, ``gain``, and ``probability`` (of all ``alternatives`` with it, 0 to 1) where explanations were weighed.
+    /// The causes that were named, in the order of the gain: dictionaries with ``effect``,
+    /// ``channels``, ``equivalent`` (effects that explain the recording as well), ``parameters``
+    /// (``value``, ``ci95``, ``unit``), ``by_channel`` (the same, channel by channel), ``p_value``,
+    /// ``gain``, and ``probability`` (of all ``alternatives`` with it, 0 to 1) where explanations
+    /// were weighed.
     #[getter]
     fn causes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &self.report().causes)
@@ -70,15 +72,18 @@ impl Diagnosis {
         convert::object(py, self.report())
     }
 
-    /// The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it. Of several recordings of one machine the first's.
+    /// The model with the causes: ``simulate`` and ``diagnose(reference=...)`` take it. Of several
+    /// recordings of one machine the first's.
     #[getter]
     fn extended_model(&self) -> PyResult<ExtendedModel> {
         self.extended(0).ok_or_else(|| errors::unusable("there is no extended model"))
     }
 
-    /// The models with the causes by the names of the files that ``save`` writes: ``extended.toml``, or of several recordings of one
-    /// machine one for each, such as ``extended-arm1.toml``, in the order of the recordings. ``simulate(recording, model)`` gives the
-    /// residuals of one; any of them as ``diagnose(machine=...)`` says what valves, supply and sensor are.
+    /// The models with the causes by the names of the files that ``save`` writes:
+    /// ``extended.toml``, or of several recordings of one machine one for each, such as
+    /// ``extended-arm1.toml``, in the order of the recordings. ``simulate(recording, model)`` gives
+    /// the residuals of one; any of them as ``diagnose(machine=...)`` says what valves, supply and
+    /// sensor are.
     #[getter]
     fn extended_models<'py>(&self, py: Python<'py>) -> PyResult<Dict<'py, ExtendedModel>> {
         let dict = PyDict::new(py);
@@ -88,16 +93,17 @@ impl Diagnosis {
         Ok(Dict::new(dict))
     }
 
-    /// Explanations of the recordings, the most probable first: dictionaries with ``causes`` (ids of effects, ``"none"``,
-    /// ``"something_else"``), ``probability`` and ``select_rmse_kpa``, kPa.
+    /// Explanations of the recordings, the most probable first: dictionaries with ``causes`` (ids
+    /// of effects, ``"none"``, ``"something_else"``), ``probability`` and ``select_rmse_kpa``, kPa.
     #[getter]
     fn alternatives<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::object(py, &self.report().alternatives)
     }
 
-    /// The machine, where several recordings of one or one of a known one were diagnosed as such, else ``None``: ``known`` (were
-    /// valves, supply and sensor given?), ``joint_rmse_before_kpa``, ``joint_rmse_after_kpa`` and ``recordings``, a list of
-    /// dictionaries with ``file``, errors and discrepancies (kPa), ``load`` (by channel; ``value``, ``ci95``, ``unit``) and
+    /// The machine, where several recordings of one or one of a known one were diagnosed as such,
+    /// else ``None``: ``known`` (were valves, supply and sensor given?), ``joint_rmse_before_kpa``,
+    /// ``joint_rmse_after_kpa`` and ``recordings``, a list of dictionaries with ``file``, errors
+    /// and discrepancies (kPa), ``load`` (by channel; ``value``, ``ci95``, ``unit``) and
     /// ``extended_model``, a key of ``extended_models``.
     #[getter]
     fn machine<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -114,14 +120,17 @@ impl Diagnosis {
     /// Returns
     /// -------
     /// dict
-    ///     ``t_s`` (from the start of the recording), ``measured_kpa``, and the residuals (measured - simulated, kPa) ``base`` of the model
-    ///     without the causes and ``extended`` with them: float64 arrays of shape (compared rows,). ``role``: array of str, what the row
-    ///     was used for: ``"fit"`` (parameters), ``"select"`` (causes) or ``"test"`` (the gain, nothing else).
+    ///     ``t_s`` (from the start of the recording), ``measured_kpa``, and the residuals
+    ///     (measured - simulated, kPa) ``base`` of the model without the causes and ``extended``
+    ///     with them: float64 arrays of shape (compared rows,). ``role``: array of str, what the
+    ///     row was used for: ``"fit"`` (parameters), ``"select"`` (causes) or ``"test"`` (the gain,
+    ///     nothing else).
     ///
     /// Raises
     /// ------
     /// DataError
-    ///     There is no such channel, or a machine was diagnosed: ``simulate`` with one of ``extended_models`` gives its residuals.
+    ///     There is no such channel, or a machine was diagnosed: ``simulate`` with one of
+    ///     ``extended_models`` gives its residuals.
     fn residuals<'py>(&self, py: Python<'py>, channel: &str) -> PyResult<Dict<'py, Bound<'py, PyAny>>> {
         if self.is_machine() {
             return Err(errors::unusable(
@@ -150,8 +159,9 @@ impl Diagnosis {
         }
     }
 
-    /// Draws measured pressures and the residuals without and with the causes, test blocks shaded; of a machine the errors and loads of
-    /// its recordings (needs matplotlib): see ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
+    /// Draws measured pressures and the residuals without and with the causes, test blocks shaded;
+    /// of a machine the errors and loads of its recordings (needs matplotlib): see
+    /// ``pneudrive_py.plots.diagnosis``, which takes the same keywords.
     ///
     /// Returns
     /// -------
@@ -179,8 +189,9 @@ impl Diagnosis {
         self.kept.html.clone()
     }
 
-    /// Writes ``report.html``, ``report.json`` and ``extended_models`` into a folder, as ``pneudrive-model diagnose`` does, and
-    /// ``next_experiment.csv`` where another recording would tell rivals apart.
+    /// Writes ``report.html``, ``report.json`` and ``extended_models`` into a folder, as
+    /// ``pneudrive-model diagnose`` does, and ``next_experiment.csv`` where another recording would
+    /// tell rivals apart.
     ///
     /// Raises
     /// ------

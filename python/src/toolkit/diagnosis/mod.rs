@@ -1,4 +1,5 @@
-//! Diagnosis: `run` asks, `class` is what Python gets, `kept` what it holds, `tables` how it is displayed.
+//! Diagnosis: `run` asks, `class` is what Python gets, `kept` what it holds, `tables` how it is
+//! displayed.
 
 mod class;
 mod kept;

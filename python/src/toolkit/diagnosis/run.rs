@@ -124,26 +124,31 @@ impl Reference {
     }
 }
 
-/// Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
+/// Says what the simulation gets wrong in a recording, why, and how much better it is once the
+/// cause is modelled.
 ///
 /// Parameters
 /// ----------
 /// recording : Recording or sequence of Recording
-///     Thirty seconds or more. Several recordings of one rig, with the same channels and columns, are diagnosed together.
+///     Thirty seconds or more. Several recordings of one rig, with the same channels and columns,
+///     are diagnosed together.
 /// rig : Rig or path, optional
 ///     Without it the channels are taken for regulators and compared with the linear model.
 /// reference : ExtendedModel or path, optional
-///     ``extended.toml`` of an earlier diagnosis of the same rig, or a file that ``Parameters.save`` wrote. The question is then which
-///     calibrated parameter has moved; without it, which physical effect the model lacks.
+///     ``extended.toml`` of an earlier diagnosis of the same rig, or a file that
+///     ``Parameters.save`` wrote. The question is then which calibrated parameter has moved;
+///     without it, which physical effect the model lacks.
 /// loads : {"auto", "same", "differ"}, default "auto"
-///     Whether the recordings have different loads (volumes, tubes, walls) on the same valves. ``"differ"`` diagnoses them as
-///     recordings of one machine; ``"same"`` as one recording; ``"auto"`` finds out, of three or more whose drives are recorded.
+///     Whether the recordings have different loads (volumes, tubes, walls) on the same valves.
+///     ``"differ"`` diagnoses them as recordings of one machine; ``"same"`` as one recording;
+///     ``"auto"`` finds out, of three or more whose drives are recorded.
 /// machine : ExtendedModel or path, optional
-///     Calibrated model of the same machine with another load, such as one of ``Diagnosis.extended_models``: valves, supply and sensor
-///     are taken from it, and only the load is fitted.
+///     Calibrated model of the same machine with another load, such as one of
+///     ``Diagnosis.extended_models``: valves, supply and sensor are taken from it, and only the
+///     load is fitted.
 /// highest_kpa : float, optional
-///     Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings. Nothing is
-///     suggested about a machine.
+///     Highest pressure that a suggested next experiment may command, kPa gauge; by default the
+///     highest in the recordings. Nothing is suggested about a machine.
 /// progress : callable, optional
 ///     Called with (steps done, 0, what is being done).
 ///
@@ -155,13 +160,12 @@ impl Reference {
 /// Raises
 /// ------
 /// DataError
-///     The data cannot carry a diagnosis, recordings do not belong together, the reference or the machine does not fit, or arguments
-///     contradict each other.
+///     The data cannot carry a diagnosis, recordings do not belong together, the reference or the
+///     machine does not fit, or arguments contradict each other.
 ///
-/// Notes
-/// -----
-/// docs/diagnosis.md says how causes are decided upon, and what that has been measured to find. All cores are used; where several
-/// processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
+/// Notes ----- docs/diagnosis.md says how causes are decided upon, and what that has been measured
+/// to find. All cores are used; where several processes share a machine, set the environment
+/// variable ``RAYON_NUM_THREADS`` for each.
 #[pyfunction]
 #[pyo3(signature = (recording, rig=None, *, reference=None, loads="auto", machine=None, highest_kpa=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function

@@ -32,23 +32,27 @@ struct Pickle<F> {
     state: Vec<f64>,
 }
 
-/// Calibrated channels, simulated step by step: a plant for a controller, or a model that a controller looks ahead with.
+/// Calibrated channels, simulated step by step: a plant for a controller, or a model that a
+/// controller looks ahead with.
 ///
-/// A step is what ``simulate`` does between two rows of a recording, with the same numbers, effects of a diagnosis included. Each channel is
-/// simulated for itself: what other channels do to it (``chamber_coupling``, ``sensor_crosstalk``, ``supply_sag`` by others) is left
-/// out. It can be pickled and copied, uses no threads of its own, and may be used in a forked child.
+/// A step is what ``simulate`` does between two rows of a recording, with the same numbers, effects
+/// of a diagnosis included. Each channel is simulated for itself: what other channels do to it
+/// (``chamber_coupling``, ``sensor_crosstalk``, ``supply_sag`` by others) is left out. It can be
+/// pickled and copied, uses no threads of its own, and may be used in a forked child.
 ///
 /// Parameters
 /// ----------
 /// model : Parameters or ExtendedModel
-///     Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``; one without a smooth correction.
+///     Such as ``fit(...).parameters`` or ``diagnose(...).extended_model``; one without a smooth
+///     correction.
 /// channels : sequence of str, optional
 ///     Such as ``["b0c0", "b0c1"]``; by default all of the model's.
 /// step_s : float, default 0.01
 ///     Length of a step, 1e-5 to 1 s; a whole number of the board's loops where a set point drives.
 /// control : {"calibrated", "drive", "set_point"}, default "calibrated"
-///     What a step is given: the valve's drive, or a set point that the board's loop inside follows (the model's rig needs
-///     ``[controller]`` and ``[sensor]``); by default what drove the channel when it was calibrated.
+///     What a step is given: the valve's drive, or a set point that the board's loop inside follows
+///     (the model's rig needs ``[controller]`` and ``[sensor]``); by default what drove the channel
+///     when it was calibrated.
 ///
 /// Raises
 /// ------
@@ -120,7 +124,8 @@ impl Stepper {
     /// fill, vent : array_like of float, shape () or (channels,), optional
     ///     Of separate valves, 0 (closed) to 1 (open).
     /// set_point_kpa : array_like of float, shape () or (channels,), optional
-    ///     For channels that follow set points, kPa gauge. As on the bus, the board follows it from its second loop in the step on.
+    ///     For channels that follow set points, kPa gauge. As on the bus, the board follows it from
+    ///     its second loop in the step on.
     /// supply_kpa : array_like of float, shape () or (channels,), optional
     ///     Mean supply pressure over the step, kPa gauge; by default the rig's.
     /// volume_m3 : array_like of float, shape () or (channels,), optional
@@ -136,8 +141,8 @@ impl Stepper {
     /// Raises
     /// ------
     /// DataError
-    ///     An input that is missing, not possible, or not used by any channel: nothing was advanced. A pressure that runs away: set
-    ///     ``state`` to one of before, or ``start``.
+    ///     An input that is missing, not possible, or not used by any channel: nothing was
+    ///     advanced. A pressure that runs away: set ``state`` to one of before, or ``start``.
     #[pyo3(signature = (*, drive=None, fill=None, vent=None, set_point_kpa=None, supply_kpa=None, volume_m3=None, volume_rate_m3_s=None))]
     #[allow(clippy::too_many_arguments)] // keywords of the Python method
     fn step<'py>(
@@ -161,7 +166,8 @@ impl Stepper {
             volume_rate_m3_s: volume_rate_m3_s.as_ref(),
         };
         let inputs = given.inputs(self.channels.about())?;
-        // The lock is taken and given back without the interpreter's: whoever waits for one has not the other.
+        // The lock is taken and given back without the interpreter's: whoever waits for one has not
+        // the other.
         py.detach(|| self.channels.step(&inputs))?;
         Ok(self.pressure_kpa(py))
     }
@@ -202,15 +208,15 @@ impl Stepper {
         self.each(py, |outputs| outputs.reading_kpa)
     }
 
-    /// Drives of the valves in the last step, -1 to 1, fill minus vent of separate ones; float64 array of shape (channels,), NaN of the
-    /// linear model.
+    /// Drives of the valves in the last step, -1 to 1, fill minus vent of separate ones; float64
+    /// array of shape (channels,), NaN of the linear model.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.each(py, |outputs| outputs.drive)
     }
 
-    /// The whole state, a float64 array of shape (n,): with it a stepper of the same model, channels, step and control goes on with the same
-    /// numbers.
+    /// The whole state, a float64 array of shape (n,): with it a stepper of the same model,
+    /// channels, step and control goes on with the same numbers.
     #[getter]
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
         Ok(Array(PyArray1::from_vec(py, self.channels.save()?)))

@@ -25,7 +25,8 @@ pub struct EffectParameter {
     pub unit: &'static str,
     /// The value at which the effect is off; `None` for a number that only shapes it.
     pub null: Option<f64>,
-    /// Value when none is given: of the first parameter the moderate size, of the others the usual one.
+    /// Value when none is given: of the first parameter the moderate size, of the others the usual
+    /// one.
     pub moderate: f64,
     /// Smallest accepted value.
     pub min: f64,

@@ -42,8 +42,8 @@ impl fmt::Display for Scope {
 
 /// An effect of the [`catalogue`] with values for its parameters and the place where it acts.
 ///
-/// Written and read as `id` (moderate size), `id=value` (its first parameter) or `id:name=value,name=value`, each with an
-/// optional `@b0` (a board) or `@b0c2` (a channel).
+/// Written and read as `id` (moderate size), `id=value` (its first parameter) or
+/// `id:name=value,name=value`, each with an optional `@b0` (a board) or `@b0c2` (a channel).
 #[derive(Debug, Clone)]
 pub struct Effect {
     definition: &'static EffectDefinition,
@@ -97,10 +97,12 @@ impl Effect {
         Self::checked(definition, values, Scope::Rig)
     }
 
-    /// A rig as one would find it: small amounts of what every rig has, so that the paper's model does not quite fit it.
+    /// A rig as one would find it: small amounts of what every rig has, so that the paper's model
+    /// does not quite fit it.
     ///
-    /// Wall heat exchange of 0.6 s, a spool lag of 4 ms, play of 1 % of full drive to either side, tubes of 10 ml that pass seven
-    /// times as much as the valve, a supply that sags by 15 kPa under one open valve, a wall that gives by 0.2 per MPa.
+    /// Wall heat exchange of 0.6 s, a spool lag of 4 ms, play of 1 % of full drive to either side,
+    /// tubes of 10 ml that pass seven times as much as the valve, a supply that sags by 15 kPa
+    /// under one open valve, a wall that gives by 0.2 per MPa.
     #[must_use]
     pub fn realistic() -> Vec<Self> {
         let of = |id, values: &[(&str, f64)]| Self::new(id, values, Scope::Rig).ok();

@@ -16,7 +16,8 @@ pub(super) const EFFECTS: &[EffectDefinition] = &[
             "time constant of the gas temperature at 250 kPa absolute; 0 is off (fixed temperature)",
         )],
         apply: Apply::Channel(|v, p, c| {
-            // A larger chamber of the spread has as much more wall: the time constant is every channel's own.
+            // A larger chamber of the spread has as much more wall: the time constant is every
+            // channel's own.
             let wall_w_per_k = p.wall_conductance(v[0]) * c.chamber.volume_factor;
             c.chamber.gas = GasPhysics::Balance { wall_w_per_k };
         }),

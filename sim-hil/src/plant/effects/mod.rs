@@ -1,7 +1,8 @@
 //! Effects: everything a real rig adds to the paper's model, switched on by name.
 //!
-//! Each file of this folder defines a family. An effect changes the resolved physics ([`super::physics`]) of a channel, a
-//! board's joint or the supply; the equations themselves stand where that physics is integrated or sampled.
+//! Each file of this folder defines a family. An effect changes the resolved physics
+//! ([`super::physics`]) of a channel, a board's joint or the supply; the equations themselves stand
+//! where that physics is integrated or sampled.
 
 mod changes;
 mod definition;

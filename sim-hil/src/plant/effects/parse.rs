@@ -18,7 +18,8 @@ impl FromStr for Effect {
             None => (text, Scope::Rig),
         };
         let number = |value: &str| value.trim().parse::<f64>().map_err(|_| refuse("a value is not a number"));
-        // The colon comes first: values never hold one, and `id:name=value` holds an equals sign too.
+        // The colon comes first: values never hold one, and `id:name=value` holds an equals sign
+        // too.
         if let Some((id, list)) = body.split_once(':') {
             let mut values = Vec::new();
             for item in list.split(',') {

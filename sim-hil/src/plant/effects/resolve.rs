@@ -38,7 +38,8 @@ pub fn resolve(parameters: &PlantParameters, effects: &[Effect], seed: u64) -> R
     Ok(resolved)
 }
 
-/// Channel-to-channel spread: conductance and volume by a lognormal factor, edges and leakage in proportion.
+/// Channel-to-channel spread: conductance and volume by a lognormal factor, edges and leakage in
+/// proportion.
 fn spread(parameters: &PlantParameters, seed: u64, place: usize) -> ChannelPhysics {
     let mut channel = parameters.channel_physics();
     let s = parameters.nuisances.spread;
@@ -98,7 +99,8 @@ impl Resolved {
                 for (_, joint) in self.joints.iter_mut().enumerate().filter(|(board, _)| on_board(*board)) {
                     apply(effect.values(), parameters, joint);
                 }
-                // The effect may move more than the parameters' own joint: the chambers must keep a length.
+                // The effect may move more than the parameters' own joint: the chambers must keep a
+                // length.
                 let mut moved = parameters.clone();
                 moved.joint.free = true;
                 moved.joint.angle_rad_per_mpa = effect.values()[0];
@@ -111,14 +113,16 @@ impl Resolved {
 
     /// Refuses volumes that fill or empty faster than the step can follow.
     ///
-    /// The rate of a volume is bounded by the steepest part of the flow function (the laminar segment) of every
-    /// orifice that ends in it. Runge-Kutta of order four is stable to 2.78 step/time constant; we ask for one step or more.
+    /// The rate of a volume is bounded by the steepest part of the flow function (the laminar
+    /// segment) of every orifice that ends in it. Runge-Kutta of order four is stable to 2.78
+    /// step/time constant; we ask for one step or more.
     pub fn check_step(&self, step_s: f64) -> Result<(), PlantError> {
         for (place, channel) in self.channels.iter().enumerate() {
             let Some(id) = ChannelId::from_index(place) else { continue };
             let chamber = &channel.chamber;
             let slope = chamber.flow.steepest() * ANR_DENSITY_KG_PER_M3;
-            // An edge opens to its rated conductance and a little more with a shifted centre or a higher gain.
+            // An edge opens to its rated conductance and a little more with a shifted centre or a
+            // higher gain.
             let valve =
                 channel.valve.conductance * channel.valve.gain * (1.0 + channel.valve.centre.abs()) * 1.1;
             let rate = |volume: f64, conductance: f64| {
@@ -162,7 +166,8 @@ mod tests {
     use super::*;
     use crate::plant::Nuisances;
 
-    /// The wall follows the spread of the volume, so that every channel has the time constant that was asked for.
+    /// The wall follows the spread of the volume, so that every channel has the time constant that
+    /// was asked for.
     #[test]
     fn the_time_constant_of_the_gas_is_that_of_every_channel() {
         let nuisances = Nuisances { spread: 0.05, ..Nuisances::none() };

@@ -23,7 +23,8 @@ pub(super) const EFFECTS: &[EffectDefinition] = &[
         apply: Apply::Supply(|v, p, supply| {
             let flow = p.reference_flow();
             let drop = 1e3 * v[0];
-            // The slope of the drop at the reference flow, with the manifold's volume, makes the lag.
+            // The slope of the drop at the reference flow, with the manifold's volume, makes the
+            // lag.
             let slope = drop * (1.0 + v[2]) / flow;
             supply.line = Some(SupplyLine {
                 linear: drop * (1.0 - v[2]) / flow,

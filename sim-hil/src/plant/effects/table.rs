@@ -5,7 +5,8 @@ use core::fmt::Write as _;
 use super::catalogue;
 use super::definition::{Apply, EffectDefinition, EffectGroup};
 
-/// The effects as a Markdown table, one line a parameter: for people, and for the documentation, which a test compares with it.
+/// The effects as a Markdown table, one line a parameter: for people, and for the documentation,
+/// which a test compares with it.
 #[must_use]
 pub fn effects_table() -> String {
     let mut out = String::new();

@@ -166,8 +166,8 @@ impl SensorBoard {
         }
     }
 
-    /// A bus in use for `steps` ms; gives the delays of all answers, and how far the worst interval of the control loop's outputs is off
-    /// 1 ms, us.
+    /// A bus in use for `steps` ms; gives the delays of all answers, and how far the worst interval
+    /// of the control loop's outputs is off 1 ms, us.
     ///
     /// # Panics
     /// If an answer is late or missing.

@@ -61,7 +61,8 @@ fn a_power_cut_during_the_trial_leaves_the_old_program() {
     assert_eq!(host.state().running, Running::TrialSecond);
 }
 
-/// Confirms a trial and cuts the supply at so many moments of each of the erases and programs that follow; what the boards run then.
+/// Confirms a trial and cuts the supply at so many moments of each of the erases and programs that
+/// follow; what the boards run then.
 pub(super) fn cuts_while_confirmed(
     host: &mut UpdateBench,
     changes: usize,
@@ -94,7 +95,8 @@ pub(super) fn cuts_while_confirmed(
     after
 }
 
-/// The first update writes a record of the program that was flashed, too. At 65 moments of each erase and each program.
+/// The first update writes a record of the program that was flashed, too. At 65 moments of each
+/// erase and each program.
 #[test]
 fn a_power_cut_while_it_is_confirmed_leaves_the_old_or_the_new() {
     let mut host = on_trial();

@@ -15,7 +15,8 @@ const HANG: u16 = 0xE7FE;
 /// Returns at once.
 const RETURN: u16 = 0x4770;
 
-/// A program broken at one instruction, in the place of the one that was sent; gives the board when its trial is over.
+/// A program broken at one instruction, in the place of the one that was sent; gives the board when
+/// its trial is over.
 fn tried(broken: &[u8], trial: Ticks) -> UpdateBench {
     let program = program_of(broken);
     let mut host = sent();
@@ -66,7 +67,8 @@ fn a_damaged_or_foreign_program_is_not_written() {
     let cases = [
         (changed(20_000, 4), crc(&good), UpdateOutcome::Damaged),
         (good.clone(), crc(&good) ^ 1, UpdateOutcome::Damaged),
-        // As if its CRC were right: another mark, a length beyond all, another chip, an entry in flash.
+        // As if its CRC were right: another mark, a length beyond all, another chip, an entry in
+        // flash.
         (changed(192, 1), 0, UpdateOutcome::NotAProgram),
         (changed(199, 1), 0, UpdateOutcome::NotAProgram),
         (changed(7, 0x30), 0, UpdateOutcome::NotAProgram),
@@ -83,7 +85,8 @@ fn a_damaged_or_foreign_program_is_not_written() {
     }
 }
 
-/// Flash that does not keep what was written, or loses it later: the boot stage looks at every start.
+/// Flash that does not keep what was written, or loses it later: the boot stage looks at every
+/// start.
 #[test]
 fn a_program_that_flash_has_lost_is_not_started() {
     let length = next_version().len();

@@ -47,8 +47,8 @@ fn read(folder: &Path, module: &[String], found: &mut Vec<Source>) {
     }
 }
 
-/// The modules directly below `parent` and what they import of each other. What a `mod.rs` passes on (`pub use inner::Name`) counts
-/// as an import of the module that it comes from.
+/// The modules directly below `parent` and what they import of each other. What a `mod.rs` passes
+/// on (`pub use inner::Name`) counts as an import of the module that it comes from.
 pub fn graph(sources: &[Source], parent: &[String]) -> Graph {
     let depth = parent.len();
     let below = |source: &&Source| source.module.len() > depth && source.module.starts_with(parent);

@@ -1,6 +1,8 @@
-//! What a source file imports from its own crate: every path that begins with `crate::` or `super::`, in `use` or elsewhere.
+//! What a source file imports from its own crate: every path that begins with `crate::` or
+//! `super::`, in `use` or elsewhere.
 
-/// The paths, from the crate's root, that `text`, the file of module `module`, names. Tests within the file and comments do not count.
+/// The paths, from the crate's root, that `text`, the file of module `module`, names. Tests within
+/// the file and comments do not count.
 pub fn imports(text: &str, module: &[String]) -> Vec<Vec<String>> {
     let text = without_tests(&without_comments(text));
     let mut found = Vec::new();

@@ -1,5 +1,5 @@
-//! Modules of a crate import each other in one direction only: a cycle means that none of its modules can be understood, tested or moved
-//! without all the others.
+//! Modules of a crate import each other in one direction only: a cycle means that none of its
+//! modules can be understood, tested or moved without all the others.
 
 mod graph;
 mod imports;
@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 use graph::{Source, cycles, graph, sources};
 
-/// The cycles that there are, by the crate's folder and the module whose inner modules they join (none for those of the crate).
-/// A new one is an error; one that is gone, or has fewer modules, is taken from here or made shorter here.
+/// The cycles that there are, by the crate's folder and the module whose inner modules they join
+/// (none for those of the crate). A new one is an error; one that is gone, or has fewer modules, is
+/// taken from here or made shorter here.
 const KNOWN: &[(&str, &str, &[&str])] = &[
     ("firmware", "", &["bus", "chip"]),
     ("host-driver", "", &["poller", "statistics"]),
@@ -21,7 +22,8 @@ const KNOWN: &[(&str, &str, &[&str])] = &[
     ("models", "report", &["plot", "svg"]),
 ];
 
-/// Crates of which the modules within modules are looked at, too: there are none in the others' way yet.
+/// Crates of which the modules within modules are looked at, too: there are none in the others' way
+/// yet.
 const DEEP: &[&str] = &["models", "models/data", "models/plant"];
 
 #[test]

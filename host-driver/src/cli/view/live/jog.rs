@@ -52,7 +52,8 @@ impl Jog {
         self.ways.get(&place).map(|way| way.to_kpa)
     }
 
-    /// Sends a channel of the armed board from `at_kpa` to `to_kpa`. `false` if its board is not armed.
+    /// Sends a channel of the armed board from `at_kpa` to `to_kpa`. `false` if its board is not
+    /// armed.
     pub fn aim(&mut self, place: Place, at_kpa: f64, to_kpa: f64, now_ns: u64) -> bool {
         match &mut self.armed {
             Some((board, used_ns)) if *board == place.0 && place.1 < CHANNELS => *used_ns = now_ns,

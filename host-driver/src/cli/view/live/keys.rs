@@ -1,7 +1,7 @@
 //! Keys of the terminal, and whether it is still there.
 //!
-//! They are read on a thread of their own: crossterm's reader never returns from a terminal that has
-//! closed, and the run must go on to vent its boards.
+//! They are read on a thread of their own: crossterm's reader never returns from a terminal that
+//! has closed, and the run must go on to vent its boards.
 
 use crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use rustix::event::{PollFd, PollFlags, poll};

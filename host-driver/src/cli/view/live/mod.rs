@@ -18,8 +18,9 @@ const FRAME: Duration = Duration::from_millis(50);
 /// How often the bus thread is asked for its figures.
 const FIGURES_EVERY: Duration = Duration::from_millis(500);
 
-/// Draws until `stop`, the poller's own end, a key that ends the run, or the terminal closes. The terminal is put back in order on
-/// every way out: `ratatui::init` also does so when something panics.
+/// Draws until `stop`, the poller's own end, a key that ends the run, or the terminal closes. The
+/// terminal is put back in order on every way out: `ratatui::init` also does so when something
+/// panics.
 pub fn show(
     session: &Session,
     watched: Watched<'_>,
@@ -78,7 +79,8 @@ pub fn show(
     // A terminal that has closed cannot be put in order.
     let _ = ratatui::try_restore();
     if ended == EndedBy::Terminal {
-        // When dropped it would show its cursor again, and panic where it cannot say that this failed.
+        // When dropped it would show its cursor again, and panic where it cannot say that this
+        // failed.
         std::mem::forget(terminal);
     }
     model.events().for_each(|event| errln!("{event}"));

@@ -29,7 +29,8 @@ pub struct Model {
     pub events_back: usize,
     /// Highest pressure or command of each board so far, kPa.
     highest_kpa: Vec<f64>,
-    /// Pressures of each board's channels at each picture, kPa; `None` where the board had not answered lately.
+    /// Pressures of each board's channels at each picture, kPa; `None` where the board had not
+    /// answered lately.
     history: Vec<[VecDeque<Option<f64>>; CHANNELS]>,
     /// (time, cycles) of some pictures, for the loop rate.
     progress: VecDeque<(u64, u64)>,
@@ -97,7 +98,8 @@ impl Model {
         Some(last.1.checked_sub(first.1)? as f64 / seconds)
     }
 
-    /// Where the bars of the board at `index` end, kPa: at its highest limit, or a little above what has been.
+    /// Where the bars of the board at `index` end, kPa: at its highest limit, or a little above
+    /// what has been.
     pub fn scale_kpa(&self, index: usize) -> f64 {
         let Some(board) = self.snapshot.boards.get(index) else { return Self::SCALES_KPA[0] };
         let limits = self.session.limits.of(board.board);

@@ -1,4 +1,5 @@
-//! metadata.yaml: what makes a folder with an MCAP file a ROS 2 bag. Version 8 of its format (ROS 2 Jazzy reads up to 9).
+//! metadata.yaml: what makes a folder with an MCAP file a ROS 2 bag. Version 8 of its format (ROS 2
+//! Jazzy reads up to 9).
 
 use mcap::records::{Channel, Metadata};
 use std::collections::BTreeMap;

@@ -1,4 +1,5 @@
-//! Closes a bag whose recording was killed: what is whole in it, with the indexes and the metadata that readers of ROS bags ask for.
+//! Closes a bag whose recording was killed: what is whole in it, with the indexes and the metadata
+//! that readers of ROS bags ask for.
 
 mod metadata;
 
@@ -20,7 +21,8 @@ pub struct Repaired {
     pub messages: u64,
     /// From the first message to the last, s.
     pub seconds: f64,
-    /// What the reader met where the old file stops; `None` if it had its end, so that nothing was wrong with it.
+    /// What the reader met where the old file stops; `None` if it had its end, so that nothing was
+    /// wrong with it.
     pub stopped: Option<String>,
 }
 
@@ -56,8 +58,8 @@ pub enum RepairError {
 /// Longest record, bytes: what a damaged length can make the reader allocate.
 const LONGEST_RECORD: usize = 1 << 30;
 
-/// Writes the whole messages of the bag `from` into the new folder `folder`, under the same name, and metadata.yaml beside them: the
-/// folder is a bag that `ros2 bag` opens. `from` stays as it is.
+/// Writes the whole messages of the bag `from` into the new folder `folder`, under the same name,
+/// and metadata.yaml beside them: the folder is a bag that `ros2 bag` opens. `from` stays as it is.
 ///
 /// # Errors
 /// [`RepairError`]. The folder must not exist: nothing is overwritten.

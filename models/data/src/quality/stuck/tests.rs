@@ -39,8 +39,8 @@ const COUNT_KPA: f64 = 0.841_645;
 /// Time, lines, pressure, command, drive.
 type Staircase = (Vec<f64>, Vec<u32>, Vec<f32>, Vec<f32>, Vec<f32>);
 
-/// 24 s at 100 Hz of a loop that holds levels two counts low, behind 20 ms of dead time and a lag of 50 ms, without noise.
-/// The pressure is in whole counts.
+/// 24 s at 100 Hz of a loop that holds levels two counts low, behind 20 ms of dead time and a lag
+/// of 50 ms, without noise. The pressure is in whole counts.
 fn staircase(levels_kpa: [f64; 8]) -> Staircase {
     let time: Vec<f64> = (0..2400).map(|k| 0.01 * f64::from(k)).collect();
     let command: Vec<f64> = (0..2400).map(|k| levels_kpa[k / 300]).collect();
@@ -72,7 +72,8 @@ fn holds_between_steps_are_not_stuck() {
     }
 }
 
-/// The same, but from 7 s on nothing changes any more: the hold that was under way, and what should have followed.
+/// The same, but from 7 s on nothing changes any more: the hold that was under way, and what should
+/// have followed.
 #[test]
 fn a_sensor_that_freezes_in_a_hold_is_stuck() {
     let (time, line, mut pressure, command, drive) =

@@ -1,4 +1,5 @@
-//! `inflow_cycle`: what flows in swings with a period, whatever the supply pressure does. Never named.
+//! `inflow_cycle`: what flows in swings with a period, whatever the supply pressure does. Never
+//! named.
 
 use core::f64::consts::TAU;
 

@@ -32,7 +32,8 @@ pub const INFO: EffectInfo = EffectInfo {
     check: "length and bore of the tube, kinks, fittings between valve and chamber",
 };
 
-/// `F^2 / q = tau^2 q + tau l` at the flow `q`: a turbulent part that grows with the flow, and a laminar one.
+/// `F^2 / q = tau^2 q + tau l` at the flow `q`: a turbulent part that grows with the flow, and a
+/// laminar one.
 fn resistance(values: &[f64], flow_kpa_s: f64) -> f64 {
     let [time_constant_s, _, laminar_kpa] = [0, 1, 2].map(|k| values[k]);
     time_constant_s * (time_constant_s * flow_kpa_s + laminar_kpa)

@@ -4,8 +4,8 @@ use super::{ChannelInputs, EffectInfo, Hook, Memory, RegulatorLaw, Step, Stretch
 use crate::model::{Areas, ValveLaw};
 use crate::numeric::Scalar;
 
-/// Declares the modules, the list and one type that is any of them. Effects of a model are called in the order of the list,
-/// which for those between drive and flow is the order of the hardware.
+/// Declares the modules, the list and one type that is any of them. Effects of a model are called
+/// in the order of the list, which for those between drive and flow is the order of the hardware.
 macro_rules! catalogue {
     ($($module:ident :: $name:ident,)*) => {
         $(mod $module;)*
@@ -21,7 +21,8 @@ macro_rules! catalogue {
         }
 
         impl<S: Scalar> AnyEffect<S> {
-            /// Installs number `index` of the [`CATALOGUE`] with the values of its parameters; `None` beyond its end.
+            /// Installs number `index` of the [`CATALOGUE`] with the values of its parameters;
+            /// `None` beyond its end.
             #[must_use]
             pub fn install(index: usize, values: &[S]) -> Option<Self> {
                 let mut number = 0;

@@ -25,7 +25,8 @@ pub const INFO: EffectInfo = EffectInfo {
     check: "measurement task of the board against the bus rate; lost answers that are filled in",
 };
 
-/// A coarse converter repeats itself by chance while the pressure moves by less than this many times the noise.
+/// A coarse converter repeats itself by chance while the pressure moves by less than this many
+/// times the noise.
 const CHANCE: f64 = 4.0;
 
 /// The effect at work.
@@ -70,8 +71,8 @@ impl<S: Scalar> Hook<S> for StaleSamples<S> {
         self.held.known().into_iter().for_each(|held| visit(Memory::Known, held));
     }
 
-    /// A board's loop follows the old sample. Rows that are equal say that it was held from some time before the first of them until some
-    /// time after the last: half an interval in the mean.
+    /// A board's loop follows the old sample. Rows that are equal say that it was held from some
+    /// time before the first of them until some time after the last: half an interval in the mean.
     #[inline]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         let inputs = step.inputs;

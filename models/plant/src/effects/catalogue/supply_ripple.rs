@@ -37,7 +37,8 @@ const RISES: [f64; 2] = [0.3, 0.7];
 /// Triangles whose first harmonic is a wave.
 fn probes(wave: &Wave) -> Vec<Vec<f64>> {
     let amplitude_kpa = (wave.share() * wave.gauge_pa * 1e-3 * PI * PI / 8.0).clamp(0.5, 250.0);
-    // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise / 2 + 1 / 4.
+    // cos(w t) c + sin(w t) s peaks at phase peak; the triangle's first harmonic peaks at rise /
+    // 2 + 1 / 4.
     let peak = wave.sine.atan2(wave.cosine) / TAU;
     let phase = |rise: f64| (0.25 + 0.5 * rise - peak).rem_euclid(1.0);
     RISES.iter().map(|&rise| vec![amplitude_kpa, wave.period_s(), phase(rise), rise]).collect()

@@ -67,7 +67,8 @@ impl<S: Scalar> Hook<S> for SupplySag<S> {
 
     #[inline]
     fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
-        // Own flow from this simulation, the others' from the recording. The sag of the step before closes the loop.
+        // Own flow from this simulation, the others' from the recording. The sag of the step before
+        // closes the loop.
         let now = supply - self.sag;
         let ratio = (pressure / now).min(S::constant(1.0));
         let excess = (ratio.plus(-0.3)).times(1.0 / 0.7).max(S::zero());

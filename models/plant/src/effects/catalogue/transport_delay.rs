@@ -51,7 +51,8 @@ impl<S: Scalar> Hook<S> for TransportDelay<S> {
         self.past.iter_mut().flatten().for_each(|(drive, _)| visit(Memory::Known, drive));
     }
 
-    /// The mean over the step of a drive that is constant over each step. Steps are not of one length: neither are rows.
+    /// The mean over the step of a drive that is constant over each step. Steps are not of one
+    /// length: neither are rows.
     #[inline]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let past = &mut self.past[valve];

@@ -5,13 +5,15 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::DriveInput;
 
-/// The command is above it by more than this part of the pressure's range, or the drive fills by more than this.
+/// The command is above it by more than this part of the pressure's range, or the drive fills by
+/// more than this.
 const PUSHED: f64 = 0.05;
-/// A verdict is of less than the whole recording, and says so, where more than this part of a channel's readings is missing.
+/// A verdict is of less than the whole recording, and says so, where more than this part of a
+/// channel's readings is missing.
 const MUCH: f64 = 0.1;
 
-/// Rows at a limit of the sensor that no rig file tells: all at the highest reading, when it repeats exactly while the channel is told to
-/// go higher.
+/// Rows at a limit of the sensor that no rig file tells: all at the highest reading, when it
+/// repeats exactly while the channel is told to go higher.
 #[must_use]
 pub fn clipped_rows(
     drive: &DriveInput,

@@ -9,9 +9,11 @@ use crate::diagnosis::settings::SETTINGS;
 /// Pascals per pound per square inch over pascals per kilopascal.
 const KPA_PER_PSI: f64 = 6.894_757;
 
-/// A factor is recognised when the mean pressure over the mean command is within this part of it ...
+/// A factor is recognised when the mean pressure over the mean command is within this part of it
+/// ...
 const NEAR: f64 = 0.25;
-/// ... and the movements are in a ratio between these parts of it: a lag makes the pressure move less.
+/// ... and the movements are in a ratio between these parts of it: a lag makes the pressure move
+/// less.
 const MOVES: [f64; 2] = [0.3, 1.5];
 
 /// The command and the pressure of a controlled channel agree but for a unit.

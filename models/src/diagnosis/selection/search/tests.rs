@@ -60,7 +60,8 @@ fn cause(id: &str, base: &Extended) -> Found {
     }
 }
 
-/// One channel with `truth`, the stages of the base model and of `model` fitted to it, and what `eliminate` leaves of `causes`.
+/// One channel with `truth`, the stages of the base model and of `model` fitted to it, and what
+/// `eliminate` leaves of `causes`.
 fn eliminated(truth: &Extended, model: &Extended, mut causes: Vec<Found>) -> (Vec<Found>, Vec<ChannelStage>) {
     let (data, base) = channel(false);
     let mut channels = vec![measured(data, truth, 1)];

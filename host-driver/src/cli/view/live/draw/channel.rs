@@ -15,7 +15,8 @@ pub const NARROW: u16 = 40;
 /// Deviations of more than this are coloured, kPa.
 const FAR_KPA: f64 = 5.0;
 
-/// Columns of the names on a terminal of this width: what the longest one takes, where there is room.
+/// Columns of the names on a terminal of this width: what the longest one takes, where there is
+/// room.
 fn name_columns(model: &Model, width: u16) -> u16 {
     let most = if width >= 100 { 24 } else { 12 };
     let setup = &model.session.setup;
@@ -71,7 +72,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, index: usize, chan
     frame.render_widget(Paragraph::new(bar_line(&now, scale_kpa, usize::from(bar.width))), bar);
     let history = model.history(index, channel);
     let values = history.iter().skip(history.len().saturating_sub(usize::from(past.width)));
-    // The smallest bar is 1: an empty cell means that there was no reading. In tenths of kPa, on the board's scale.
+    // The smallest bar is 1: an empty cell means that there was no reading. In tenths of kPa, on
+    // the board's scale.
     let tenths = |kpa: f64| (10.0 * kpa.max(0.0)) as u64 + 1;
     let bars: Vec<_> = values.map(|value| SparklineBar::from(value.map(tenths))).collect();
     let sparkline = Sparkline::default().data(bars).style(Style::new().fg(Color::Cyan));

@@ -6,7 +6,8 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
-/// What the keys do, the important ones first; the rest is on `?`. Of several the longest that fits.
+/// What the keys do, the important ones first; the rest is on `?`. Of several the longest that
+/// fits.
 const KEYS: [&str; 4] = [
     "? keys  v or Space vent all  r release  a arm  w record  Up/Down select  q end",
     "? keys  v or Space vent all  r release  q end",

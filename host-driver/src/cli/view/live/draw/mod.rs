@@ -1,5 +1,5 @@
-//! The picture: figures above, boards, events, keys below. What there is no room for is left out from
-//! the bars on: a terminal of 20 columns and 4 lines still has numbers.
+//! The picture: figures above, boards, events, keys below. What there is no room for is left out
+//! from the bars on: a terminal of 20 columns and 4 lines still has numbers.
 
 mod channel;
 mod foot;
