@@ -31,8 +31,9 @@ doc:
 book:
     mdbook build
 
-# which lines the tests run, as pages in target/llvm-cov/html; of one crate: just coverage -p pneudrive-protocol
-# (once: rustup component add llvm-tools; cargo install cargo-llvm-cov)
+# Once: rustup component add llvm-tools; cargo install cargo-llvm-cov. Of one crate: just coverage
+# -p pneudrive-protocol.
+# which lines the tests run, as pages in target/llvm-cov/html
 coverage *ARGS:
     cargo llvm-cov --html {{ARGS}}
 

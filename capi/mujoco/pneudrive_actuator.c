@@ -17,7 +17,7 @@
 
 #include "pneudrive.h"
 
-/* A pressure that differs by more than this from what the last step left was set by the user, kPa. */
+/* A pressure that differs by more than this from what the last step left was set by the user. */
 #define SET_BY_USER_KPA 1e-6
 /* A chamber keeps this share of its volume when its actuator is pressed to nothing. */
 #define LEAST_VOLUME 0.05

@@ -1,6 +1,7 @@
 #!/bin/sh
 # The table of docs/models.md: all sixteen ventilator runs, fitted on their first 15 s, judged on
-# the rest. usage: PNEUDRIVE_DATA=... compare_ventilator.sh OUT [MORE ARGUMENTS OF compare]
+# the rest.
+# usage: PNEUDRIVE_DATA=... compare_ventilator.sh OUT [MORE ARGUMENTS OF compare]
 set -eu
 : "${PNEUDRIVE_DATA:?set PNEUDRIVE_DATA to the folder that holds respiraworks/}"
 here=$(cd "$(dirname "$0")" && pwd)

@@ -1,7 +1,8 @@
 #!/bin/sh
 # The tables of docs/diagnosis.md, "Several recordings of one machine": the eight runs of each
-# ventilator together, and every run alone with the valves of the other seven. Takes 40 minutes on
-# two cores. usage: PNEUDRIVE_DATA=... diagnose_ventilator_machine.sh OUT
+# ventilator together, and every run alone with the valves of the other seven. Ten minutes on two
+# cores.
+# usage: PNEUDRIVE_DATA=... diagnose_ventilator_machine.sh OUT
 set -eu
 : "${PNEUDRIVE_DATA:?set PNEUDRIVE_DATA to the folder that holds respiraworks/}"
 here=$(cd "$(dirname "$0")" && pwd)
@@ -13,7 +14,7 @@ together() {
     shift
     "$model" diagnose "$@" --rig "$rig" --loads differ --out "$out/$folder" >"$out/log" 2>&1 || { cat "$out/log"; exit 1; }
 }
-names='[.causes[] | "`" + .effect + "`"] | join("; ")'
+names='[.causes[] | ([.effect] + .equivalent | map("`" + . + "`") | join(" or "))] | join("; ")'
 number='def n: . * 1000 | round / 1000 | tostring;'
 for valve in solenoid pinch_valve; do
     rig=$here/ventilator_$valve.toml
