@@ -193,8 +193,11 @@ fn assemble(
     let verdict = Verdict::new(!causes.is_empty(), rest);
     let id = |effect: usize| CATALOGUE[effect].id.to_owned();
     let withheld = withheld.map(|w| Withheld { effect: id(w.effect), foil: id(w.foil.effect) });
+    // Beside the supply it may have earned its name.
+    let withheld = withheld.filter(|w| causes.iter().all(|cause| cause.effect != w.effect));
     // Where nothing is named, the sentence says so.
     notes.extend(withheld.as_ref().filter(|_| verdict != Verdict::Unexplained).map(verdict::withheld));
+    notes.extend(verdict::other_supply(&channels, &finals));
     let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
     let baseline = Baseline {
         model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),

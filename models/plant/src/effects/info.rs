@@ -107,6 +107,12 @@ impl EffectInfo {
         self.traits.iter().any(|t| matches!(t, Trait::LimitCycle))
     }
 
+    /// Is it about a supply that the rig file states, and nobody has measured?
+    #[must_use]
+    pub fn needs_stated_supply(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::NeedsStatedSupply))
+    }
+
     /// Does it happen at times that rows tell only roughly?
     #[must_use]
     pub fn is_roughly_timed(&self) -> bool {

@@ -1,8 +1,8 @@
 //! A model of one channel: the base model, effects at work, and their parameters' values.
 
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::Plant;
 use crate::effects::catalogue::{AnyEffect, CATALOGUE};
+use crate::effects::{Plant, Question};
 use crate::model::Parameter;
 use crate::numeric::Scalar;
 
@@ -40,6 +40,13 @@ impl Extended {
     #[must_use]
     pub fn has(&self, effect: usize) -> bool {
         self.effects.contains(&effect) && !self.usual.contains(&effect)
+    }
+
+    /// Is something at work that stands for causes outside the catalogue?
+    #[must_use]
+    pub fn has_foil(&self) -> bool {
+        let foil = |&effect: &usize| CATALOGUE[effect].question == Question::Foil;
+        self.effects.iter().any(foil)
     }
 
     /// The model with one more effect in any size, which takes the place of the usual one where

@@ -66,7 +66,12 @@ fn smooth(effects: Vec<usize>, models: Vec<Extended>) -> Option<Explanation> {
 /// All that is named but one cause.
 fn without(cause: &Found, outcome: &Outcome) -> Explanation {
     let others: Vec<usize> = outcome.causes.iter().map(|c| c.effect).filter(|e| *e != cause.effect).collect();
-    let missing = if others.is_empty() { Missing::Nothing } else { Missing::Effects(others) };
+    let foil = cause.without.iter().any(Extended::has_foil);
+    let missing = match others.is_empty() {
+        true if foil => Missing::SomethingElse(others),
+        true => Missing::Nothing,
+        false => Missing::Effects(others),
+    };
     Explanation { missing, models: cause.without.clone() }
 }
 

@@ -1,5 +1,6 @@
 //! The verdict in words, each with its numbers.
 
+use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::json::{Cause, Report, Verdict, Withheld};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::{CATALOGUE, index_of};
@@ -54,6 +55,25 @@ pub fn withheld(Withheld { effect, foil }: &Withheld) -> String {
         title(effect),
         title(foil)
     )
+}
+
+/// A remark on models whose supply is not what the rig file states.
+#[must_use]
+pub fn other_supply(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
+    let shares = channels.iter().zip(models).flat_map(|(data, model)| {
+        let stated = |e: &&usize| CATALOGUE[**e].needs_stated_supply();
+        let range = model.effects.iter().find(stated).and_then(|&e| model.range(&data.plant, e));
+        range.map(|range| model.values[range.start])
+    });
+    let shares: Vec<f64> = shares.collect();
+    let percent = 100.0 * shares.iter().sum::<f64>() / shares.len() as f64;
+    let direction = if percent < 0.0 { "less" } else { "more" };
+    (!shares.is_empty()).then(|| {
+        format!(
+            "The extended model takes the supply's absolute pressure for {:.1} % {direction} than the rig file states: beside what is named, the supply is another, or something does much the same. A recorded supply pressure would tell.",
+            percent.abs()
+        )
+    })
 }
 
 /// The verdict in a sentence or two.

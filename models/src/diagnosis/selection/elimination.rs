@@ -33,7 +33,11 @@ fn without_each(
     causes: &mut [Found],
     fixed: bool,
 ) -> Option<(usize, Vec<ChannelStage>)> {
-    if let [only] = causes {
+    // A supply that the rig file states wrongly stays.
+    let corrected = stages.iter().any(|stage| stage.model.has_foil());
+    if let [only] = causes
+        && !corrected
+    {
         only.adds(channels, first, stages);
         return None;
     }

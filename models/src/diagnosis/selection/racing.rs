@@ -148,6 +148,12 @@ pub fn is_foil(candidate: &Candidate) -> bool {
     CATALOGUE[candidate.effect].question == Question::Foil
 }
 
+/// Does it stand for a supply that is not what the rig file states? No cause has such a part of the
+/// error, and others may be there beside it.
+pub fn is_of_the_rig_file(candidate: &Candidate) -> bool {
+    is_foil(candidate) && CATALOGUE[candidate.effect].needs_stated_supply()
+}
+
 /// Sum over the channels of the least loss that a probe promises.
 fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
     let mut sum = 0.0;

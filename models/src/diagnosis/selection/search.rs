@@ -2,7 +2,7 @@
 
 use super::acceptance::{a_trace_beside, forced, is_large, kept_total};
 use super::elimination::eliminate;
-use super::racing::{Considered, is_foil, rivals, round};
+use super::racing::{Considered, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use super::settling::{fitted_by, settle_finely, staged};
@@ -128,8 +128,16 @@ fn name(
         }
         let equivalent = rivals(channels, stages, &ranked, winner);
         if let Some(&foil) = equivalent.iter().find(|&&k| is_foil(&ranked[k])) {
-            *withheld = Some(Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() });
-            break;
+            let name = Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() };
+            if withheld.is_some() || !is_of_the_rig_file(&ranked[foil]) {
+                withheld.get_or_insert(name);
+                break;
+            }
+            *withheld = Some(name);
+            // Whatever it is, this part of the error is accounted for: the search goes on with the
+            // supply that the recording speaks for.
+            *stages = settle_finely(channels, &ranked[foil].models, fixed);
+            continue;
         }
         let gate = gates.iter().find(|g| g.effect == ranked[winner].effect);
         causes.push(Found::new(
@@ -149,7 +157,8 @@ fn name(
         cause.equivalent.retain(|e| !named.contains(e));
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
-    if !causes.is_empty() && forced(channels, first, stages, &named) {
+    let nothing = causes.is_empty() && withheld.is_some();
+    if nothing || !causes.is_empty() && forced(channels, first, stages, &named) {
         causes.clear();
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));

@@ -101,3 +101,23 @@ fn each_cause_is_measured_beside_all_others_whatever_came_first() {
         assert!(cause.gained > 100.0, "{cause:?}");
     }
 }
+
+#[test]
+fn a_supply_that_is_stated_wrongly_keeps_its_part_when_a_cause_is_measured() {
+    let (data, base) = channel(false);
+    let supply = with(&data, &base, "supply_misstated", &[-0.1]);
+    let truth = with(&data, &supply, "valve_lag", &[0.03]);
+    let (causes, stages) = eliminated(&truth, &truth, vec![cause("valve_lag", &base)]);
+    let without = &causes[0].without[0];
+    assert!(without.has_foil() && !without.has(causes[0].effect), "{without:?}");
+    assert!(stages[0].model.has_foil() && causes[0].gained > 100.0, "{:?}", causes[0]);
+}
+
+#[test]
+fn where_the_supply_alone_is_stated_wrongly_nothing_is_named_and_the_base_model_stays() {
+    let (names, outcome) = searched(|data, base| with(data, base, "supply_misstated", &[-0.15]), false);
+    assert_eq!(names, Vec::<&str>::new());
+    let withheld = outcome.withheld.expect("something of the catalogue does much the same");
+    assert_eq!(CATALOGUE[withheld.foil.effect].id, "supply_misstated");
+    assert!(outcome.stages.iter().all(|stage| !stage.model.has_foil()), "{:?}", outcome.stages[0].model);
+}
