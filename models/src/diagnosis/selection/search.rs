@@ -119,7 +119,11 @@ fn name(
         progress("refitting what passed", causes.len() as u64);
         let (winner, ranked) = round(channels, stages, &tried, gates, rounds);
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
-        explanations.extend(ranked.iter().filter(|c| c.acts.contains(&true)).map(|c| c.explanation(&named)));
+        // Beside another supply everything explains more: what is not named there is none.
+        if withheld.is_none() {
+            let acting = ranked.iter().filter(|c| c.acts.contains(&true));
+            explanations.extend(acting.map(|c| c.explanation(&named)));
+        }
         let Some(winner) = winner else {
             break;
         };
