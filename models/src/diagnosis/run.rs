@@ -19,9 +19,9 @@ use crate::diagnosis::report::{
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
-use crate::diagnosis::selection::{Outcome, Progress, adopt, search, staged};
+use crate::diagnosis::selection::{Outcome, Progress, adopt, is_shown, search, staged};
 use crate::diagnosis::settings;
-use crate::effects::catalogue::CATALOGUE;
+use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::order::descending;
 use crate::rig::Rig;
 
@@ -102,7 +102,8 @@ pub fn diagnose(
     }
     progress("measuring the gain", 0);
     let mut rest = Rest::new(&channels, &outcome, change);
-    let named = !outcome.causes.is_empty();
+    let shown = |effect: usize| is_shown(&channels, effect);
+    let named = outcome.causes.iter().any(|cause| !shown(cause.effect));
     if named && (rest.imitated(&channels, &outcome) || Rest::harmful(&channels, &outcome)) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
@@ -170,8 +171,9 @@ fn assemble(
         .collect();
     descending(&mut causes, |item| item.gain.reduction);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
+    let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
     let (causes, imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
-        alternatives::is_probable(cause, explanations)
+        shown(cause) || alternatives::is_probable(cause, explanations)
     });
     let mut depends_on = significant(&channels, &left);
     let withheld = outcome.withheld.as_ref();

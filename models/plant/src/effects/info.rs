@@ -119,6 +119,12 @@ impl EffectInfo {
         self.traits.iter().any(|t| matches!(t, Trait::RoughlyTimed))
     }
 
+    /// Do the rows of a channel show by themselves that it is there?
+    #[must_use]
+    pub fn is_shown(&self, inputs: &ChannelInputs) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::Shown(by) if by(inputs)))
+    }
+
     /// Can it be seen from one recording to another, and not only within one?
     #[must_use]
     pub fn lasts(&self) -> bool {

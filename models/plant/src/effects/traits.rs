@@ -1,5 +1,7 @@
 //! What makes an effect different from most.
 
+use super::inputs::ChannelInputs;
+
 /// A sine in the supply that a recording shows, `cosine cos(w t) + sine sin(w t)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
@@ -64,6 +66,8 @@ pub enum Trait {
     LimitCycle,
     /// It happens at times that the rows tell only roughly.
     RoughlyTimed,
+    /// A channel's rows show by themselves whether it is there, whatever else a model lacks.
+    Shown(fn(&ChannelInputs) -> bool),
     /// It belongs to a recording of some minutes and means nothing over months: then another offset
     /// or gain is seen.
     WithinARecording,

@@ -10,7 +10,7 @@ use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
-/// Is what it gains on the choosing blocks sure, and enough for a name?
+/// Is what it gains on the choosing blocks sure, or shown by the rows, and enough for a name?
 #[must_use]
 pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     if !candidate.acts.iter().any(|a| *a) {
@@ -24,7 +24,8 @@ pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate
     let (before, after) = sums(|losses| &losses.deviance);
     let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
-    low > 0.0
+    // What the rows show is there. A simulation that has it goes astray where its times are rough.
+    (low > 0.0 || is_shown(channels, candidate.effect))
         && gain >= least_share(channels, stages)
         && hunting_is_the_error(channels, stages, candidate, sums(|losses| &losses.beside_error))
         && large_enough(channels, candidate)
@@ -98,6 +99,12 @@ pub fn forced(
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
     after > large && after - 1.0 > most * (before - 1.0)
+}
+
+/// Do the rows of a channel show an effect by themselves? Then it is there, whatever else is missing.
+#[must_use]
+pub fn is_shown(channels: &[ChannelData], effect: usize) -> bool {
+    channels.iter().any(|data| CATALOGUE[effect].is_shown(&data.inputs))
 }
 
 /// Does a further name take little of a large error? Beside what is named, something else always

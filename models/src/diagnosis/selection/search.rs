@@ -1,6 +1,6 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
-use super::acceptance::{a_trace_beside, forced, is_large, kept_total};
+use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total};
 use super::elimination::eliminate;
 use super::racing::{Considered, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
@@ -161,12 +161,34 @@ fn name(
         cause.equivalent.retain(|e| !named.contains(e));
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
-    let nothing = causes.is_empty() && withheld.is_some();
-    if nothing || !causes.is_empty() && forced(channels, first, stages, &named) {
-        causes.clear();
+    if !causes.is_empty() && forced(channels, first, stages, &named) {
+        keep_shown(channels, (first, stages), causes, fixed);
+    }
+    if causes.is_empty() {
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));
     }
+}
+
+/// Takes all names back but those which the recording shows by itself.
+fn keep_shown(
+    channels: &mut [ChannelData],
+    (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
+    causes: &mut Vec<Found>,
+    fixed: bool,
+) {
+    let (shown, others): (Vec<Found>, Vec<Found>) =
+        std::mem::take(causes).into_iter().partition(|cause| is_shown(channels, cause.effect));
+    *causes = shown;
+    if causes.is_empty() || others.is_empty() {
+        return;
+    }
+    let without = |(data, stage): (&ChannelData, &ChannelStage)| {
+        others.iter().fold(stage.model.clone(), |model, cause| model.without(&data.plant, cause.effect))
+    };
+    let models: Vec<Extended> = channels.iter().zip(stages.iter()).map(without).collect();
+    *stages = settle_finely(channels, &models, fixed);
+    causes.iter_mut().for_each(|cause| cause.adds(channels, first, stages));
 }
 
 impl Outcome {
