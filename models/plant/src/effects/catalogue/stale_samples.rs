@@ -73,9 +73,12 @@ struct Movements {
 
 /// Rows for which a reading may stay the same in the midst of a movement: beyond, it is a pause.
 const LONGEST: usize = 10;
-/// Movements that must be stuck, and part of all: of recordings of the truth plant without this
-/// effect at most 0.7 % are, with a fifth of the samples stale 3 % and more.
-const LEAST_STUCK: (usize, f64) = (10, 0.02);
+/// Movements without which nothing is shown: fewer are noise, where rows follow each other so
+/// closely that the pressure hardly moves from one to the next.
+const LEAST_MOVEMENTS: usize = 100;
+/// Part of them that must be stuck: of recordings of the truth plant without this effect at most
+/// 1.5 % are, with a fifth of the samples stale 3 % and more.
+const LEAST_STUCK: f64 = 0.02;
 
 /// Readings that are `None` are not usable.
 fn movements(readings: &[Option<f64>], noise_pa: f64) -> Movements {
@@ -98,7 +101,8 @@ fn movements(readings: &[Option<f64>], noise_pa: f64) -> Movements {
 fn is_shown(inputs: &ChannelInputs) -> bool {
     let readings = (0..inputs.rows()).map(|row| inputs.usable[row].then_some(inputs.measured_pa[row]));
     let Movements { through, stuck } = movements(&readings.collect::<Vec<_>>(), inputs.noise_pa);
-    stuck >= LEAST_STUCK.0 && stuck as f64 >= LEAST_STUCK.1 * (through + stuck) as f64
+    let all = through + stuck;
+    all >= LEAST_MOVEMENTS && stuck as f64 >= LEAST_STUCK * all as f64
 }
 
 impl<S: Scalar> Hook<S> for StaleSamples<S> {
