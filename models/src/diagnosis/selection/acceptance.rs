@@ -101,7 +101,8 @@ pub fn forced(
     after > large && after - 1.0 > most * (before - 1.0)
 }
 
-/// Do the rows of a channel show an effect by themselves? Then it is there, whatever else is missing.
+/// Do the rows of a channel show an effect by themselves? Then it is there, whatever else is
+/// missing.
 #[must_use]
 pub fn is_shown(channels: &[ChannelData], effect: usize) -> bool {
     channels.iter().any(|data| CATALOGUE[effect].is_shown(&data.inputs))

@@ -62,9 +62,9 @@ fn repeated(inputs: &ChannelInputs, row: usize) -> bool {
     known && inputs.measured_pa[row].total_cmp(&inputs.measured_pa[row - 1]).is_eq()
 }
 
-/// Movements of the pressure, from one row to the next by more than [`CHANCE`] allows, that go on the
-/// same way in the next row, and those that go on so only after rows which repeat the reading in
-/// between.
+/// Movements of the pressure, from one row to the next by more than [`CHANCE`] allows, that go on
+/// the same way in the next row, and those that go on so only after rows which repeat the reading
+/// in between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Movements {
     through: usize,
