@@ -142,6 +142,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::testing::{channel, with};
 
     #[test]
     fn a_name_that_is_withheld_is_told_with_what_it_is_confused_with_and_what_would_tell_them_apart() {
@@ -152,5 +153,18 @@ mod tests {
         {
             assert!(text.contains(part), "{text}");
         }
+    }
+
+    #[test]
+    fn a_supply_that_is_not_as_stated_is_told_with_its_direction_and_size() {
+        let (data, base) = channel(false);
+        let of = |shares: &[f64]| {
+            let models = shares.iter().map(|&share| with(&data, &base, "supply_misstated", &[share]));
+            other_supply(&vec![data.clone(); shares.len()], &models.collect::<Vec<_>>())
+        };
+        let text = of(&[-0.04, -0.06]).expect("both have it");
+        assert!(text.contains("5.0 % less than the rig file states"), "{text}");
+        assert!(of(&[0.02]).expect("it has it").contains("2.0 % more"), "{text}");
+        assert_eq!(other_supply(&[data], &[base]), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::diagnosis::selection::settling::settle;
-use crate::diagnosis::testing::{channel, measured, with};
+use crate::diagnosis::testing::{channel, measured, with, with_repeated_readings};
 use crate::effects::catalogue::CATALOGUE;
 
 /// The search on two channels with the same in both; names, with the models that it ended with.
@@ -120,4 +120,26 @@ fn where_the_supply_alone_is_stated_wrongly_nothing_is_named_and_the_base_model_
     let withheld = outcome.withheld.expect("something of the catalogue does much the same");
     assert_eq!(CATALOGUE[withheld.foil.effect].id, "supply_misstated");
     assert!(outcome.stages.iter().all(|stage| !stage.model.has_foil()), "{:?}", outcome.stages[0].model);
+}
+
+/// The names that stay of a lag and stale samples once all are taken back that no row shows, and the
+/// effects of the model that is left.
+fn kept(rows: impl Fn(ChannelData) -> ChannelData) -> (Vec<&'static str>, Vec<&'static str>) {
+    let (data, base) = channel(false);
+    let truth = with(&data, &base, "valve_lag", &[0.03]);
+    let both = with(&data, &truth, "stale_samples", &[0.2]);
+    let mut channels = vec![rows(measured(data, &truth, 1))];
+    let first = settle(&mut channels, &[base.clone()], false);
+    let mut stages = settle(&mut channels, &[both], false);
+    let mut causes = vec![cause("valve_lag", &base), cause("stale_samples", &base)];
+    keep_shown(&mut channels, (&first, &mut stages), &mut causes, false);
+    let id = |effect: usize| CATALOGUE[effect].id;
+    let names = causes.iter().map(|cause| id(cause.effect)).collect();
+    (names, stages[0].model.effects.iter().map(|&effect| id(effect)).collect())
+}
+
+#[test]
+fn names_that_leave_too_much_are_taken_back_but_for_what_the_rows_show() {
+    assert_eq!(kept(with_repeated_readings), (vec!["stale_samples"], vec!["stale_samples"]));
+    assert_eq!(kept(|data| data).0, Vec::<&str>::new());
 }
