@@ -41,6 +41,10 @@ const USAGE: &str = "usage: blind COMMAND DIR
                                             when a name differs or a number moves by more than this share of its interval;
                                             --only those with TEXT in their name (r0, r2c005), --write replaces the table";
 
+/// Rounds that have nothing of what is wanted are no mistake of a disk or a seed.
+const NOTHING_MADE: &str = "no recording of these rounds is as wanted. With the drive: rounds 1, 3, 5; closed loop: 2, 4, 6; \
+     moderate: 1 and 2, gross: 3 and 4, limit: 5 and 6, and so on: raise --rounds, or see --effect's spelling";
+
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Exit status where the table says something else.
@@ -85,13 +89,10 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
                     && option("--effect").is_none_or(|id| case.effects.contains(id))
             };
             let given = |name: &str| arguments.iter().any(|a| a == name);
-            generate(
-                &directory,
-                seed,
-                rounds,
-                Kind { hard: given("--hard"), short: given("--short") },
-                wanted,
-            )?;
+            let kind = Kind { hard: given("--hard"), short: given("--short") };
+            if generate(&directory, seed, rounds, kind, wanted)? == 0 {
+                return Err(NOTHING_MADE.into());
+            }
         }
         "diagnose" => {
             let at_once: usize = option("--at-once").map_or(Ok(1), |text| text.parse())?;
@@ -111,14 +112,15 @@ struct Kind {
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on
-/// the board.
+/// the board. Returns how many recordings it made.
 fn generate(
     directory: &Path,
     seed: u64,
     rounds: u64,
     kind: Kind,
     wanted: impl Fn(&Case) -> bool,
-) -> Result<()> {
+) -> Result<usize> {
+    let mut made = 0;
     for k in 0..rounds {
         let size = [1, 2, 0][(k as usize / 2) % SIZES.len()];
         let mut cases = round(seed + k, size, k % 2 == 0);
@@ -132,9 +134,10 @@ fn generate(
             let folder = directory.join(format!("r{k:03}c{:03}", case.number));
             record(&folder, &case, if kind.short { Extent::SHORT } else { Extent::default() })?;
             println!("{}", folder.display());
+            made += 1;
         }
     }
-    Ok(())
+    Ok(made)
 }
 
 fn folders(directory: &Path) -> Result<Vec<PathBuf>> {
