@@ -103,8 +103,10 @@ pub fn diagnose(
     progress("measuring the gain", 0);
     let mut rest = Rest::new(&channels, &outcome, change);
     let shown = |effect: usize| is_shown(&channels, effect);
-    let named = outcome.causes.iter().any(|cause| !shown(cause.effect));
-    if named && (rest.imitated(&channels, &outcome) || Rest::harmful(&channels, &outcome)) {
+    let (seen, found): (Vec<_>, Vec<_>) = outcome.causes.iter().partition(|cause| shown(cause.effect));
+    // What the rows show may harm; the search has seen to it that nothing beside it does.
+    let harmful = || seen.is_empty() && Rest::harmful(&channels, &outcome);
+    if !found.is_empty() && (rest.imitated(&channels, &outcome) || harmful()) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }

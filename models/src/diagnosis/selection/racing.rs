@@ -5,11 +5,11 @@ use super::acceptance::open_rows;
 use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
 
-use super::acceptance::{least_share, worth_naming};
+use super::acceptance::{is_shown, least_share, worth_naming};
 use super::candidate::{Candidate, refit_effect};
 use super::settling::SETTLE;
 use super::warm_start::borrow;
-use crate::diagnosis::channel::{ChannelData, OPEN};
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{block_losses, hunts, together, total};
 use crate::diagnosis::resampling::bootstrap;
@@ -56,15 +56,27 @@ pub struct Considered {
     pub loss: Option<f64>,
 }
 
-/// Refits what passed the gate; returns all candidates, best first, and which of them is worth
-/// naming, if one is.
+/// What a round ended with.
+pub struct Raced {
+    /// All candidates but the harmful ones, best first.
+    pub ranked: Vec<Candidate>,
+    /// Which of them is worth naming, if one is.
+    pub winner: Option<usize>,
+    /// Those that would be worth naming by their weighted errors, with which rollouts go further
+    /// astray in kilopascals than the base models do.
+    pub harmful: Vec<Candidate>,
+}
+
+/// Refits what passed the gate and ranks it. `harms` says of models whether they are harmful: what
+/// takes up any error, like a spool that sticks, is then no winner, and what comes after it may be.
 pub fn round(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     tried: &[Vec<Trial>],
     gates: &[Gate],
     rounds: &mut Vec<Vec<Considered>>,
-) -> (Option<usize>, Vec<Candidate>) {
+    harms: impl Fn(&[Extended]) -> bool,
+) -> Raced {
     let mut passed: Vec<(f64, usize)> = gates
         .iter()
         .filter(|g| g.p_value <= SETTINGS.level)
@@ -122,7 +134,7 @@ pub fn round(
             }
         }
     }
-    let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
+    let mut ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
     let considered = gates
         .iter()
         .map(|gate| {
@@ -138,9 +150,17 @@ pub fn round(
         })
         .collect();
     rounds.push(considered);
-    let winner =
-        ranked.iter().position(|candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate));
-    (winner, ranked)
+    let mut harmful = Vec::new();
+    let worth = |candidate: &Candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate);
+    loop {
+        let winner = ranked.iter().position(worth);
+        match winner {
+            Some(k) if !is_shown(channels, ranked[k].effect) && harms(&ranked[k].models) => {
+                harmful.push(ranked.remove(k));
+            }
+            _ => return Raced { ranked, winner, harmful },
+        }
+    }
 }
 
 /// Does it stand for causes outside the catalogue?
@@ -188,4 +208,33 @@ pub fn rivals(
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::screening::{judge, trials};
+    use crate::diagnosis::testing::{channel, fitted, measured, with};
+
+    #[test]
+    fn what_harms_is_no_winner_and_no_rival_and_what_comes_after_it_may_win() {
+        let (data, base) = channel(false);
+        let truth = with(&data, &base, "valve_lag", &[0.05]);
+        let channels = [0, 1].map(|seed| measured(data.clone(), &truth, seed));
+        let stages = channels.each_ref().map(|data| fitted(data, &base));
+        let tried = trials(&channels, &stages, Question::Structure, &|| {});
+        let gates = judge(&tried);
+        let raced = |harms: &dyn Fn(&[Extended]) -> bool| {
+            round(&channels, &stages, &tried, &gates, &mut Vec::new(), harms)
+        };
+        let effect = |raced: &Raced| raced.winner.map(|k| raced.ranked[k].effect);
+        let first = raced(&|_| false);
+        let best = effect(&first).expect("a lag of the spool is seen");
+        assert!(first.harmful.is_empty());
+        let second = raced(&|models| models[0].has(best));
+        assert!(effect(&second).is_some_and(|winner| winner != best));
+        assert!(second.harmful.iter().any(|c| c.effect == best));
+        assert!(second.ranked.iter().all(|c| c.effect != best));
+        assert_eq!(effect(&raced(&|_| true)), None);
+    }
 }

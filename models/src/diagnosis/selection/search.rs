@@ -2,13 +2,14 @@
 
 use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total};
 use super::elimination::eliminate;
-use super::racing::{Considered, is_foil, is_of_the_rig_file, rivals, round};
+use super::racing::{Considered, Raced, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use super::settling::{fitted_by, settle_finely, staged};
-use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
+use crate::diagnosis::channel::{ChannelData, Extended, Role, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
+use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::screening::{Gate, judge, trials};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
@@ -106,6 +107,7 @@ fn name(
     progress: &Progress<'_>,
 ) {
     let fixed = question == Question::Change;
+    let mut base_kpa = choosing_kpa(channels, &models_of(first));
     loop {
         progress("trying the catalogue", causes.len() as u64);
         let tried = trials(channels, stages, question, &|| progress("", 1));
@@ -117,11 +119,12 @@ fn name(
             break;
         }
         progress("refitting what passed", causes.len() as u64);
-        let (winner, ranked) = round(channels, stages, &tried, gates, rounds);
+        let harms = |models: &[Extended]| choosing_kpa(channels, models) >= base_kpa;
+        let Raced { ranked, winner, harmful } = round(channels, stages, &tried, gates, rounds, harms);
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
         // Beside another supply everything explains more: what is not named there is none.
         if withheld.is_none() {
-            let acting = ranked.iter().filter(|c| c.acts.contains(&true));
+            let acting = ranked.iter().chain(&harmful).filter(|c| c.acts.contains(&true));
             explanations.extend(acting.map(|c| c.explanation(&named)));
         }
         let Some(winner) = winner else {
@@ -153,6 +156,10 @@ fn name(
             gate.map_or(1.0, |g| g.p_value),
         ));
         *stages = settle_finely(channels, &ranked[winner].models, fixed);
+        if is_shown(channels, ranked[winner].effect) {
+            // It is there, whatever rollouts say: what comes beside it need not make up for it.
+            base_kpa = choosing_kpa(channels, &models_of(stages));
+        }
     }
     eliminate(channels, first, stages, causes, fixed);
     // A rival that turned out to be needed as well is no rival.
@@ -168,6 +175,11 @@ fn name(
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));
     }
+}
+
+/// RMS error of rollouts on the choosing blocks, kPa.
+fn choosing_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
+    BlockErrors::of(channels, models, Role::Select).all()
 }
 
 /// Takes all names back but those which the recording shows by itself.
