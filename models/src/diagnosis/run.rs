@@ -19,7 +19,7 @@ use crate::diagnosis::report::{
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
-use crate::diagnosis::selection::{Outcome, Progress, adopt, is_shown, search, staged};
+use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, search, staged};
 use crate::diagnosis::settings;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::order::descending;
@@ -104,9 +104,9 @@ pub fn diagnose(
     let mut rest = Rest::new(&channels, &outcome, change);
     let shown = |effect: usize| is_shown(&channels, effect);
     let (seen, found): (Vec<_>, Vec<_>) = outcome.causes.iter().partition(|cause| shown(cause.effect));
-    // What the rows show may harm; the search has seen to it that nothing beside it does.
-    let harmful = || seen.is_empty() && Rest::harmful(&channels, &outcome);
-    if !found.is_empty() && (rest.imitated(&channels, &outcome) || harmful()) {
+    // What the rows show may harm; the search sees to it that nothing beside it does.
+    let harms = || seen.is_empty() && harms(&channels, &rest.base_stages, &outcome.stages);
+    if !found.is_empty() && (rest.imitated(&channels, &outcome) || harms()) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }

@@ -6,7 +6,7 @@ use crate::diagnosis::settings::SETTINGS;
 use super::discrepancy_model::fit_correction;
 use super::residual_test::{Dependence, dependences};
 use crate::diagnosis::channel::{ChannelData, Extended, Role, Variable};
-use crate::diagnosis::estimation::{ChannelStage, free_of, models_of};
+use crate::diagnosis::estimation::{ChannelStage, free_of};
 use crate::diagnosis::json::{Corrected, Symptom};
 use crate::diagnosis::likelihood::{is_hunting, row_count, select_total, total};
 use crate::diagnosis::rollout_errors::BlockErrors;
@@ -45,16 +45,6 @@ impl Rest {
             if outcome.causes.is_empty() { symptoms.clone() } else { dependences(channels, &outcome.stages) };
         let share = share_left(channels, &base_stages, &outcome.stages);
         Self { base_stages, symptoms, left, share }
-    }
-
-    /// Do the names make the simulation worse where it was not fitted, counted in plain
-    /// kilopascals? The search weighs errors by what noise and wander explain; where the model is
-    /// wrong altogether, that can be won while the pressure is lost.
-    #[must_use]
-    pub fn harmful(channels: &[ChannelData], outcome: &Outcome) -> bool {
-        let last = models_of(&outcome.stages);
-        let error = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
-        error(&last) >= error(&outcome.base)
     }
 
     /// Does a smooth function of one variable explain more of the base models' error than the names

@@ -22,7 +22,7 @@ pub fn worth_naming(channels: &[ChannelData], stages: &[ChannelStage], candidate
     };
     let sum = |losses: &[f64]| losses.iter().sum::<f64>();
     let (before, after) = sums(|losses| &losses.deviance);
-    let [low, ..] = bootstrap(&before, &after, 1, |a, b| 1.0 - (b / a).sqrt());
+    let [low, ..] = bootstrap(&before, &after, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (sum(&after) / sum(&before)).sqrt();
     // What the rows show is there. A simulation that has it goes astray where its times are rough.
     (low > 0.0 || is_shown(channels, candidate.effect))
@@ -65,7 +65,7 @@ fn hunting_is_the_error(
         return true;
     }
     let least = least_gain(channels.iter().map(|data| row_count(data, &[Role::Select])).sum());
-    let [low, ..] = bootstrap(&before, &after, 1, |a, b| a - b);
+    let [low, ..] = bootstrap(&before, &after, |a, b| a - b);
     let gain = before.iter().sum::<f64>() - after.iter().sum::<f64>();
     low > 0.0 && gain >= least
 }

@@ -159,7 +159,7 @@ pub fn acts(data: &ChannelData, stage: &ChannelStage, model: &Extended, after: &
 /// standard error: what changes most in one or two blocks, as a leak does where the pressure stood
 /// high for long, has a large one, however sure it is.
 fn surely_less(before: &[f64], after: &[f64]) -> bool {
-    let [low, ..] = bootstrap(before, after, 1, |before, after| before - after);
+    let [low, ..] = bootstrap(before, after, |before, after| before - after);
     low > 0.0
 }
 

@@ -57,7 +57,7 @@ fn without_each(
 fn is_needed(channels: &[ChannelData], stages: &[ChannelStage], reduced: &[ChannelStage]) -> bool {
     let losses = |stages: &[ChannelStage]| together(channels, stages.iter().map(|s| &s.losses), &OPEN);
     let (with, without) = (losses(stages), losses(reduced));
-    let [low, ..] = bootstrap(&without, &with, 1, |a, b| 1.0 - (b / a).sqrt());
+    let [low, ..] = bootstrap(&without, &with, |a, b| 1.0 - (b / a).sqrt());
     let gain = 1.0 - (with.iter().sum::<f64>() / without.iter().sum::<f64>()).sqrt();
     low > 0.0 && gain >= 0.5 * SETTINGS.practical
 }

@@ -15,6 +15,6 @@ pub use acceptance::is_shown;
 pub use adopt::adopt;
 pub use candidate::Candidate;
 pub use racing::Considered;
-pub use search::{Outcome, Progress, search};
+pub use search::{Outcome, Progress, harms, search};
 pub use selected::{Found, Withheld};
 pub use settling::staged;

@@ -203,7 +203,7 @@ pub fn rivals(
         .filter(|&k| {
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
-            let [_, low, ..] = bootstrap(&other, &best, 1, |a, b| a - b);
+            let [_, low, ..] = bootstrap(&other, &best, |a, b| a - b);
             left < SETTINGS.practical * best.iter().sum::<f64>()
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })

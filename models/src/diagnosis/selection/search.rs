@@ -63,7 +63,16 @@ pub fn search(
     });
     let first = stages.clone();
     let mut named = Named::default();
-    name(channels, (&first, &mut stages), question, &mut named, progress);
+    let rules = Rules { question, harmless: false };
+    name(channels, (&first, &mut stages), rules, &mut named, progress);
+    // What takes up any error, like a spool that sticks, may have been named in place of what is
+    // there, and everything would be taken back.
+    if named.harmful {
+        progress("trying the catalogue again without what makes the simulation worse", 0);
+        (stages, named.causes, named.withheld) = (first.clone(), Vec::new(), None);
+        share_draws(channels, &base);
+        name(channels, (&first, &mut stages), Rules { harmless: true, ..rules }, &mut named, progress);
+    }
     if named.withheld.is_none() && !fixed && is_large(channels, &stages) {
         progress("trying the catalogue afresh", 0);
         let (left, models) = (kept_total(channels, &stages), models_of(&stages));
@@ -77,12 +86,12 @@ pub fn search(
             Some((fresh, found)) => {
                 stages = fresh;
                 named.causes = vec![found];
-                name(channels, (&first, &mut stages), question, &mut named, progress);
+                name(channels, (&first, &mut stages), rules, &mut named, progress);
             }
             None => share_draws(channels, &models),
         }
     }
-    let Named { causes, gates, first_gates, rounds, explanations, withheld } = named;
+    let Named { causes, gates, first_gates, rounds, explanations, withheld, .. } = named;
     Outcome { base, causes, stages, gates, first_gates, rounds, explanations, withheld, by_likelihood: false }
 }
 
@@ -95,6 +104,16 @@ struct Named {
     rounds: Vec<Vec<Considered>>,
     explanations: Vec<Explanation>,
     withheld: Option<Withheld>,
+    /// Did all names together, before any was taken back, make rollouts worse?
+    harmful: bool,
+}
+
+/// What may be named.
+#[derive(Clone, Copy)]
+struct Rules {
+    question: Question,
+    /// Nothing with which rollouts on the choosing blocks are worse than without any name?
+    harmless: bool,
 }
 
 /// Names one cause after the other until nothing passes, and takes back what is not needed beside
@@ -102,8 +121,8 @@ struct Named {
 fn name(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
-    question: Question,
-    Named { causes, gates, first_gates, rounds, explanations, withheld }: &mut Named,
+    Rules { question, harmless }: Rules,
+    Named { causes, gates, first_gates, rounds, explanations, withheld, harmful }: &mut Named,
     progress: &Progress<'_>,
 ) {
     let fixed = question == Question::Change;
@@ -119,12 +138,13 @@ fn name(
             break;
         }
         progress("refitting what passed", causes.len() as u64);
-        let harms = |models: &[Extended]| choosing_kpa(channels, models) >= base_kpa;
-        let Raced { ranked, winner, harmful } = round(channels, stages, &tried, gates, rounds, harms);
+        let harms = |models: &[Extended]| harmless && choosing_kpa(channels, models) >= base_kpa;
+        let Raced { ranked, winner, harmful: refused } =
+            round(channels, stages, &tried, gates, rounds, harms);
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
         // Beside another supply everything explains more: what is not named there is none.
         if withheld.is_none() {
-            let acting = ranked.iter().chain(&harmful).filter(|c| c.acts.contains(&true));
+            let acting = ranked.iter().chain(&refused).filter(|c| c.acts.contains(&true));
             explanations.extend(acting.map(|c| c.explanation(&named)));
         }
         let Some(winner) = winner else {
@@ -168,6 +188,7 @@ fn name(
         cause.equivalent.retain(|e| !named.contains(e));
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
+    *harmful = causes.iter().any(|c| !is_shown(channels, c.effect)) && harms(channels, first, stages);
     if !causes.is_empty() && forced(channels, first, stages, &named) {
         keep_shown(channels, (first, stages), causes, fixed);
     }
@@ -175,6 +196,14 @@ fn name(
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));
     }
+}
+
+/// Do names make rollouts worse than the `first` stages do, counted in plain kilopascals? The search
+/// weighs errors by what noise and wander explain; where the model is wrong altogether, that can be
+/// won while the pressure is lost.
+#[must_use]
+pub fn harms(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
+    choosing_kpa(channels, &models_of(last)) >= choosing_kpa(channels, &models_of(first))
 }
 
 /// RMS error of rollouts on the choosing blocks, kPa.
