@@ -84,8 +84,7 @@ settings! {
     astray: f64 = 5.0, "An error over the allowed one beyond which all models are fitted by the filter's likelihood.", "More than any weight accounts for.";
     greybox_least_nats: f64 = 20.0, "Least gain of the log-density that is worth a name, nats.", "More than a look at the whole catalogue finds in noise.";
     greybox_acts: f64 = 0.1, "Part of the largest channel's gain at which an effect acts on another channel.", "Chosen on the ventilator recordings.";
-    greybox_as_likely: f64 = 0.9, "Part of the best effect's gain at which a rival ties.", "Chosen on the ventilator recordings and one blind round.";
-    greybox_as_close: f64 = 1.1, "Error of rollouts over the best effect's up to which a rival ties, and that a name may have.", "Chosen on the ventilator recordings and one blind round.";
+    greybox_as_likely: f64 = 0.9, "Part of the best effect's gain at which a rival ties, its rollouts' error being no more than that of the best over this part. A name may have as much more.", "Chosen on the ventilator recordings and one blind round.";
     greybox_worth: f64 = 0.2, "Part of the rollouts' error that a name must take.", "Where so much is wrong, what takes less only imitates it.";
     greybox_supply: f64 = 0.003, "Expected wander of the supply, relative.", "A pressure regulator of good quality.";
     greybox_supply_s: f64 = 20.0, "Time constant of that wander, s.", "The order of a compressor's cycle.";
@@ -101,8 +100,9 @@ settings! {
     known_volume: f64 = 0.058, "The rig file's volume, relative.", "A tenth at most, evenly: 0.1 over the root of 3.";
     known_supply: f64 = 0.029, "The rig file's supply, over its gauge pressure.", "A twentieth at most, evenly: 0.05 over the root of 3.";
     misfit: f64 = 2.0, "Factor by which residuals leave room for these quantities.", "The world is not made of them alone.";
+    size_spread: f64 = 0.1, "Relative spread of a cause's size that is expected between channels, and counts as one channel more where they differ.", "Two channels alone tell next to nothing of a spread; valves of one make differ by a few percent, wear and walls by more.";
     // Report.
-    flat: f64 = 0.8, "An interval wider than this factor of the value, or part of the bounds, determines nothing.", "Neither size nor sign could be used.";
+    flat: f64 = 0.8, "An interval wider than this part of the bounds, on the scale of fitting, determines nothing.", "Neither size nor sign could be used.";
     usual_doubtful: f64 = 2.0, "Usual sizes up to which a size is no more than usual where its interval reaches none, the drive being recorded. In closed loop such a size is never more.", "Chosen on hard rounds.";
     coarsening_rows: f64 = 100.0, "Rows that the choosing blocks count as at most when explanations are weighed.", "A model is wrong in ways that last: many rows of one error are not much evidence; chosen on half of a hard round.";
     not_fitted: f64 = 0.1, "Probability of a set of causes that was not fitted.", "Of 2 in 22 recordings of a hard round the hidden set was only screened.";

@@ -88,12 +88,13 @@ pub fn name(
     let closest = contenders.iter().map(|c| c.error_kpa).fold(f64::INFINITY, f64::min);
     let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
     let least_kpa = (1.0 - SETTINGS.greybox_worth) * errors(&base).min(errors(known));
-    let stands_out =
-        |c: &&Contender| c.error_kpa <= SETTINGS.greybox_as_close * closest && errors(&c.models) <= least_kpa;
+    let stands_out = |c: &&Contender| {
+        SETTINGS.greybox_as_likely * c.error_kpa <= closest && errors(&c.models) <= least_kpa
+    };
     let effect = contenders.first().filter(stands_out).map(|winner| {
         let as_good = |c: &&Contender| {
             c.gain >= SETTINGS.greybox_as_likely * winner.gain
-                && c.error_kpa <= SETTINGS.greybox_as_close * winner.error_kpa
+                && SETTINGS.greybox_as_likely * c.error_kpa <= winner.error_kpa
         };
         NamedEffect {
             effect: winner.effect,

@@ -147,7 +147,7 @@ fn is_of_load(candidate: &Candidate) -> bool {
 /// within what units differ by, or where it simulates as closely and is nearly as likely.
 fn ties(winner: &Candidate, rival: &Candidate) -> bool {
     let (gain, error) = winner.evidence.over(&rival.evidence);
-    let close = rival.evidence.rmse_kpa() <= SETTINGS.greybox_as_close * winner.evidence.rmse_kpa();
+    let close = SETTINGS.greybox_as_likely * rival.evidence.rmse_kpa() <= winner.evidence.rmse_kpa();
     close && gain <= 2.0 * error
 }
 

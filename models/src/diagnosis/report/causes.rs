@@ -67,9 +67,21 @@ fn named(info: &EffectInfo, estimates: Vec<Coordinate>) -> BTreeMap<String, Esti
 fn pooled(info: &EffectInfo, by_channel: &ByChannel) -> Vec<Coordinate> {
     let over_channels = |k: usize| -> Option<Coordinate> {
         let all: Vec<Coordinate> = by_channel.iter().filter_map(|(_, c)| c.get(k).cloned()).collect();
-        pool(&all)
+        pool(&all, expected_spread(&info.parameters[k], &all))
     };
     (0..info.parameters.len()).filter_map(over_channels).collect()
+}
+
+/// Standard deviation, on the scale of fitting, by which sizes are expected to differ between
+/// channels.
+fn expected_spread(p: &EffectParameter, channels: &[Coordinate]) -> f64 {
+    match p.scale {
+        Scale::Linear => {
+            let mean = channels.iter().map(|c| c.value).sum::<f64>() / channels.len().max(1) as f64;
+            SETTINGS.size_spread * p.distance(mean)
+        }
+        Scale::Logarithmic => SETTINGS.size_spread,
+    }
 }
 
 fn estimate(p: &EffectParameter, c: &Coordinate) -> Estimate {
