@@ -59,6 +59,7 @@ pub mod diagnosis;
 pub mod experiment;
 pub mod export;
 pub mod fit;
+mod noise;
 mod order;
 pub mod overview;
 pub mod report;

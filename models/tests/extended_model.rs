@@ -249,3 +249,19 @@ fn a_band_holds_what_another_recording_measured() {
     assert!(refused.stderr.contains("no band") && refused.stderr.contains("diagnose"), "{}", refused.stderr);
     assert!(!folder.path("band.csv").exists());
 }
+
+#[test]
+fn the_noise_that_a_fit_stores_is_the_measurements_and_not_the_models_error() {
+    let folder = Folder::new();
+    folder.write("late.csv", regulator(30).as_bytes());
+    let fit =
+        run(folder.root(), &["fit", "late.csv", "--model", "linear", "--starts", "2", "--out", "p.toml"]);
+    assert_eq!(fit.status, 0, "{}", fit.stderr);
+    let saved: toml::Table = std::fs::read_to_string(folder.path("p.toml")).unwrap().parse().unwrap();
+    let stored = |name: &str| saved["channels"]["b0c0"][name].as_float().unwrap();
+    let noise_kpa = 0.34 / 3.0_f64.sqrt();
+    // The pressure never rests, and some of its movement counts as noise.
+    let estimated = stored("noise_kpa");
+    assert!(noise_kpa < estimated && estimated < 2.0 * noise_kpa, "{estimated} of {noise_kpa}");
+    assert!(stored("rms") > 5.0 * estimated, "a dead time is no noise: {}", stored("rms"));
+}

@@ -42,7 +42,7 @@ pub mod settings;
 mod simulation;
 mod template;
 #[cfg(test)]
-mod testing;
+pub mod testing;
 
 pub use channel::{Block, ChannelData, Correction, Extended, Role, Variable};
 pub use design::{Excitation, NOTHING, Plan, TRAJECTORY_FILE};

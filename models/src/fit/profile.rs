@@ -16,14 +16,6 @@ pub struct ProfileInterval {
     pub upper: Option<f64>,
 }
 
-impl ProfileInterval {
-    /// Neither end exists: the data do not determine this coordinate within its bounds.
-    #[must_use]
-    pub fn is_flat(&self) -> bool {
-        self.lower.is_none() && self.upper.is_none()
-    }
-}
-
 /// Profiles one coordinate of a minimum. `rise` is the rise of the cost at the interval's ends;
 /// `standard_error` the first guess of its half width. Ends are found to a twentieth of the half
 /// width.

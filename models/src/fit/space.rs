@@ -103,12 +103,6 @@ impl Space {
         &self.parameters
     }
 
-    /// Is the parameter of this index fixed?
-    #[must_use]
-    pub fn is_fixed(&self, index: usize) -> bool {
-        self.fixed[index]
-    }
-
     /// Indices of the free parameters.
     pub fn free_indices(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.parameters.len()).filter(|&index| !self.fixed[index])

@@ -10,6 +10,7 @@ use crate::data::{ChannelId, Recording, write};
 use crate::experiment::{FitChannelsError, FitSettings, FittedChannel, Objective, Setup, Subject};
 use crate::fit::Fit;
 use crate::model::FlowForm;
+use crate::noise;
 use crate::rig::Rig;
 
 /// Fitted parameters of one or more channels.
@@ -53,6 +54,10 @@ pub struct ChannelParameters {
     pub substeps: usize,
     /// Root mean square residual of the fit, kPa (kPa/s for fits on rates).
     pub rms: f64,
+    /// Noise of the measurement, kPa RMS: what varies from sample to sample, whatever a model says.
+    /// `None` in files that do not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_kpa: Option<f64>,
     /// Samples fitted.
     pub samples: usize,
     /// Condition number of the scaled Jacobian.
@@ -108,6 +113,7 @@ impl ChannelParameters {
             setup,
             substeps: fit.substeps,
             rms: fit.rms,
+            noise_kpa: None,
             samples: fit.residuals,
             condition: fit.condition,
             agreeing_starts: fit.agreeing_starts,
@@ -116,6 +122,11 @@ impl ChannelParameters {
             parameters: parameters.collect(),
         }
     }
+}
+
+fn stored(recording: &Recording, fitted: &FittedChannel) -> ChannelParameters {
+    let noise_kpa = recording.channel(fitted.channel).ok().and_then(noise::measured_kpa);
+    ChannelParameters { noise_kpa, ..ChannelParameters::of(fitted.setup, &fitted.fit) }
 }
 
 impl ParameterFile {
@@ -151,7 +162,7 @@ impl ParameterFile {
                 stopped: false,
             },
             rig: rig.clone(),
-            channels: fitted.iter().map(|f| (f.channel, ChannelParameters::of(f.setup, &f.fit))).collect(),
+            channels: fitted.iter().map(|fitted| (fitted.channel, stored(recording, fitted))).collect(),
         })
     }
 

@@ -49,7 +49,7 @@ pub fn fit_correction(data: &ChannelData, stage: &ChannelStage, along: &Dependen
         }
     }
     let (a, b) = (of(&before, Role::Select), of(&now, Role::Select));
-    let [_, low, ..] = bootstrap(&a, &b, 1, |a, b| a - b);
+    let [_, low, ..] = bootstrap(&a, &b, |a, b| a - b);
     (low > 0.0).then_some(model)
 }
 

@@ -1,7 +1,9 @@
 //! What the residual depends on, in plots.
 
 use crate::diagnosis::channel::Variable;
+use crate::diagnosis::discrepancy::Dependence;
 use crate::diagnosis::run::Diagnosis;
+use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
 use crate::report::{Align, Colour, Markup, Plot, PlotError, Table, folded, html, paragraph};
 
@@ -35,9 +37,14 @@ pub fn markup(diagnosis: &Diagnosis, base: bool) -> Result<Markup, PlotError> {
         };
         let strongest =
             found.iter().filter(|d| d.variable == variable).min_by(|a, b| a.p_value.total_cmp(&b.p_value));
-        let significant = strongest.is_some_and(|d| d.p_value <= 0.05 && d.share >= 0.01);
+        let clear = |d: &&Dependence| d.p_value <= SETTINGS.level;
+        let significant = strongest.filter(clear).is_some_and(|d| d.share >= SETTINGS.practical);
         if let Some(d) = strongest {
-            let answer = if significant { "yes" } else { "not beyond chance" };
+            let answer = match (clear(&d), significant) {
+                (_, true) => "yes",
+                (true, false) => "hardly",
+                (false, _) => "not beyond chance",
+            };
             table.row([variable.words().to_owned(), answer.to_owned(), format!("{:.0} %", 100.0 * d.share)]);
         }
         if significant || matches!(variable, Variable::Drive | Variable::Pressure | Variable::Time) {
@@ -46,7 +53,7 @@ pub fn markup(diagnosis: &Diagnosis, base: bool) -> Result<Markup, PlotError> {
     }
     figures.push(autocorrelation(diagnosis, k, &stage.residuals)?);
     Ok(html! {
-        (paragraph("The error here is what a 1 % wander of the supply and the start pressure of each block cannot produce. Plots show the channel with the largest error."))
+        (paragraph(&format!("The error here is what a {:.1} % wander of the supply and the start pressure of each block cannot produce. Plots show the channel with the largest error.", 100.0 * SETTINGS.supply_level)))
         (table.markup())
         (folded("Plots of the dependences", &html! { @for figure in &figures { (figure) } }))
     })

@@ -2,7 +2,6 @@
 //! carry a diagnosis.
 
 mod check;
-mod noise;
 mod prepare;
 mod shared_inputs;
 

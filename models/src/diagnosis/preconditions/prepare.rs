@@ -7,10 +7,10 @@ use crate::model::{BaseModel, FlowForm, Linear, Listed, Nonlinear, ValveDrive};
 use crate::rig::Rig;
 
 use super::check::clipped_rows;
-use super::noise::noise;
 use super::shared_inputs::Common;
 use crate::diagnosis::channel::{ChannelData, LONGEST_STEP_S, compared_rows, split};
 use crate::diagnosis::error::DiagnosisError;
+use crate::noise::noise;
 
 /// What the channels are prepared for.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -155,7 +155,8 @@ impl ExtendedFile {
             };
             let channel = ExtendedChannel {
                 drive: drive.to_owned(),
-                noise_kpa: stored.rms,
+                // What the fit left is more than noise.
+                noise_kpa: stored.noise_kpa.unwrap_or(stored.rms),
                 command_range_kpa: 1.0,
                 parameters: stored.parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
                 effects: BTreeMap::new(),

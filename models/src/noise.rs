@@ -1,5 +1,7 @@
 //! The noise of a measurement, quantisation included.
 
+use crate::data::Channel;
+
 /// Values that a converter tells apart repeat: with a new one in fewer than this part of the
 /// samples, they are its steps.
 const REPEATED: f64 = 0.25;
@@ -10,6 +12,16 @@ const REPEATED: f64 = 0.25;
 #[must_use]
 pub fn noise(measured: &[f64], usable: &[bool]) -> f64 {
     scatter(measured, usable).max(step(measured, usable) / 12.0_f64.sqrt())
+}
+
+/// The same of a channel's measured pressure, kPa; `None` where there is none.
+#[must_use]
+pub fn measured_kpa(channel: &Channel) -> Option<f64> {
+    let pressure = channel.pressure_kpa.as_ref()?;
+    let usable: Vec<bool> =
+        channel.flags.iter().zip(pressure).map(|(f, p)| f.pressure_usable() && p.is_finite()).collect();
+    let measured: Vec<f64> = pressure.iter().map(|p| f64::from(*p)).collect();
+    Some(noise(&measured, &usable))
 }
 
 /// The step of the converter, as the median distance of values that were measured; 0 where they
