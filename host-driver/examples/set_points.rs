@@ -5,9 +5,9 @@
 //! $ cargo run --release -p pneudrive-host --example set_points -- PORT
 //! ```
 //!
-//! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows all
-//! below, and a test compares both.
-#![allow(missing_docs, reason = "the text around it in README.md says what it does")]
+//! PORT is a serial port, or the one that `pneudrive-sim --devices 4` prints. README.md shows what
+//! `run` does, and a test compares both.
+#![allow(missing_docs, reason = "the text above says what it does")]
 
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::pneudrive_protocol::SensorScale;

@@ -94,7 +94,7 @@ pub fn declare(settings: &Settings, live: &Arc<Live>) -> NodeOptions {
 /// Whether the parameter `name` may become `value`.
 ///
 /// # Errors
-/// Why not, in words for who sets it.
+/// Why not, as the user who sets it reads it.
 pub fn check(initial: &Initial, name: &str, value: &ParameterValue) -> Result<(), String> {
     match (SETTABLE.iter().find(|(settable, _)| *settable == name), number(value)) {
         (Some((_, may_be_zero)), Some(number)) => {

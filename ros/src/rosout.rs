@@ -1,4 +1,4 @@
-//! `/rosout`: what the node logs, for who watches all nodes' logs.
+//! `/rosout`: the node's log, for users who watch the logs of all nodes.
 
 use crate::logger;
 use crate::names::Names;

@@ -1,5 +1,9 @@
 //! Virtual PneuDrive boards on a virtual RS-485 bus, with chambers behind them.
 //!
+//! This is software-in-the-loop simulation, although the folder is called `sim-hil`: boards run the
+//! control crate natively, or the firmware's ELF on an emulated chip, and no hardware is in the
+//! loop.
+//!
 //! ```text
 //!   any client                                              record: files without a bus
 //!       | bytes                                                        |

@@ -1,4 +1,4 @@
-//! Recordings for who made them from the page: a list, and each as a file.
+//! Downloads of the recordings that were made from the page: a list, and each as a file.
 
 use crate::recordings::MadeRecording;
 use crate::reply::{Refused, json, refused};

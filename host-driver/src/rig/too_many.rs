@@ -21,9 +21,9 @@ pub struct TooMany {
     pub option: String,
 }
 
-/// Checks the number of boards that `rig` says. A number that is mistyped polls addresses where
-/// nobody is, which takes longer than all boards that are there: more than `most` are for who says
-/// so by `option`.
+/// Checks the number of boards that `rig` says. With a mistyped number, addresses without a board
+/// are polled, which takes longer than polling all boards that are there. So more than `most`
+/// boards need `option`.
 ///
 /// # Errors
 /// There are more.

@@ -19,7 +19,7 @@ EXAMPLE = ROOT / "ros" / "config" / "pneudrive.yaml"
 def call(peer, kind, service, request):
     """Calls a service of the node and returns the answer.
 
-    A node that has not yet heard of who asks answers into the void, as ROS 2 services may: so the question is repeated.
+    A node that has not yet discovered the client answers into the void, as ROS 2 services may: so the request is repeated.
     """
     client = peer.node.create_client(kind, service)
     until(service, client.service_is_ready)
@@ -130,7 +130,7 @@ def test_parameters_are_set_together_or_not_at_all():
 
 
 def test_what_it_says_is_on_rosout():
-    """Also for who comes late, as from any other node."""
+    """A late subscriber gets it too, as from any other node."""
     with Node() as node, Peer() as peer:
         logs = []
         kept = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -20,7 +20,7 @@ Examples:
   pneudrive-sim --effect supply_sag=40 --fault bit_flip=1e-4,on=answers --fault unplug@10,board=1
   pneudrive-sim --timing instant                      what the host can do when the wire takes no time
   pneudrive-sim --firmware firmware.elf               the real firmware on emulated chips
-  pneudrive-sim --original 0,2                        two of four boards as the original's firmware behaves
+  pneudrive-sim --original 0,2                        two boards as in the published PneuDrive
   pneudrive-sim --supply-sensor all --imu 0,1         boards with sensors on their I2C connector
   pneudrive-sim effects                               everything that --effect takes
   pneudrive-sim faults                                everything that --fault takes

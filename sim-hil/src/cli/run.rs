@@ -30,12 +30,12 @@ pub(super) struct RunArgs {
     /// From a request's last stop bit to the answer's first start bit, us, 0 to 1000000
     #[arg(long, value_name = "US", default_value_t = 15.0, value_parser = parse_turnaround)]
     turnaround_us: f64,
-    /// Answer once a loop of 0.86 ms, as the original's boards do, instead of after a fixed
-    /// turnaround
+    /// Answer once a loop of 0.86 ms, as the published PneuDrive's boards do, instead of after a
+    /// fixed turnaround
     #[arg(long, conflicts_with = "turnaround_us")]
     original_loop: bool,
-    /// These boards behave as the original's firmware does, faults included: numbers separated by
-    /// commas, or all
+    /// These boards behave as the published PneuDrive firmware does, faults included: numbers
+    /// separated by commas, or all
     #[arg(long, value_name = "BOARDS", value_parser = parse_boards)]
     original: Option<BoardsArg>,
     /// These boards measure the supply pressure: numbers separated by commas, or all

@@ -65,7 +65,8 @@ pub struct RecordArgs {
     /// Damping, drive counts per count of change in one loop
     #[arg(long, default_value_t = 0.0)]
     pub kd: f64,
-    /// Weight of the previous sample in the board's low-pass, 0 to 1 (the original: 0.8203125)
+    /// Weight of the previous sample in the board's low-pass, 0 to 1 (the published PneuDrive:
+    /// 0.8203125)
     #[arg(long, default_value_t = 0.0)]
     pub filter: f64,
     /// Free the joints and record their angles

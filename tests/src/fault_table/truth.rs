@@ -44,7 +44,8 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// By the form alone: the CRC of a packet in a session fits only for who knows the session.
+    /// By the form alone: the CRC of a packet in a session can only be checked with the session's
+    /// number.
     pub(super) fn of(bytes: &[u8; PACKET_LEN]) -> Option<Self> {
         if let Ok(packet) = Packet::decode(bytes) {
             return Some(Self { packet, sequence: None });

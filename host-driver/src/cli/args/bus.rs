@@ -62,8 +62,8 @@ pub struct BusArgs {
     /// Whether the adapter returns what it sends
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = EchoArg::Detect)]
     pub echo: EchoArg,
-    /// Packet format: checked packets carry a CRC and a sequence number, boards of the original
-    /// kind do not understand them
+    /// Packet format: checked packets carry a CRC and a sequence number; boards with the published
+    /// PneuDrive firmware do not understand them
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_enum, default_value_t = FramesArg::Negotiate)]
     pub frames: FramesArg,
     /// Ask boards for sessions, in which each request is obeyed once and no other host is obeyed.
@@ -94,8 +94,8 @@ pub struct BusArgs {
     #[cfg(feature = "sim")]
     #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub turnaround_us: u64,
-    /// Virtual boards that behave as the original's firmware does, with its faults: numbers
-    /// separated by commas
+    /// Virtual boards that behave as the published PneuDrive firmware does, with its faults:
+    /// numbers separated by commas
     #[cfg(feature = "sim")]
     #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "BOARDS", value_delimiter = ',')]
     pub sim_original: Vec<u8>,
@@ -137,7 +137,7 @@ pub enum EchoArg {
 pub enum FramesArg {
     /// Checked with boards that understand it
     Negotiate,
-    /// The original's, with all boards
+    /// The published PneuDrive's, with all boards
     Unchecked,
     /// With all boards
     Checked,

@@ -61,7 +61,8 @@ pub struct RunArgs {
     ///
     /// Each such request takes the bus as long as a poll: with 1, half the loop rate is left.
     /// Drives are -1 (vent fully) to 1 (fill fully), cells are empty where a board was not asked.
-    /// Boards of the original kind, and firmware of before pages, do not tell them.
+    /// Boards with the published PneuDrive firmware, or with one older than pages, do not tell
+    /// them.
     #[arg(long, value_name = "SHARE", hide_short_help = true, value_parser = share)]
     pub drives: Option<PageShare>,
     /// Ask boards for a page of the sensors on their I2C connector after this share of the polls,
@@ -113,7 +114,7 @@ pub struct RunArgs {
     #[arg(long, hide_short_help = true)]
     pub keep_running: bool,
     /// Low-pass the displayed pressures: weight of the new sample [default without a number: 0.6,
-    /// as the original]
+    /// as in the published PneuDrive]
     #[arg(long, hide_short_help = true, value_name = "WEIGHT", num_args = 0..=1, require_equals = true, default_missing_value = "0.6", value_parser = filter)]
     pub filter: Option<PressureFilter>,
     /// End when the port vanishes, instead of waiting for it to come back
