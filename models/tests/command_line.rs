@@ -147,6 +147,7 @@ fn the_board_s_loop_is_simulated_where_the_drive_is_not_recorded() {
 fn unusable_input_is_status_2_and_leaves_nothing_behind() {
     let folder = Folder::new();
     folder.write("bad.csv", b"t_s,b0_cmd0_kpa,b0_p0_kpa\n0,1,1\n0.01,x,1\n");
+    folder.write("commands.csv", commands().as_bytes());
     folder.write("short.csv", b"t_s,b0_cmd0_kpa,b0_p0_kpa\n0,1,1\n0.01,2,1\n");
     folder.write("lag.csv", lag().as_bytes());
     folder.write("rig.toml", b"[supply]\npressure = 3\n");
@@ -159,6 +160,18 @@ fn unusable_input_is_status_2_and_leaves_nothing_behind() {
             "bad.csv, row 3, column b0_cmd0_kpa",
         ),
         (vec!["fit", "none.csv", "--out", "p.toml"], "none.csv: cannot be opened"),
+        (
+            vec!["fit", "lag.csv", "--rig", "none.toml", "--out", "p.toml"],
+            "`pneudrive-host init` writes a rig",
+        ),
+        (
+            vec!["simulate", "lag.csv", "--parameters", "none.toml", "--out", "s.csv"],
+            "`fit --out` and `diagnose` write a parameter file",
+        ),
+        (
+            vec!["fit", "commands.csv", "--rig", "good.toml", "--out", "p.toml"],
+            "channel b0c0 has no column b0_p0_kpa, which a fit needs",
+        ),
         (vec!["fit", "short.csv", "--model", "linear", "--out", "p.toml"], "2 rows are too few to fit"),
         (
             vec!["fit", "lag.csv", "--rig", "rig.toml", "--out", "p.toml"],

@@ -118,6 +118,7 @@ impl Args {
         diagnosis.report.notes.extend(remarks);
         diagnosis.extended.provenance = Some(origin::provenance(&recording.source, self.rig.as_deref()));
         output::folder(&self.out)?;
+        let replaced = self.out.join(PAGE).exists();
         diagnosis.extended.save(&self.out.join(EXTENDED_FILE))?;
         output::json(&self.out.join(REPORT), &diagnosis.report)?;
         let from = origin::origin();
@@ -129,7 +130,7 @@ impl Args {
             outln!("\n{}", causes(&diagnosis.report));
         }
         self.next_experiment(&diagnosis)?;
-        outln!("\n{}", self.out.join(PAGE).display());
+        outln!("\n{}", output::wrote_page(&self.out.join(PAGE), replaced));
         Ok(())
     }
 

@@ -63,6 +63,15 @@ impl FileKind {
         }
     }
 
+    /// Who writes one, to be said where there is none.
+    fn maker(self) -> Option<&'static str> {
+        match self {
+            Self::Rig => Some("`pneudrive-host init` writes a rig file"),
+            Self::Parameters => Some("`fit --out` and `diagnose` write a parameter file"),
+            Self::Recording | Self::Results => None,
+        }
+    }
+
     /// The failure to read the file at `path` as this: `error`, or that it is something else.
     pub fn refused(self, path: &Path, error: impl Into<Failure>) -> Failure {
         match Self::of(path).filter(|found| *found != self) {
@@ -71,7 +80,10 @@ impl FileKind {
                 let (expected, found) = (self.name(), found.name());
                 Failure::input(format!("{path}: expected {expected}, and this is {found}{place}"))
             }
-            None => error.into(),
+            None => match self.maker().filter(|_| !path.exists()) {
+                Some(maker) => Failure::input(format!("{}; {maker}", error.into())),
+                None => error.into(),
+            },
         }
     }
 }

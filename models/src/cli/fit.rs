@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::input::DataArgs;
 use super::options::{FitArgs, ModelArg, SetupArgs, SplitArgs};
-use super::print::outln;
+use super::print::{errln, outln};
 use super::progress::FitBar;
 use super::{Failure, interrupt, origin, output, target};
 
@@ -43,6 +43,10 @@ pub struct Args {
     profiles: bool,
 }
 
+/// A recording that is shorter hardly tells the parameters, s: eight blocks, that a diagnosis is
+/// made of at the least, are not much longer.
+const SHORT_S: f64 = 20.0;
+
 /// The JSON beside the parameter file.
 const SCHEMA: &str = "pneudrive-fit/1";
 
@@ -72,7 +76,13 @@ impl Args {
             fit: self.fit.options(self.profiles),
         };
         // Before the progress bar: what cannot be divided is said at once.
-        settings.ranges(recording)?;
+        let rows = &settings.ranges(recording)?[0];
+        let fitted_s = recording.time_s[rows.end - 1] - recording.time_s[rows.start];
+        if fitted_s < SHORT_S {
+            errln!(
+                "warning: {fitted_s:.1} s are fitted; what they do not show is not known (a minute at least is better, and diagnose refuses less than {SHORT_S:.0} s)"
+            );
+        }
         let cancel = interrupt::watch()?;
         let bar = FitBar::new(format!(
             "fitting the {} model to {} channel(s)",
@@ -112,6 +122,9 @@ impl Args {
 /// How the values were found. Those of a search that was stopped are no minimum.
 fn searched(fit: &Fit) -> String {
     match fit.ending {
+        Ending::Cancelled if fit.starts.iter().all(|start| start.evaluations <= 1) => {
+            "not begun when it was stopped: these are starting values".to_owned()
+        }
         Ending::Cancelled => "stopped on the way to a minimum, so without intervals".to_owned(),
         _ => format!("{} of {} starts agree", fit.agreeing_starts, fit.starts.len()),
     }

@@ -19,6 +19,7 @@ pub fn write(
     rig: Option<&Path>,
 ) -> Result<(), Failure> {
     output::folder(out)?;
+    let replaced = out.join(PAGE).exists();
     for ((name, file), source) in found.extended.iter().zip(sources) {
         let mut file = file.clone();
         file.provenance = Some(origin::provenance(source, rig));
@@ -32,7 +33,7 @@ pub fn write(
     outln!("{}", found.report.sentence);
     outln!("\n{}", recordings(&found.report));
     outln!("{}", alternatives(&found.report));
-    outln!("{}", out.join(PAGE).display());
+    outln!("{}", output::wrote_page(&out.join(PAGE), replaced));
     Ok(())
 }
 

@@ -19,6 +19,13 @@ pub fn json(path: &Path, value: &impl Serialize) -> Result<(), Failure> {
     Ok(write::text_atomically(path, &text)?)
 }
 
+/// What is said of a page that was written to `path`, in place of an earlier one (`replaced`) or
+/// not.
+pub fn wrote_page(path: &Path, replaced: bool) -> String {
+    let earlier = if replaced { ", in place of the earlier result in that folder" } else { "" };
+    format!("wrote {}{earlier}; a browser shows it", path.display())
+}
+
 /// Makes the folder for the results.
 pub fn folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path)

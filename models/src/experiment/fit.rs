@@ -113,6 +113,10 @@ pub fn fit_channels(
     control: Control<'_>,
 ) -> Result<Vec<FittedChannel>, FitChannelsError> {
     let ranges = settings.ranges(recording)?;
+    // Before anything that may be said of a drive: without pressures there is nothing to fit to.
+    for channel in &recording.channels {
+        recording.pressure(channel, "a fit").map_err(InputError::from)?;
+    }
     let mut fitted = Vec::with_capacity(recording.channels.len());
     for part in recording.channels.chunks(channels_at_once(recording)) {
         let one = |channel: &Channel| {

@@ -29,11 +29,7 @@ pub fn markup(report: &Report, units: &str) -> Markup {
     }
     let others = 1.0 - report.alternatives.iter().map(|a| a.probability).sum::<f64>();
     if others >= LEAST_PROBABLE {
-        table.row([
-            "a set that was not fitted, or is less probable than these".to_owned(),
-            format!("{others:.3}"),
-            String::new(),
-        ]);
+        table.row(["all others together".to_owned(), format!("{others:.3}"), String::new()]);
     }
     let caption = format!(
         "How often each explanation is the likeliest of all when {units} that were not fitted are weighed anew (Bayesian bootstrap), \
