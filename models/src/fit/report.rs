@@ -6,7 +6,7 @@ use super::multistart::{Best, Control};
 use super::profile::profile;
 use super::result::{Bound, Fit, FittedParameter, Reason, Target, Undetermined};
 use super::{FitOptions, Objective, Space};
-use crate::model::{Parameter, Scale};
+use crate::model::Parameter;
 
 /// Confidence level of all intervals.
 const LEVEL: f64 = 0.95;
@@ -94,10 +94,7 @@ fn fixed(parameter: &Parameter, value: f64) -> FittedParameter {
 
 /// The value of a parameter at a coordinate.
 fn value_at(parameter: &Parameter, coordinate: f64) -> f64 {
-    match parameter.scale {
-        Scale::Linear => coordinate,
-        Scale::Logarithmic => coordinate.exp(),
-    }
+    parameter.scale.value(coordinate)
 }
 
 /// A free parameter with its interval.

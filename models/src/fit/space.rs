@@ -135,10 +135,7 @@ impl Space {
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
         let mut values: Vec<f64> = self.parameters.iter().map(|parameter| parameter.nominal).collect();
         for (index, coordinate) in self.free_indices().zip(coordinates) {
-            values[index] = match self.parameters[index].scale {
-                Scale::Linear => *coordinate,
-                Scale::Logarithmic => coordinate.exp(),
-            };
+            values[index] = self.parameters[index].scale.value(*coordinate);
         }
         values
     }
@@ -171,8 +168,5 @@ impl Space {
 }
 
 fn coordinate(parameter: &Parameter, value: f64) -> f64 {
-    match parameter.scale {
-        Scale::Linear => value,
-        Scale::Logarithmic => value.ln(),
-    }
+    parameter.scale.coordinate(value)
 }

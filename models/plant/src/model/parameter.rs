@@ -9,6 +9,35 @@ pub enum Scale {
     Logarithmic,
 }
 
+impl Scale {
+    /// Where a value lies on the scale.
+    #[must_use]
+    pub fn coordinate(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.ln(),
+        }
+    }
+
+    /// The value that lies there.
+    #[must_use]
+    pub fn value(self, coordinate: f64) -> f64 {
+        match self {
+            Self::Linear => coordinate,
+            Self::Logarithmic => coordinate.exp(),
+        }
+    }
+
+    /// A value moved along the scale.
+    #[must_use]
+    pub fn moved(self, value: f64, by: f64) -> f64 {
+        match self {
+            Self::Linear => value + by,
+            Self::Logarithmic => value * by.exp(),
+        }
+    }
+}
+
 /// One parameter of a model. Units are chosen so that values are of order one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
@@ -49,6 +78,12 @@ impl Parameter {
         meaning: &'static str,
     ) -> Self {
         Self { name: name.to_owned(), unit, lower, upper, nominal, scale: Scale::Logarithmic, meaning }
+    }
+
+    /// The bounds on the scale of fitting.
+    #[must_use]
+    pub fn coordinate_bounds(&self) -> (f64, f64) {
+        (self.scale.coordinate(self.lower), self.scale.coordinate(self.upper))
     }
 }
 

@@ -10,7 +10,6 @@ use crate::diagnosis::channel::{ChannelData, Correction, Extended, HATS, Role, r
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{block_losses, whitened_residuals};
 use crate::diagnosis::resampling::bootstrap;
-use crate::model::Scale;
 
 /// Steps of the fit at most.
 const STEPS: usize = 4;
@@ -96,10 +95,7 @@ fn moved(data: &ChannelData, stage: &ChannelStage, model: &Extended, step: &[f64
     let parameters = model.parameters(&data.plant);
     for (&position, change) in stage.free.iter().zip(step) {
         let p = &parameters[position];
-        let value = match p.scale {
-            Scale::Linear => model.values[position] + part * change,
-            Scale::Logarithmic => model.values[position] * (part * change).exp(),
-        };
+        let value = p.scale.moved(model.values[position], part * change);
         next.values[position] = value.clamp(p.lower, p.upper);
     }
     if let Some(correction) = &mut next.correction {

@@ -87,10 +87,7 @@ impl Secant {
 
     /// The value a signed stride away.
     fn at(&self, signed: f64) -> f64 {
-        match self.scale {
-            Scale::Logarithmic => self.value * signed.exp(),
-            Scale::Linear => self.value + signed,
-        }
+        self.scale.moved(self.value, signed)
     }
 
     /// A stride's sign: backwards where there is no room.

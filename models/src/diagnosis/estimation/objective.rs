@@ -5,7 +5,6 @@ use nalgebra::{DMatrix, DVector};
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::likelihood::Whitening;
 use crate::fit::{Normal, Objective};
-use crate::model::Scale;
 
 /// The whitened residuals of some blocks as a function of the free parameters' coordinates.
 pub struct BlockObjective<'a> {
@@ -29,10 +28,7 @@ impl BlockObjective<'_> {
         let mut model = self.model.clone();
         for (&position, &x) in self.free.iter().zip(coordinates) {
             let p = &parameters[position];
-            let value = match p.scale {
-                Scale::Linear => x,
-                Scale::Logarithmic => x.exp(),
-            };
+            let value = p.scale.value(x);
             model.values[position] = value.clamp(p.lower, p.upper);
         }
         model
@@ -73,24 +69,12 @@ impl Objective for BlockObjective<'_> {
 
     fn bounds(&self) -> Vec<(f64, f64)> {
         let parameters = self.model.parameters(&self.data.plant);
-        self.free
-            .iter()
-            .map(|&k| match parameters[k].scale {
-                Scale::Linear => (parameters[k].lower, parameters[k].upper),
-                Scale::Logarithmic => (parameters[k].lower.ln(), parameters[k].upper.ln()),
-            })
-            .collect()
+        self.free.iter().map(|&k| parameters[k].coordinate_bounds()).collect()
     }
 
     fn nominal(&self) -> Vec<f64> {
         let parameters = self.model.parameters(&self.data.plant);
-        self.free
-            .iter()
-            .map(|&k| match parameters[k].scale {
-                Scale::Linear => self.model.values[k],
-                Scale::Logarithmic => self.model.values[k].ln(),
-            })
-            .collect()
+        self.free.iter().map(|&k| parameters[k].scale.coordinate(self.model.values[k])).collect()
     }
 
     fn normal(&self, coordinates: &[f64]) -> Normal {

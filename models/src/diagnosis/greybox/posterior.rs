@@ -4,7 +4,7 @@ use super::filter::{Innovations, innovations};
 use super::uncertainty::{COUNT, Uncertainty};
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
-use crate::model::{Parameter, Scale};
+use crate::model::Parameter;
 
 /// Standard deviation of the logarithm of the noise: it is known from the recording itself.
 const NOISE_KNOWN: f64 = 0.1;
@@ -49,10 +49,7 @@ impl Posterior<'_> {
     /// Coordinates: the free parameters on their scales, then the logarithms of the deviations.
     #[must_use]
     pub fn coordinates(&self, model: &Extended, uncertainty: &Uncertainty) -> Vec<f64> {
-        let free = self.free.iter().map(|&k| match self.parameters[k].scale {
-            Scale::Linear => model.values[k],
-            Scale::Logarithmic => model.values[k].ln(),
-        });
+        let free = self.free.iter().map(|&k| self.parameters[k].scale.coordinate(model.values[k]));
         let bounds = self.bounds();
         let all = free.chain(uncertainty.logarithms());
         all.zip(bounds).map(|(x, (low, high))| x.clamp(low, high)).collect()
@@ -63,10 +60,7 @@ impl Posterior<'_> {
     pub fn bounds(&self) -> Vec<(f64, f64)> {
         let free = self.free.iter().map(|&k| {
             let p = &self.parameters[k];
-            match p.scale {
-                Scale::Linear => (p.lower, p.upper),
-                Scale::Logarithmic => (p.lower.ln(), p.upper.ln()),
-            }
+            p.coordinate_bounds()
         });
         let scales = self.scales.logarithms();
         let deviations = (0..COUNT).map(|k| {
@@ -82,10 +76,7 @@ impl Posterior<'_> {
         let mut model = self.model.clone();
         for (&k, &x) in self.free.iter().zip(coordinates) {
             let p = &self.parameters[k];
-            let value = match p.scale {
-                Scale::Linear => x,
-                Scale::Logarithmic => x.exp(),
-            };
+            let value = p.scale.value(x);
             model.values[k] = value.clamp(p.lower, p.upper);
         }
         (model, Uncertainty::from_logarithms(&coordinates[self.free.len()..]))

@@ -34,6 +34,7 @@ use self::profile::Profile;
 use self::sandwich::{BlockError, Sandwich};
 use crate::diagnosis::channel::{ChannelData, Role, halved};
 use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::settings::SETTINGS;
 use crate::model::Scale;
 
 /// An estimate on the scale on which the parameter is fitted.
@@ -77,10 +78,7 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
     range
         .map(|position| {
             let raw = stage.model.values[position];
-            let value = match parameters[position].scale {
-                Scale::Linear => raw,
-                Scale::Logarithmic => raw.ln(),
-            };
+            let value = parameters[position].scale.coordinate(raw);
             let free = stage.free.iter().position(|&k| k == position);
             let unknown = Coordinate {
                 value,
@@ -175,10 +173,14 @@ pub fn interval(coordinate: &Coordinate, scale: Scale) -> Option<[f64; 2]> {
     let [below, above] = [0, 1]
         .map(|side| (half * coordinate.reach[side]).hypot(known).max(coordinate.as_likely[side]) + step);
     let ends = [coordinate.value - below, coordinate.value + above];
-    Some(match scale {
-        Scale::Linear => ends,
-        Scale::Logarithmic => ends.map(f64::exp),
-    })
+    Some(ends.map(|end| scale.value(end)))
+}
+
+/// Does an interval within the bounds of a parameter determine anything?
+#[must_use]
+pub fn determines(scale: Scale, ci95: [f64; 2], bounds: [f64; 2]) -> bool {
+    let width = |[low, high]: [f64; 2]| scale.coordinate(high) - scale.coordinate(low);
+    width(ci95) <= SETTINGS.flat * width(bounds)
 }
 
 #[cfg(test)]

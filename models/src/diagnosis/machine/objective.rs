@@ -6,7 +6,7 @@ use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
 use crate::diagnosis::channel::{Extended, HATS, Role, hats, rows_of};
 use crate::fit::{Normal, Objective};
-use crate::model::{Parameter, Scale};
+use crate::model::Parameter;
 use crate::parallel;
 
 /// Residuals of rollouts (simulated minus measured, kPa) over the coordinates of what is free: the
@@ -60,10 +60,7 @@ impl<'a> JointObjective<'a> {
         let load = self.ties.load.iter().zip(&coordinates[own..]);
         for (&position, &x) in machine.chain(load) {
             let p = &self.parameters[position];
-            let value = match p.scale {
-                Scale::Linear => x,
-                Scale::Logarithmic => x.exp(),
-            };
+            let value = p.scale.value(x);
             model.values[position] = value.clamp(p.lower, p.upper);
         }
         if let Some(correction) = model.correction.as_mut().filter(|_| self.heights > 0) {
@@ -116,10 +113,7 @@ impl<'a> JointObjective<'a> {
 
     fn bounds_of(&self, position: usize) -> (f64, f64) {
         let p = &self.parameters[position];
-        match p.scale {
-            Scale::Linear => (p.lower, p.upper),
-            Scale::Logarithmic => (p.lower.ln(), p.upper.ln()),
-        }
+        p.coordinate_bounds()
     }
 }
 
@@ -146,9 +140,8 @@ impl Objective for JointObjective<'_> {
     }
 
     fn nominal(&self) -> Vec<f64> {
-        let at = |model: &Extended, position: usize| match self.parameters[position].scale {
-            Scale::Linear => model.values[position],
-            Scale::Logarithmic => model.values[position].ln(),
+        let at = |model: &Extended, position: usize| {
+            self.parameters[position].scale.coordinate(model.values[position])
         };
         let first = &self.start.models[0];
         let mut nominal: Vec<f64> = self.ties.machine.iter().map(|&k| at(first, k)).collect();

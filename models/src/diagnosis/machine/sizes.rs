@@ -13,11 +13,11 @@ use super::held_out::HeldOut;
 use super::recordings::MachineChannel;
 use super::ties::{Freedom, TiedModel, Ties};
 use crate::diagnosis::channel::{Extended, OPEN};
+use crate::diagnosis::inference::determines;
 use crate::diagnosis::json::Estimate;
-use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::fit::covariance;
-use crate::model::{Parameter, Scale};
+use crate::model::Parameter;
 
 /// Evaluations that bring a fitted model to the parts that chose it as well.
 const AGAIN: usize = 30;
@@ -140,10 +140,7 @@ fn jackknife(held_out: &HeldOut, recording: usize, position: usize, p: &Paramete
         .iter()
         .map(|fit: &TiedModel| {
             let model: &Extended = &fit.models[recording];
-            match p.scale {
-                Scale::Linear => model.values[position],
-                Scale::Logarithmic => model.values[position].ln(),
-            }
+            p.scale.coordinate(model.values[position])
         })
         .collect();
     jackknife_error(&values)
@@ -157,16 +154,8 @@ fn jackknife_error(values: &[f64]) -> f64 {
 }
 
 fn sized(p: &Parameter, value: f64, half: f64) -> Estimate {
-    let ends = match p.scale {
-        Scale::Linear => [value - half, value + half],
-        Scale::Logarithmic => [value * (-half).exp(), value * half.exp()],
-    };
-    let ends = ends.map(|v| v.clamp(p.lower, p.upper));
-    let flat = !half.is_finite()
-        || match p.scale {
-            Scale::Linear => ends[1] - ends[0] > SETTINGS.flat * (p.upper - p.lower),
-            Scale::Logarithmic => (ends[1] / ends[0]).ln() > SETTINGS.flat * (p.upper / p.lower).ln(),
-        };
+    let ends = [-half, half].map(|by| p.scale.moved(value, by).clamp(p.lower, p.upper));
+    let flat = !half.is_finite() || !determines(p.scale, ends, [p.lower, p.upper]);
     Estimate {
         value,
         ci95: (!flat).then_some(ends),
@@ -197,7 +186,7 @@ mod tests {
             lower: 0.1,
             upper: 10.0,
             nominal: 1.0,
-            scale: Scale::Logarithmic,
+            scale: crate::model::Scale::Logarithmic,
             meaning: "",
         };
         let known = sized(&parameter, 2.0, 0.1);

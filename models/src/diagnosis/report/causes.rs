@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::earned::{stands_out, usual};
 use crate::diagnosis::channel::ChannelData;
-use crate::diagnosis::inference::{Coordinate, as_estimated, coordinates, interval, pool};
+use crate::diagnosis::inference::{Coordinate, as_estimated, coordinates, determines, interval, pool};
 use crate::diagnosis::json::{Cause, Estimate, Gain};
 use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
@@ -85,17 +85,10 @@ fn expected_spread(p: &EffectParameter, channels: &[Coordinate]) -> f64 {
 }
 
 fn estimate(p: &EffectParameter, c: &Coordinate) -> Estimate {
-    let value = match p.scale {
-        Scale::Linear => c.value,
-        Scale::Logarithmic => c.value.exp(),
-    };
+    let value = p.scale.value(c.value);
     let ends = interval(c, p.scale).map(|ends| ends.map(|v| v.clamp(p.lower, p.upper)));
     let open = c.reach.iter().all(|r| r.is_infinite());
-    let flat = open
-        || ends.is_none_or(|[low, high]| match p.scale {
-            Scale::Linear => high - low > SETTINGS.flat * (p.upper - p.lower),
-            Scale::Logarithmic => (high / low).ln() > SETTINGS.flat * (p.upper / p.lower).ln(),
-        });
+    let flat = open || ends.is_none_or(|ends| !determines(p.scale, ends, [p.lower, p.upper]));
     Estimate {
         value,
         ci95: if flat { None } else { ends },
