@@ -101,7 +101,8 @@ impl BoardPlots<'_> {
         if lost.is_empty() {
             return None;
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a duration in whole seconds
+        // A duration in whole seconds.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let mut counts = vec![0.0; self.recording.duration_s() as usize + 1];
         for row in lost {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

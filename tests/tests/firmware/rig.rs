@@ -98,7 +98,8 @@ fn four_boards_bring_sixteen_chambers_to_300_kpa_and_back() {
     assert_eq!(filled.len(), 16);
     assert!(all_near(&filled, 300.0), "{filled:?}");
     run.command(0.0);
-    let empty = run.poll(4.0); // the last kPa leave slowly: there is little pressure left to drive them
+    // The last kPa leave slowly: there is little pressure left to drive them.
+    let empty = run.poll(4.0);
     assert!(all_near(&empty, 0.0), "{empty:?}");
     let statistics = run.polling.finish();
     assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");

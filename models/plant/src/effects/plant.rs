@@ -74,7 +74,8 @@ pub struct Plant {
 impl Plant {
     /// Steps in an interval.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // rounded up and at least one
+    // Rounded up and at least one.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn steps(&self, interval_s: f64) -> usize {
         (interval_s / self.longest_step_s - 1e-6).ceil().max(1.0) as usize
     }

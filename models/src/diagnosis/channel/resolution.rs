@@ -49,7 +49,8 @@ fn rougher(data: &ChannelData) -> Option<ChannelData> {
 }
 
 /// Whole loops of a board in a time, at least one.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at least one, and a rate is below 1e9
+// At least one, and a rate is below 1e9.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn loops_in(board: &BoardLoop, time_s: f64) -> usize {
     (time_s * board.rate_hz * (1.0 + 1e-9)).max(1.0) as usize
 }

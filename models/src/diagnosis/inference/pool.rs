@@ -131,8 +131,8 @@ mod tests {
         channels[0].error = 1e-6;
         let Some(p) = pool(&channels, 0.1) else { panic!("channels with errors have a mean") };
         assert!((p.value - 1.15).abs() < 0.01, "{p:?}");
-        // By hand: weights 1e12 and three of 1e4, Q = 1400, spread^2 = (1400 - 3) / 6e4 = 0.0233, with
-        // the expected one (3 * 0.0233 + 0.01) / 4 = 0.01996, over the root of four channels.
+        // By hand: weights 1e12 and three of 1e4, Q = 1400, spread^2 = (1400 - 3) / 6e4 = 0.0233,
+        // with the expected one (3 * 0.0233 + 0.01) / 4 = 0.01996, over the root of four channels.
         assert!((p.error - 0.0706).abs() < 0.0005, "{p:?}");
     }
 
