@@ -129,7 +129,7 @@ fn kept(rows: impl Fn(ChannelData) -> ChannelData) -> (Vec<&'static str>, Vec<&'
     let truth = with(&data, &base, "valve_lag", &[0.03]);
     let both = with(&data, &truth, "stale_samples", &[0.2]);
     let mut channels = vec![rows(measured(data, &truth, 1))];
-    let first = settle(&mut channels, &[base.clone()], false);
+    let first = settle(&mut channels, std::slice::from_ref(&base), false);
     let mut stages = settle(&mut channels, &[both], false);
     let mut causes = vec![cause("valve_lag", &base), cause("stale_samples", &base)];
     keep_shown(&mut channels, (&first, &mut stages), &mut causes, false);
