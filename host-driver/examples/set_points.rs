@@ -27,6 +27,6 @@ pub fn run(port: &str) -> Result<(), Box<dyn Error>> {
     for board in poller.latest().boards {
         println!("board {}: {:.1?} kPa", board.board, board.reading.map(|reading| reading.kpa));
     }
-    poller.stop(); // commands 0 kPa to all boards
+    poller.stop()?; // commands 0 kPa to all boards
     Ok(())
 }

@@ -169,7 +169,7 @@ impl OpenBus {
         let own = std::iter::once(Box::new(tap) as Box<dyn Observer>);
         let observers = own.chain(more).chain(watching).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
-            .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+            .map_err(Failure::running)?;
         let published = Arc::default();
         let running = RunningBus {
             port: self.port,
