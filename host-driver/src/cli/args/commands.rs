@@ -272,8 +272,7 @@ pub struct BenchArgs {
     pub cycles: u32,
     /// Take the pty's round trip off each request (with --port sim): an estimate of a UART, which
     /// has no such detour
-    #[cfg(feature = "sim")]
-    #[arg(long)]
+    #[arg(long, hide = !cfg!(feature = "sim"))]
     pub dated: bool,
     /// Measure what a watched live page costs: runs of all boards without and with it, in turn
     #[cfg(feature = "web")]
@@ -283,14 +282,4 @@ pub struct BenchArgs {
     #[cfg(feature = "web")]
     #[arg(long, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
     pub pairs: u32,
-}
-
-impl BenchArgs {
-    /// Whether virtual boards date requests back.
-    pub fn dated(&self) -> bool {
-        #[cfg(feature = "sim")]
-        return self.dated;
-        #[cfg(not(feature = "sim"))]
-        return false;
-    }
 }

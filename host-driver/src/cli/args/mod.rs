@@ -5,8 +5,6 @@ mod commands;
 mod run;
 mod values;
 
-#[cfg(feature = "sim")]
-pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg, SessionsArg};
 pub use commands::{
     BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, BoardUpdateArgs, CalibrateArgs,
