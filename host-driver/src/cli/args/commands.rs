@@ -274,12 +274,13 @@ pub struct BenchArgs {
     /// has no such detour
     #[arg(long, hide = !cfg!(feature = "sim"))]
     pub dated: bool,
-    /// Measure what a watched live page costs: runs of all boards without and with it, in turn
+    /// Measure what a watched live page costs: runs of all boards without and with it, in turn. For
+    /// developers of the page: docs/web.md
     #[cfg(feature = "web")]
-    #[arg(long)]
+    #[arg(long, hide = true)]
     pub web: bool,
     /// Such pairs of runs
     #[cfg(feature = "web")]
-    #[arg(long, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
+    #[arg(long, hide = true, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
     pub pairs: u32,
 }
