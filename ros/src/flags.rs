@@ -124,7 +124,7 @@ impl Flags {
         self.allowance_us.unwrap_or(if virtual_boards {
             BusOptions::VIRTUAL_ALLOWANCE_NS / 1_000
         } else {
-            BusOptions::default().answer_allowance_ns / 1_000
+            BusOptions::ANSWER_ALLOWANCE_NS / 1_000
         })
     }
 }

@@ -69,7 +69,7 @@ pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> R
         answer_allowance_ns: match args.allowance_us {
             Some(allowance_us) => allowance_us * 1000,
             None if is_sim(args) => BusOptions::VIRTUAL_ALLOWANCE_NS,
-            None => BusOptions::default().answer_allowance_ns,
+            None => BusOptions::ANSWER_ALLOWANCE_NS,
         },
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
