@@ -15,6 +15,7 @@ pub struct SensorScale {
 
 /// A scale that no sensor can have.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum ScaleError {
     /// The zero is not on the ADC's range.
     #[error("sensor zero is {0} counts; it must be a number from 0 to 1023")]
@@ -36,6 +37,7 @@ pub enum ScaleError {
 
 /// A pressure that cannot be commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum PressureError {
     /// NaN or infinite.
     #[error("commanded pressure is {0}, which is not a number of kPa")]

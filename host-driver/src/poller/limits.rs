@@ -154,6 +154,7 @@ pub struct AboveLimit {
 
 /// A limit that makes no sense.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum LimitError {
     /// Not a pressure.
     #[error("a highest pressure of {0} kPa: expected a number of kPa gauge from 0 on")]
