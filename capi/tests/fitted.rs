@@ -50,6 +50,7 @@ fn file(seed: u64, setup: Setup, driven: Driven) -> ParameterFile {
         setup,
         substeps: 2,
         rms: 0.4,
+        noise_kpa: None,
         samples: ROWS,
         condition: 1.0,
         agreeing_starts: 1,

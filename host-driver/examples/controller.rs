@@ -55,6 +55,6 @@ pub fn run(bus: Bus, duration: Duration) -> Result<f64, Box<dyn Error>> {
         due += period;
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
     }
-    poller.stop();
+    poller.stop()?;
     Ok(difference_kpa)
 }

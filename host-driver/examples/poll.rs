@@ -42,5 +42,5 @@ pub fn run(bus: Bus, boards: u8, duration: Duration) -> Result<Finished, Box<dyn
             }
         }
     }
-    poller.stop().ok_or_else(|| "the bus thread panicked".into())
+    Ok(poller.stop()?)
 }

@@ -12,10 +12,20 @@
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::pneudrive_protocol::SensorScale;
 use pneudrive_host::poller::{Poller, SetPoints};
-use std::{error::Error, thread::sleep, time::Duration};
+use std::{error::Error, process::ExitCode, thread::sleep, time::Duration};
 
-fn main() -> Result<(), Box<dyn Error>> {
-    run(&std::env::args().nth(1).ok_or("expected a port, such as /dev/ttyUSB0")?)
+fn main() -> ExitCode {
+    let Some(port) = std::env::args().nth(1) else {
+        eprintln!("expected a port: /dev/ttyUSB0, or what `pneudrive-sim --devices 4` prints");
+        return ExitCode::FAILURE;
+    };
+    run(&port).map_or_else(
+        |error| {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        },
+        |()| ExitCode::SUCCESS,
+    )
 }
 
 pub fn run(port: &str) -> Result<(), Box<dyn Error>> {
@@ -25,8 +35,10 @@ pub fn run(port: &str) -> Result<(), Box<dyn Error>> {
     set_points.set(0, [SensorScale::ORIGINAL.counts(100.0)?; 4])?;
     sleep(Duration::from_millis(500)); // the chambers of board 0 fill meanwhile
     for board in poller.latest().boards {
-        println!("board {}: {:.1?} kPa", board.board, board.reading.map(|reading| reading.kpa));
+        if let Some(reading) = board.reading {
+            println!("board {}: {:.1?} kPa", board.board, reading.kpa);
+        }
     }
-    poller.stop(); // commands 0 kPa to all boards
+    poller.stop()?; // commands 0 kPa to all boards
     Ok(())
 }

@@ -49,11 +49,9 @@ pub fn run(buses: Vec<Bus>, duration: Duration) -> Result<Vec<u64>, Box<dyn Erro
         running.push((poller, answers));
     }
     std::thread::sleep(duration.saturating_sub(began.elapsed()));
-    Ok(running
-        .into_iter()
-        .map(|(poller, answers)| {
-            poller.stop();
-            answers.load(Ordering::Relaxed)
-        })
-        .collect())
+    let stopped = running.into_iter().map(|(poller, answers)| {
+        poller.stop()?;
+        Ok(answers.load(Ordering::Relaxed))
+    });
+    stopped.collect()
 }

@@ -48,7 +48,7 @@ pub fn run(bus: Bus, file: &Path) -> Result<u64, Box<dyn Error>> {
     while !poller.is_finished() {
         std::thread::sleep(Duration::from_millis(50));
     }
-    let finished = poller.stop().ok_or("the bus thread panicked")?;
+    let finished = poller.stop()?;
     if let Some(error) = finished.error {
         return Err(error.into());
     }

@@ -44,10 +44,10 @@ impl Calibration {
         std::array::from_fn(|channel| scales[channel].kpa(counts[channel]))
     }
 
-    /// Pressures that a command means, kPa gauge. The count of 0 kPa may lie below it; a command
-    /// below 0 kPa does not exist.
+    /// Pressures that a command means, kPa gauge: see [`SensorScale::command_kpa`].
     pub fn command_kpa(&self, board: u8, command: [Counts; CHANNELS]) -> [f64; CHANNELS] {
-        self.kpa(board, command).map(|kpa| kpa.max(0.0))
+        let scales = self.of(board);
+        std::array::from_fn(|channel| scales[channel].command_kpa(command[channel]))
     }
 
     /// The largest pressure that any channel of these boards can be commanded, kPa gauge.

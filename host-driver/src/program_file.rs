@@ -23,6 +23,7 @@ pub struct ProgramFile {
 
 /// Why a file cannot be sent to a board.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ProgramFileError {
     /// The file is cut off, or not of the format that it begins like.
     #[error("a damaged {format} file")]

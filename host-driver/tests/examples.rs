@@ -1,12 +1,11 @@
 //! The examples, on virtual boards behind ptys.
 
-#![cfg(all(feature = "sim", feature = "record", feature = "trajectory"))]
+#![cfg(all(feature = "cli", feature = "sim", feature = "record", feature = "trajectory"))]
 
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::poller::{Poller, StartError};
-use pneudrive_protocol::Echo;
-use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
-use pneudrive_sim::rig::RigOptions;
+use pneudrive_protocol::{Baud, Echo};
+use pneudrive_virtual::{VirtualBoards, VirtualOptions};
 use std::time::Duration;
 
 #[path = "../examples/controller.rs"]
@@ -27,9 +26,8 @@ mod trajectory;
 
 /// Virtual boards, and a bus with patience: the machine that runs the tests may be busy with
 /// others.
-fn boards(boards: usize) -> (EmbeddedSim, Bus) {
-    let rig = RigOptions { boards, ..RigOptions::default() };
-    let sim = EmbeddedSim::start(&rig, &PtyOptions::default()).unwrap();
+fn boards(boards: u16) -> (VirtualBoards, Bus) {
+    let sim = VirtualBoards::start(&VirtualOptions::new(boards, Baud::ORIGINAL)).unwrap();
     let echo = EchoMode::Known(Echo::Absent);
     let options = BusOptions { answer_allowance_ns: 1_000_000_000, echo, ..BusOptions::default() };
     let bus = Bus::open(sim.path(), options).unwrap();

@@ -4,7 +4,9 @@ use crate::support::pty::PtyBoards;
 use crate::support::{answer, counts};
 use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
-use pneudrive_host::poller::{BoardState, Outcome, Poller, PollerOptions, SetPoints};
+use pneudrive_host::poller::{
+    BoardState, Outcome, Poller, PollerOptions, PollerPanicked, SetPoints, StartError,
+};
 use pneudrive_host::real_time::{RealTime, RealTimeError};
 use pneudrive_protocol::Counts;
 use std::sync::atomic::Ordering;
@@ -111,9 +113,32 @@ fn a_poller_that_cannot_have_what_it_asks_for_does_not_start() {
     let points = SetPoints::new(1);
     points.set(0, counts(300)).unwrap();
     let error = Poller::start(bus, options, Box::new(points), Vec::new()).unwrap_err();
-    let source = error.get_ref().and_then(|source| source.downcast_ref::<RealTimeError>());
-    assert!(matches!(source, Some(RealTimeError::NoSuchCore { core: 100_000, .. })), "{error}");
+    assert!(
+        matches!(error, StartError::RealTime(RealTimeError::NoSuchCore { core: 100_000, .. })),
+        "{error}"
+    );
+    let said = error.to_string();
+    assert!(said.starts_with("core 100000: this process may use the cores"), "{said}");
     assert!(boards.stop().iter().all(|(_, command)| *command == [Counts::ATMOSPHERE; 4]));
+}
+
+#[test]
+fn a_panic_on_the_bus_thread_is_an_error_and_leaves_boards_at_0_kpa() {
+    let boards = PtyBoards::start(1);
+    let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
+    let points = SetPoints::new(1);
+    points.set(0, counts(300)).unwrap();
+    let mut rows = 0;
+    let poller = Poller::builder(bus).boards([0]).set_points(points).observe(move |_| {
+        rows += 1;
+        assert!(rows < 10, "an observer's fault, on purpose");
+    });
+    let poller = poller.start().unwrap();
+    until("the panic", || poller.is_finished());
+    assert_eq!(poller.stop(), Err(PollerPanicked));
+    let commands = boards.stop();
+    assert!(commands.contains(&(0, counts(300))));
+    assert_eq!(commands.last(), Some(&(0, [Counts::ATMOSPHERE; 4])));
 }
 
 /// A control loop asks for readings that are not older than it can use, whatever the row says of

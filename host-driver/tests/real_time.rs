@@ -32,7 +32,8 @@ fn what_is_not_permitted_is_refused_and_nothing_is_sent() {
         ("--lock-memory", "locking memory: not permitted ("),
         ("--pin-core=100000", "core 100000: this process may use the cores ["),
     ] {
-        for command in [&["--duration", "0.1"][..], &["bench", "--devices", "1"], &["ping"]] {
+        let check = &["check", "--devices", "1"][..];
+        for command in [&["--duration", "0.1"][..], &["bench", "--devices", "1"], &["ping"], check] {
             let Output { status, stderr, .. } = as_anybody(&[&["--port", &port, flag], command].concat());
             let stderr = String::from_utf8(stderr).unwrap();
             assert_eq!(status.code(), Some(2), "{flag} {command:?}: {stderr}");

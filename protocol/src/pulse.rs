@@ -60,6 +60,7 @@ pub struct Pulse {
 
 /// No resistor of the series gives the pulse.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PulseError {
     /// A part with no capacitance, or with a tolerance of 100 % or more.
     #[error(

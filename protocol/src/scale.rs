@@ -15,6 +15,7 @@ pub struct SensorScale {
 
 /// A scale that no sensor can have.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum ScaleError {
     /// The zero is not on the ADC's range.
     #[error("sensor zero is {0} counts; it must be a number from 0 to 1023")]
@@ -36,6 +37,7 @@ pub enum ScaleError {
 
 /// A pressure that cannot be commanded.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum PressureError {
     /// NaN or infinite.
     #[error("commanded pressure is {0}, which is not a number of kPa")]
@@ -104,6 +106,12 @@ impl SensorScale {
         (f64::from(counts.get()) - self.zero_counts) * self.kpa_per_count
     }
 
+    /// Gauge pressure that a command means, kPa. The count of 0 kPa lies up to half a count below
+    /// it, and a command below 0 kPa does not exist.
+    pub fn command_kpa(&self, counts: Counts) -> f64 {
+        self.kpa(counts).max(0.0)
+    }
+
     /// The reading nearest to a commanded gauge pressure in kPa.
     ///
     /// # Errors
@@ -147,6 +155,14 @@ mod tests {
         // Full scale is 4.5 V of 5 V.
         assert_eq!(SCALE.counts(689.4757), Counts::new(922).map_err(|_| PressureError::NotFinite(0.0)));
         assert_eq!(SCALE.counts(0.0), Ok(Counts::ATMOSPHERE));
+    }
+
+    #[test]
+    fn a_command_is_never_below_0_kpa_and_a_reading_may_be() {
+        assert!(SCALE.kpa(Counts::ATMOSPHERE) < 0.0);
+        assert_eq!(SCALE.command_kpa(Counts::ATMOSPHERE), 0.0);
+        let counts = Counts::saturating(300);
+        assert_eq!(SCALE.command_kpa(counts), SCALE.kpa(counts));
     }
 
     /// The original truncated, so that 509 of 1024 codes did not come back.

@@ -130,7 +130,7 @@ pub fn simulation(error: SimulationError) -> PyErr {
         SimulationError::Parameters(error) => store(error),
         SimulationError::Recording(error) => recording(error),
         SimulationError::RunsAway { .. } => PneuDriveError::new_err(error.to_string()),
-        SimulationError::Extended(_) | SimulationError::Inputs(_) => unusable(error),
+        _ => unusable(error),
     }
 }
 

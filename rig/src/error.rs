@@ -4,6 +4,7 @@ use thiserror::Error;
 
 /// A rig file that cannot be used. Messages name the file, the line, the key, and what is expected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// It cannot be read.
     #[error("{file}: cannot be read: {error}")]

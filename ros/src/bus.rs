@@ -13,7 +13,7 @@ use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, 
 use pneudrive_host::record::Notes;
 use pneudrive_host::watch::{Watch, WatchOptions};
 use pneudrive_protocol::Baud;
-use std::path::Path;
+use pneudrive_virtual::{VirtualBoards, VirtualOptions, is_sim};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::sync::mpsc::Receiver;
@@ -31,7 +31,7 @@ pub struct OpenBus {
     watchdog_ns: u64,
     /// The calibrated model beside it.
     watch: Option<WatchOptions>,
-    virtual_boards: VirtualBoards,
+    virtual_boards: Option<VirtualBoards>,
 }
 
 /// A bus that is polled.
@@ -56,7 +56,7 @@ pub struct RunningBus {
     /// The calibrated model beside it. Ends after the poller.
     pub watch: Option<Watch>,
     /// To be kept until the poller has ended.
-    pub virtual_boards: VirtualBoards,
+    pub virtual_boards: Option<VirtualBoards>,
 }
 
 impl OpenBus {
@@ -86,8 +86,10 @@ impl OpenBus {
             BusOptions { baud, answer_allowance_ns: flags.allowance_us() * 1_000, ..BusOptions::default() };
         let bus_options =
             bus_options.calibrated(&settings.calibration, &PollerOptions::for_devices(devices).boards);
-        let virtual_boards = VirtualBoards::start(&flags.port[index], devices, baud)?;
-        let port = virtual_boards.path().unwrap_or(&flags.port[index]).to_owned();
+        let port = &flags.port[index];
+        let virtual_boards = is_sim(port).then(|| VirtualBoards::start(&VirtualOptions::new(devices, baud)));
+        let virtual_boards = virtual_boards.transpose()?;
+        let port = virtual_boards.as_ref().map_or(port.as_path(), VirtualBoards::path).to_owned();
         let bus = Bus::open(&port, bus_options).map_err(|error| match error {
             pneudrive_host::bus::OpenBusError::Port(error) => Failure::input(error),
             other => Failure::running(other),
@@ -169,7 +171,7 @@ impl OpenBus {
         let own = std::iter::once(Box::new(tap) as Box<dyn Observer>);
         let observers = own.chain(more).chain(watching).collect();
         let poller = Poller::start(self.bus, self.options, Box::new(set_points.clone()), observers)
-            .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+            .map_err(Failure::running)?;
         let published = Arc::default();
         let running = RunningBus {
             port: self.port,
@@ -184,48 +186,5 @@ impl OpenBus {
             virtual_boards: self.virtual_boards,
         };
         Ok((running, states))
-    }
-}
-
-/// What stands behind `--port sim`.
-pub struct VirtualBoards {
-    #[cfg(feature = "sim")]
-    boards: Option<pneudrive_sim::pty::EmbeddedSim>,
-}
-
-#[cfg(feature = "sim")]
-impl VirtualBoards {
-    fn start(port: &Path, devices: u16, baud: Baud) -> Result<Self, Failure> {
-        use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
-        use pneudrive_sim::rig::RigOptions;
-        if port != Path::new("sim") {
-            return Ok(Self { boards: None });
-        }
-        let rig =
-            RigOptions { boards: usize::from(devices), baud, ..RigOptions::default() }.with_all_sensors();
-        let options = PtyOptions { past_power_up: true, ..PtyOptions::default() };
-        let boards = EmbeddedSim::start(&rig, &options)
-            .map_err(|error| Failure::running(format!("virtual boards: {error}")))?;
-        Ok(Self { boards: Some(boards) })
-    }
-
-    fn path(&self) -> Option<&Path> {
-        self.boards.as_ref().map(pneudrive_sim::pty::EmbeddedSim::path)
-    }
-}
-
-#[cfg(not(feature = "sim"))]
-impl VirtualBoards {
-    fn start(port: &Path, _: u16, _: Baud) -> Result<Self, Failure> {
-        if port == Path::new("sim") {
-            return Err(Failure::input(
-                "this pneudrive-ros was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
-            ));
-        }
-        Ok(Self {})
-    }
-
-    fn path(&self) -> Option<&Path> {
-        None
     }
 }

@@ -1,6 +1,7 @@
 //! How the node fails, and with which exit status.
 
 use pneudrive_host::record::RecordError;
+use pneudrive_virtual::VirtualError;
 use std::fmt::Display;
 use std::process::ExitCode;
 
@@ -35,5 +36,11 @@ impl From<RecordError> for Failure {
             RecordError::Write { .. } | RecordError::TooSlow { .. } => Self::running(error),
             _ => Self::input(error),
         }
+    }
+}
+
+impl From<VirtualError> for Failure {
+    fn from(error: VirtualError) -> Self {
+        if error.is_input() { Self::input(error) } else { Self::running(error) }
     }
 }

@@ -120,11 +120,11 @@ impl Flags {
     /// How long a board may take to answer beyond the wire time, us: what was asked for, or what
     /// its kind needs.
     pub fn allowance_us(&self) -> u64 {
-        let virtual_boards = self.port.iter().any(|port| port.as_os_str() == "sim");
+        let virtual_boards = self.port.iter().any(|port| pneudrive_virtual::is_sim(port));
         self.allowance_us.unwrap_or(if virtual_boards {
             BusOptions::VIRTUAL_ALLOWANCE_NS / 1_000
         } else {
-            BusOptions::default().answer_allowance_ns / 1_000
+            BusOptions::ANSWER_ALLOWANCE_NS / 1_000
         })
     }
 }

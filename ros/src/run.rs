@@ -263,9 +263,12 @@ fn leave_safe(buses: Vec<RunningBus>) -> Result<(), Failure> {
             watch.finish();
         }
         drop(virtual_boards);
-        let Some(finished) = finished else {
-            ended = Err(Failure::running(format!("{port}: the bus thread panicked; see above")));
-            continue;
+        let finished = match finished {
+            Ok(finished) => finished,
+            Err(error) => {
+                ended = Err(Failure::running(format!("{port}: {error}; see above")));
+                continue;
+            }
         };
         let Conclusion { failures, remark, .. } =
             finished.conclusion_of("joint(s)", |board| (first_joint + u16::from(board)).to_string());

@@ -5,6 +5,7 @@ use thiserror::Error;
 
 /// A bus that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OpenBusError {
     /// The port cannot be used.
     #[error(transparent)]
@@ -19,6 +20,7 @@ pub enum OpenBusError {
 
 /// An exchange that brought no answer.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ExchangeError {
     /// Nothing came.
     #[error("{asked}: no answer after {waited_us} us; check its power, the two wires and its address switch")]

@@ -13,6 +13,7 @@ use thiserror::Error;
 
 /// What keeps a bus at the rate that its boards were compiled for.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LineRateError {
     /// The port failed.
     #[error(transparent)]

@@ -94,6 +94,12 @@ impl BusOptions {
 }
 
 impl BusOptions {
+    /// What boards are allowed before they answer unless something else is asked for, ns.
+    pub const ANSWER_ALLOWANCE_NS: u64 = 2_000_000;
+
+    /// How late an answer may be unless something else is asked for, ns.
+    pub const LATE_ANSWER_LIMIT_NS: u64 = 10_000_000;
+
     /// What virtual boards are allowed before they answer, ns: they share the machine's cores with
     /// the host and whatever else runs there, and an answer that is late costs more than an
     /// exchange that waits.
@@ -104,8 +110,8 @@ impl Default for BusOptions {
     fn default() -> Self {
         Self {
             baud: Baud::ORIGINAL,
-            answer_allowance_ns: 2_000_000,
-            late_answer_limit_ns: 10_000_000,
+            answer_allowance_ns: Self::ANSWER_ALLOWANCE_NS,
+            late_answer_limit_ns: Self::LATE_ANSWER_LIMIT_NS,
             frames: FrameMode::default(),
             sessions: true,
             echo: EchoMode::Detect { unused_board: u8::MAX },

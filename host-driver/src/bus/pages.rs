@@ -12,6 +12,7 @@ use thiserror::Error;
 
 /// A page request that brought no entry.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PageError {
     /// No answer came, or something else.
     #[error(transparent)]

@@ -11,6 +11,7 @@ use thiserror::Error;
 /// Parameters that could not be changed. The board goes on with those it had, except where
 /// [`Lost`](Self::Lost) says otherwise.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ParameterError {
     /// It could not be asked.
     #[error(transparent)]

@@ -77,7 +77,7 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
         runs: Vec::new(),
     };
     for boards in 1..=most {
-        let Connection { bus, behind } = connect_for_measurement(args, boards, bench.dated())?;
+        let Connection { bus, behind } = connect_for_measurement(args, boards, bench.dated)?;
         report.port = if is_sim(args) { "sim".to_owned() } else { bus.line().path().display().to_string() };
         if report.runs.is_empty() && !args.json {
             bench_table::print_header(&report.port, report.baud, report.cycles);

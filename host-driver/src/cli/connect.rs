@@ -5,7 +5,7 @@ use crate::cli::failure::Failure;
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_protocol::{Baud, Echo};
-use std::path::Path;
+use pneudrive_virtual::{Punctuality, VirtualBoards, VirtualOptions};
 
 /// An open bus and, where it is virtual, what is behind it.
 pub struct Connection {
@@ -14,29 +14,17 @@ pub struct Connection {
     pub behind: Behind,
 }
 
-/// What keeps the other end of the line alive.
+/// What keeps the other end of the line alive: virtual boards, or nothing of ours.
 #[derive(Default)]
-pub struct Behind {
-    #[cfg(feature = "sim")]
-    boards: Option<pneudrive_sim::pty::EmbeddedSim>,
-}
+pub struct Behind(Option<VirtualBoards>);
 
 impl Behind {
-    /// What virtual boards date requests back by, us: the round trip of the pty. `None` on a real
-    /// port, and where nothing is dated.
+    /// What virtual boards date requests back by, us. `None` on a real port, and where nothing is
+    /// dated.
     pub fn dated_back_us(&self) -> Option<f64> {
-        #[cfg(feature = "sim")]
-        return self
-            .boards
-            .as_ref()
-            .map(pneudrive_sim::pty::EmbeddedSim::pty_round_trip_us)
-            .filter(|&us| us > 0.0);
-        #[cfg(not(feature = "sim"))]
-        return None;
+        self.0.as_ref().and_then(VirtualBoards::dated_back_us)
     }
-}
 
-impl Behind {
     /// Ends it. To be called when the bus is closed.
     pub fn end(self) {}
 }
@@ -60,7 +48,7 @@ pub fn devices(args: &BusArgs, default: u16) -> Result<u16, Failure> {
 
 /// Whether the port is virtual boards of our own.
 pub fn is_sim(args: &BusArgs) -> bool {
-    args.port.as_deref() == Some(Path::new("sim"))
+    args.port.as_deref().is_some_and(pneudrive_virtual::is_sim)
 }
 
 /// The bus settings that the arguments mean.
@@ -81,7 +69,7 @@ pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> R
         answer_allowance_ns: match args.allowance_us {
             Some(allowance_us) => allowance_us * 1000,
             None if is_sim(args) => BusOptions::VIRTUAL_ALLOWANCE_NS,
-            None => BusOptions::default().answer_allowance_ns,
+            None => BusOptions::ANSWER_ALLOWANCE_NS,
         },
         late_answer_limit_ns: args.late_us * 1000,
         frames: args.frames.into(),
@@ -104,18 +92,6 @@ pub fn connect_for_measurement(args: &BusArgs, devices: u16, dated: bool) -> Res
     open(args, devices, &Calibration::default(), Punctuality::Best { dated })
 }
 
-/// How punctual virtual boards are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Punctuality {
-    /// Some 10 us late, and hardly a load.
-    Usual,
-    /// As punctual as a core that busy-waits makes them.
-    Best {
-        /// Whether requests are dated back by the pty's round trip.
-        dated: bool,
-    },
-}
-
 fn open(
     args: &BusArgs,
     devices: u16,
@@ -131,24 +107,13 @@ fn open(
     if !is_sim(args) {
         return Ok(Connection { bus: Bus::open(port, options)?, behind: Behind::default() });
     }
-    virtual_boards(args, devices, options, punctuality)
-}
-
-#[cfg(feature = "sim")]
-fn virtual_boards(
-    args: &BusArgs,
-    devices: u16,
-    options: BusOptions,
-    punctuality: Punctuality,
-) -> Result<Connection, Failure> {
-    let boards = super::sim::start(args, devices, options.baud, punctuality)?;
+    let boards = VirtualBoards::start(&VirtualOptions {
+        timing: args.timing.into(),
+        turnaround_us: Some(args.turnaround_us),
+        original: args.sim_original.clone(),
+        punctuality,
+        ..VirtualOptions::new(devices, options.baud)
+    })?;
     let bus = Bus::open(boards.path(), options)?;
-    Ok(Connection { bus, behind: Behind { boards: Some(boards) } })
-}
-
-#[cfg(not(feature = "sim"))]
-fn virtual_boards(_: &BusArgs, _: u16, _: BusOptions, _: Punctuality) -> Result<Connection, Failure> {
-    Err(Failure::input(
-        "this pneudrive-host was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
-    ))
+    Ok(Connection { bus, behind: Behind(Some(boards)) })
 }

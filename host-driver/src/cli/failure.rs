@@ -1,8 +1,10 @@
 use crate::cli::find_boards::NoBoards;
 use pneudrive_host::bus::OpenBusError;
+use pneudrive_host::poller::{PollerPanicked, StartError};
 use pneudrive_host::real_time::RealTimeError;
 use pneudrive_host::record::RecordError;
 use pneudrive_manual::ManualError;
+use pneudrive_virtual::VirtualError;
 use std::fmt;
 
 /// Why the program ends without having done what it should.
@@ -63,6 +65,25 @@ impl From<RecordError> for Failure {
 impl From<RealTimeError> for Failure {
     fn from(error: RealTimeError) -> Self {
         Self::input(error)
+    }
+}
+
+impl From<StartError> for Failure {
+    fn from(error: StartError) -> Self {
+        Self::running(error)
+    }
+}
+
+impl From<PollerPanicked> for Failure {
+    fn from(error: PollerPanicked) -> Self {
+        // The panic's own message stands on standard error.
+        Self::running(format!("{error}; see above"))
+    }
+}
+
+impl From<VirtualError> for Failure {
+    fn from(error: VirtualError) -> Self {
+        if error.is_input() { Self::input(error) } else { Self::running(error) }
     }
 }
 

@@ -29,8 +29,6 @@ mod run;
 mod scan;
 mod setup;
 mod signals;
-#[cfg(feature = "sim")]
-mod sim;
 mod sources;
 mod start;
 mod timing;

@@ -85,7 +85,7 @@ fn plots(commands: &[Vec<BoardCommand>], boards: usize, setup: &Setup, limits: &
     for (index, board) in (0..boards).zip(0..=u8::MAX) {
         for channel in 0..CHANNELS {
             let scale = setup.calibration.channel(board, channel);
-            let kpa: Vec<f64> = commands.iter().map(|now| scale.kpa(now[index][channel]).max(0.0)).collect();
+            let kpa: Vec<f64> = commands.iter().map(|now| scale.command_kpa(now[index][channel])).collect();
             let limit = limits.of(board)[channel];
             let same = |plot: &&mut Plot| {
                 plot.kpa == kpa

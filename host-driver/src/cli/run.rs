@@ -13,7 +13,7 @@ use crate::cli::signals::StopSignal;
 use crate::cli::sources::{self, Source};
 use crate::cli::view::{self, Events, KeyRecorder, Session};
 use crate::cli::{find_boards, preview, start, watch};
-use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions};
+use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions, PollerPanicked};
 use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::stream::UdpStream;
@@ -146,8 +146,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     };
     start::tell(first_row_s, &events);
     let started_utc = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
-    let poller = Poller::start(bus, options, source, observers)
-        .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+    let poller = Poller::start(bus, options, source, observers)?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, poller.monitor(), &events)).transpose()?;
     let has_failed = || recorder.as_ref().is_some_and(Recorder::has_failed);
@@ -162,10 +161,10 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     if let Some(watch) = watch {
         watch.finish();
     }
-    let ended = EndReason::of(&seen, finished.as_ref());
-    ended.note(&events.sender(), finished.as_ref());
+    let ended = EndReason::of(&seen, finished.as_ref().ok());
+    ended.note(&events.sender(), finished.as_ref().ok());
     #[cfg(feature = "web")]
-    let shown = match page.map_or(Ok(()), |page| super::web::end(page, finished.as_ref())) {
+    let shown = match page.map_or(Ok(()), |page| super::web::end(page, finished.as_ref().ok())) {
         Ok(()) => shown,
         Err(failure) => shown.and(Err(failure)),
     };
@@ -178,7 +177,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     std::iter::from_fn(|| events.next()).for_each(|line| crate::cli::output::errln!("{line}"));
     let about = About { port: &session.port, started_utc: &started_utc, ended };
     let never: Vec<String> = match &finished {
-        Some(finished) if run.require_all => never_answered(finished, setup),
+        Ok(finished) if run.require_all => never_answered(finished, setup),
         _ => Vec::new(),
     };
     let concluded = conclude(args.json, &about, finished, recorded, shown, behind);
@@ -207,12 +206,12 @@ struct About<'a> {
 fn conclude(
     json: bool,
     &About { port, started_utc, ended }: &About<'_>,
-    finished: Option<Finished>,
+    finished: Result<Finished, PollerPanicked>,
     recorded: Result<Option<RecordingSummary>, pneudrive_host::record::RecordError>,
     shown: Result<view::EndedBy, Failure>,
     behind: Behind,
 ) -> Result<(), Failure> {
-    let finished = finished.ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
+    let finished = finished?;
     let recording = recorded.as_ref().ok().and_then(Option::as_ref);
     if json {
         let recording = recording.map(|r| RecordingReport {

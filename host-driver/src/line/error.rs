@@ -3,6 +3,7 @@ use thiserror::Error;
 
 /// A port that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OpenError {
     /// There is no such file.
     #[error("{port}: no such port; is the adapter plugged in? (look at /dev/serial/by-id, or use --port sim)", port = .port.display())]
@@ -64,6 +65,7 @@ pub enum OpenError {
 
 /// A port that was open and failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LineError {
     /// The device vanished or the other end of the pty was closed.
     #[error("{port}: the port is gone (adapter unplugged, or the other end closed)", port = .port.display())]

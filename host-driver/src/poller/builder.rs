@@ -1,7 +1,8 @@
 //! A poller in a few words.
 
 use super::{
-    CommandSource, Limits, MissedTick, Observer, Pace, Poller, PollerOptions, Row, SetPoints, VENTED,
+    CommandSource, Limits, MissedTick, Observer, Pace, Poller, PollerOptions, Row, SetPoints, StartError,
+    VENTED,
 };
 use crate::Calibration;
 use crate::bus::Bus;
@@ -34,21 +35,6 @@ pub struct PollerBuilder<L: Line> {
     rate_hz: Option<f64>,
     source: Box<dyn CommandSource>,
     observers: Vec<Box<dyn Observer>>,
-}
-
-/// Why a poller was not started.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StartError {
-    /// There is nobody to poll.
-    #[error("no boards to poll; say which, as in `.boards(0..4)`")]
-    NoBoards,
-    /// A rate that makes no sense.
-    #[error("{0} Hz: a bus is polled at 0.1 to 10,000 Hz")]
-    Rate(f64),
-    /// The system has no thread to give, or refuses what [`PollerOptions::real_time`] asks for.
-    #[error("no thread for the bus: {0}")]
-    Thread(#[from] std::io::Error),
 }
 
 impl<L: Line + Send + 'static> Poller<L> {
@@ -131,7 +117,7 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
     /// Starts polling on a thread of its own.
     ///
     /// # Errors
-    /// No boards, an unusable rate, no thread: see [`StartError`].
+    /// No boards, an unusable rate, no thread, real time refused: see [`StartError`].
     pub fn start(mut self) -> Result<Poller<L>, StartError> {
         if self.options.boards.is_empty() {
             return Err(StartError::NoBoards);
@@ -143,7 +129,7 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
             let period = Duration::from_secs_f64(1.0 / rate_hz);
             self.options.pace = Pace::Every { period_ns: period.as_nanos() as u64, missed: MissedTick::Skip };
         }
-        Ok(Poller::start(self.bus, self.options, self.source, self.observers)?)
+        Poller::start(self.bus, self.options, self.source, self.observers)
     }
 }
 

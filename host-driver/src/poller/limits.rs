@@ -30,7 +30,7 @@ impl ChannelLimit {
 
     /// The highest count whose pressure is not above the limit; any count where the limit is not
     /// below the sensor's full scale.
-    pub(super) fn highest(&self, scale: SensorScale) -> Counts {
+    pub fn highest(&self, scale: SensorScale) -> Counts {
         if self.max_kpa >= scale.full_scale_kpa() {
             return Counts::MAX;
         }
@@ -154,6 +154,7 @@ pub struct AboveLimit {
 
 /// A limit that makes no sense.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
 pub enum LimitError {
     /// Not a pressure.
     #[error("a highest pressure of {0} kPa: expected a number of kPa gauge from 0 on")]

@@ -59,6 +59,7 @@ struct Guard {
 
 /// Why a set point was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OverrideError {
     /// The boards are vented.
     #[error("all boards are vented; release them first")]

@@ -1,4 +1,7 @@
-use super::{CommandSource, Finished, Latest, Observer, PollerOptions, Polling, Snapshot, Supply, VentLatch};
+use super::{
+    CommandSource, Finished, Latest, Observer, PollerOptions, PollerPanicked, Polling, Snapshot, StartError,
+    Supply, VentLatch,
+};
 use crate::bus::Bus;
 use crate::line::{Line, LineError, SerialPort};
 use crate::statistics::Statistics;
@@ -39,14 +42,13 @@ impl<L: Line + Send + 'static> Poller<L> {
     /// Starts polling.
     ///
     /// # Errors
-    /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for: then
-    /// the source of the error is a [`RealTimeError`](crate::real_time::RealTimeError).
+    /// The system has no thread to give, or not what [`PollerOptions::real_time`] asks for.
     pub fn start(
         bus: Bus<L>,
         options: PollerOptions,
         source: Box<dyn CommandSource>,
         mut observers: Vec<Box<dyn Observer>>,
-    ) -> std::io::Result<Self> {
+    ) -> Result<Self, StartError> {
         let latest = Latest::default();
         let vent = options.vent.clone();
         observers.insert(0, Box::new(latest.clone()));
@@ -79,7 +81,7 @@ impl<L: Line + Send + 'static> Poller<L> {
         let poller = Self { shared, latest, vent, thread: Some(thread) };
         // Where the thread has died without a word, joining it says so.
         if let Ok(Err(error)) = starts.recv() {
-            return Err(std::io::Error::other(error));
+            return Err(error.into());
         }
         Ok(poller)
     }
@@ -113,15 +115,21 @@ impl<L: Line> Poller<L> {
     }
 
     /// Ends polling, commands 0 kPa to all boards until they have confirmed it
-    /// ([`Polling::make_safe`]), closes the line. `None` if an observer panicked.
-    pub fn stop(mut self) -> Option<Finished> {
-        self.join().map(|(finished, _)| finished)
+    /// ([`Polling::make_safe`]), closes the line.
+    ///
+    /// # Errors
+    /// The bus thread panicked.
+    pub fn stop(self) -> Result<Finished, PollerPanicked> {
+        self.into_bus().map(|(finished, _)| finished)
     }
 
     /// As [`stop`](Self::stop), and hands back the bus, its line still open: for another poller, or
     /// for questions to single boards.
-    pub fn into_bus(mut self) -> Option<(Finished, Bus<L>)> {
-        self.join()
+    ///
+    /// # Errors
+    /// The bus thread panicked.
+    pub fn into_bus(mut self) -> Result<(Finished, Bus<L>), PollerPanicked> {
+        self.join().ok_or(PollerPanicked)
     }
 
     fn join(&mut self) -> Option<(Finished, Bus<L>)> {

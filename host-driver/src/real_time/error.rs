@@ -3,6 +3,7 @@ use thiserror::Error;
 
 /// Something of [`RealTime`](super::RealTime) that cannot be had.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RealTimeError {
     /// The user may not have it.
     #[error(

@@ -11,13 +11,17 @@ pub(super) struct Codes<T> {
 }
 
 impl<T> Codes<T> {
-    /// `of` makes it from a pressure in kPa gauge.
-    pub(super) fn new(boards: &[u8], calibration: &Calibration, of: impl Fn(f64) -> T) -> Self {
+    /// `of` makes it from a channel's scale and a code.
+    pub(super) fn new(
+        boards: &[u8],
+        calibration: &Calibration,
+        of: impl Fn(&SensorScale, Counts) -> T,
+    ) -> Self {
         let mut tables: Vec<(SensorScale, Vec<T>)> = Vec::new();
         let mut place = |scale: SensorScale| {
             tables.iter().position(|(known, _)| *known == scale).unwrap_or_else(|| {
                 let codes = (0..=Counts::MAX.get()).map(Counts::saturating);
-                tables.push((scale, codes.map(|counts| of(scale.kpa(counts))).collect()));
+                tables.push((scale, codes.map(|counts| of(&scale, counts)).collect()));
                 tables.len() - 1
             })
         };

@@ -3,6 +3,7 @@ use thiserror::Error;
 
 /// A recording that cannot be made, or stopped.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RecordError {
     /// The name's ending says nothing about the format.
     #[error("{file}: a recording's name ends in .csv, .csv.gz, .csv.zst or .mcap", file = .file.display())]

@@ -132,10 +132,10 @@ impl Formatter {
     pub(crate) fn new(boards: &[u8], calibration: &Calibration, pages: PageColumns) -> Self {
         Self {
             boards: boards.to_vec(),
-            // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa does
-            // not exist.
-            commands: Codes::new(boards, calibration, |kpa| format!("{:.3}", kpa.max(0.0))),
-            pressures: Codes::new(boards, calibration, |kpa| format!("{kpa:.3}")),
+            commands: Codes::new(boards, calibration, |scale, code| {
+                format!("{:.3}", scale.command_kpa(code))
+            }),
+            pressures: Codes::new(boards, calibration, |scale, code| format!("{:.3}", scale.kpa(code))),
             pages,
         }
     }

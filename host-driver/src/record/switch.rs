@@ -49,6 +49,7 @@ pub struct SwitchStatus {
 
 /// A recording that was not started or stopped.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum SwitchError {
     /// Another one is in progress.
     #[error("{file} is being recorded; stop that first", file = .file.display())]

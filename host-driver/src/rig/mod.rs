@@ -21,6 +21,7 @@ const SPAN_COUNTS: f64 = 0.8 * 1024.0;
 
 /// A calibration that the boards' sensors cannot have.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum CalibrationError {
     /// The boards' converters are others.
     #[error(

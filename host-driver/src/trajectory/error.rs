@@ -5,6 +5,7 @@ use thiserror::Error;
 /// A trajectory that cannot be played. Rows are lines of the file, the header and comments among
 /// them; in a bag they are counted.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum TrajectoryError {
     /// The file cannot be read.
     #[error("{file}: {reason}")]

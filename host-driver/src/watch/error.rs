@@ -5,6 +5,7 @@ use thiserror::Error;
 
 /// Why a watch could not be started.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum WatchError {
     /// The program is neither beside this one nor on the search path.
     #[error(

@@ -20,13 +20,41 @@ fn unusable_web_options_are_refused_before_the_port_is_touched() {
     with(&["--web", "nonsense"], "expected ADDRESS:PORT");
     with(&["--web", &address], "choose another address or port");
     with(&["--allow-control"], "--web");
-    with(&["--web=0", "--allow-control", "--control-limit", "700"], "at most 689.5 kPa");
+    with(&["--web=0", "--allow-control", "--control-limit", "0"], "must be a number of kPa above 0");
     with(&["--web=0", "--allow-control", "--web-deadman", "0.1"], "must be 0.5 to 60 s");
     with(&["--web=0", "--web-deadman", "3"], "--allow-control");
     with(&["--web=0", "--record-folder", "/proc"], "--record-folder /proc: nothing can be written there: ");
     with(&["--web=0", "--record-folder", "/no/such/folder"], "--record-folder /no/such/folder: No such file");
     let file = token.to_str().unwrap();
     with(&["--web=0", "--allow-control", "--control-token-file", file], "16 to 256 characters");
+}
+
+/// What the sensors' full scale is, the rig file says.
+#[test]
+fn the_page_may_command_what_the_sensors_of_the_rig_can_measure_and_no_more() {
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let rig = |name: &str, kpa_per_count: f64| {
+        let file = folder.path().join(name);
+        let channel = |k: u8| {
+            format!("[boards.0.channels.{k}.sensor]\nzero_counts = 102.4\nkpa_per_count = {kpa_per_count}\n")
+        };
+        fs::write(&file, (0..4).map(channel).collect::<String>()).unwrap();
+        file.to_str().unwrap().to_owned()
+    };
+    let (small, large) = (rig("small.toml", 0.2), rig("large.toml", 1.2));
+    let page = |limit: &'static str| ["--port", port, "--web=0", "--allow-control", "--control-limit", limit];
+    refused(&page("700"), 2, "--control-limit 700: at most 689.5 kPa");
+    refused(&[&page("190")[..], &["--rig", &small]].concat(), 2, "--control-limit 190: at most 163.8 kPa");
+    assert!(boards.stop().is_empty(), "bytes were sent");
+
+    let boards = PtyBoards::start(1);
+    let port = boards.path().to_str().unwrap();
+    let duration = ["--port", port, "--web=0", "--allow-control", "--duration", "0.2"];
+    run(&[&duration[..], &["--control-limit", "900", "--rig", &large]].concat());
+    // The default is no more than they can measure, and needs no other word.
+    run(&[&duration[..], &["--rig", &small]].concat());
 }
 
 /// The page starts a recording, the disk fills up, and nobody looks at the page any more.

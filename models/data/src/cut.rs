@@ -10,6 +10,7 @@ const MOST_ROWS: f64 = 50e6;
 
 /// Why there is no such part.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CutError {
     /// Too little is left.
     #[error("{rows} row(s) are left; a recording needs 2 at least")]

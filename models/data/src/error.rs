@@ -5,6 +5,7 @@ use std::io;
 /// A data file that cannot be read. Every message names the file, the row as an editor counts lines
 /// (the header is row 1) and the column where they are known, what was expected, and what to do.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum DataError {
     /// The file could not be opened.
     #[error("{file}: cannot be opened: {source}")]

@@ -10,6 +10,7 @@ pub(crate) const SHORTEST_STRETCH_ROWS: usize = 10;
 
 /// Why a channel of a recording cannot be simulated on this rig.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum InputError {
     /// A column or channel is missing.
     #[error(transparent)]

@@ -8,6 +8,7 @@ const PAUSE_S: f64 = 2.0;
 
 /// Recordings that do not belong together.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum JoinError {
     /// Not the same channels.
     #[error(

@@ -6,6 +6,7 @@ use crate::rig::RigError;
 
 /// A recording from which nothing can be named.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum DiagnosisError {
     /// No channel can be simulated.
     #[error("{file}: no channel can be diagnosed: {reasons}")]

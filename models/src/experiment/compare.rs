@@ -53,6 +53,7 @@ impl Default for CompareSettings {
 
 /// A comparison that cannot be made at all.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// The division.
     #[error(transparent)]

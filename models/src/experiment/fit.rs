@@ -53,6 +53,7 @@ pub struct FittedChannel {
 
 /// Why a recording cannot be fitted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FitChannelsError {
     /// The division.
     #[error(transparent)]

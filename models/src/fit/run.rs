@@ -46,6 +46,7 @@ impl Default for FitOptions {
 
 /// Why a fit is impossible.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum FitError {
     /// Every parameter is fixed.
     #[error("every parameter is fixed, there is nothing to fit")]

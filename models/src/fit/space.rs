@@ -7,6 +7,7 @@ use crate::numeric::{Dual, Real, Scalar};
 
 /// Why parameters cannot be fitted as asked.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SpaceError {
     /// No parameter of that name.
     #[error("no parameter is called `{name}`; there are {known}")]

@@ -7,6 +7,7 @@ use super::plot::{Mark, Plot};
 
 /// A picture that could not be drawn.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PlotError {
     /// No finite point in any series.
     #[error("plot \"{title}\": there is nothing to draw: no series holds a finite value")]

@@ -6,6 +6,7 @@ use crate::store::StoreError;
 
 /// A simulation that is not possible.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SimulationError {
     /// The parameter file.
     #[error(transparent)]

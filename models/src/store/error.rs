@@ -5,6 +5,7 @@ use crate::rig::RigError;
 
 /// A parameter file that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StoreError {
     /// The file could not be opened.
     #[error("{file}: cannot be opened: {source}")]

@@ -17,6 +17,7 @@ const LOOP_STEP_S: f64 = 0.0025;
 
 /// Why a recording cannot be watched.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum WatchError {
     /// The calibrated model, or what it lacks in the recording.
     #[error(transparent)]

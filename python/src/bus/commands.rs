@@ -72,11 +72,8 @@ fn of_board(board: u8, kpa: &[f64], rules: &Rules) -> PyResult<[Counts; CHANNELS
         limits
             .check(board, channel, *kpa)
             .map_err(|refused| CommandError::new_err(format!("{refused}; nothing was sent")))?;
-        let max_kpa = limits.of(board)[channel].max_kpa;
-        if scale.kpa(*slot) > max_kpa && *slot > Counts::ATMOSPHERE {
-            // Rounded to the nearest count, it would be above the limit.
-            *slot = Counts::saturating(slot.get() - 1);
-        }
+        // Rounded to the nearest count, it may be above the limit.
+        *slot = limits.of(board)[channel].highest(scale).min(*slot);
     }
     Ok(counts)
 }

@@ -111,7 +111,7 @@ impl RateGuard {
                 return Err(format!(
                     "board {board}, channel {channel}: from {:.0} to {to:.0} kPa at once is faster than its limit of {rate} kPa/s; \
                      nothing was sent. poll() ramps; by hand, change it in steps",
-                    from.max(0.0)
+                    scale.command_kpa(before[channel])
                 ));
             }
         }

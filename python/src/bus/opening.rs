@@ -2,11 +2,12 @@
 
 use super::baud::Baud;
 use super::guard::{self, Rules};
-use super::port::{Timing, bus_options};
+use super::port::bus_options;
 use crate::errors::{self, CommandError};
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::poller::LineRatePolicy;
 use pneudrive_host::rig::{self, Rig};
+use pneudrive_virtual::Timing;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use std::ffi::CString;

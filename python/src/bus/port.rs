@@ -6,15 +6,9 @@ use crate::errors::{self, CommandError};
 use pneudrive_host::bus::{BusOptions, EchoMode};
 use pneudrive_host::line::{OpenError, SerialOptions, SerialPort};
 use pneudrive_protocol::Baud;
+use pneudrive_virtual::{Timing, VirtualBoards, VirtualError, VirtualOptions, is_sim};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
-
-/// Whether the bytes of virtual boards take as long as on a wire.
-#[derive(Debug, Clone, Copy)]
-pub enum Timing {
-    Wire,
-    Instant,
-}
 
 /// Where the boards are.
 pub struct Port {
@@ -25,15 +19,16 @@ pub struct Port {
 }
 
 impl Port {
-    /// The name that means virtual boards.
-    pub const SIM: &'static str = "sim";
-
     /// Starts virtual boards if `port` is `"sim"`; opens nothing yet.
     pub fn new(port: PathBuf, devices: u16, options: BusOptions, timing: Timing) -> PyResult<Self> {
-        if port.as_os_str() != Self::SIM {
+        if !is_sim(&port) {
             return Ok(Self { path: port, options, _boards: None });
         }
-        let boards = VirtualBoards::start(devices, options.baud, timing)?;
+        let wanted = VirtualOptions { timing, ..VirtualOptions::new(devices, options.baud) };
+        let boards = VirtualBoards::start(&wanted).map_err(|error| match error {
+            VirtualError::NotBuilt => errors::PortError::new_err(error.to_string()),
+            other => errors::PneuDriveError::new_err(other.to_string()),
+        })?;
         Ok(Self { path: boards.path().to_owned(), options, _boards: Some(boards) })
     }
 
@@ -60,47 +55,6 @@ impl Port {
     }
 }
 
-/// What stands behind `"sim"`. It is talked to through its pty's bytes only.
-struct VirtualBoards {
-    #[cfg(feature = "sim")]
-    boards: pneudrive_sim::pty::EmbeddedSim,
-}
-
-#[cfg(feature = "sim")]
-impl VirtualBoards {
-    fn start(devices: u16, baud: Baud, timing: Timing) -> PyResult<Self> {
-        use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
-        use pneudrive_sim::rig::{self, RigOptions};
-        let timing = match timing {
-            Timing::Wire => rig::Timing::Wire,
-            Timing::Instant => rig::Timing::Instant,
-        };
-        let rig = RigOptions { boards: usize::from(devices), baud, timing, ..RigOptions::default() };
-        let rig = rig.with_all_sensors();
-        let options = PtyOptions { past_power_up: true, ..PtyOptions::default() };
-        let boards = EmbeddedSim::start(&rig, &options)
-            .map_err(|error| errors::PneuDriveError::new_err(format!("virtual boards: {error}")))?;
-        Ok(Self { boards })
-    }
-
-    fn path(&self) -> &Path {
-        self.boards.path()
-    }
-}
-
-#[cfg(not(feature = "sim"))]
-impl VirtualBoards {
-    fn start(_: u16, _: Baud, _: Timing) -> PyResult<Self> {
-        Err(errors::PortError::new_err(
-            "this pneudrive_py was built without virtual boards (feature `sim`); start pneudrive-sim and pass its port",
-        ))
-    }
-
-    fn path(&self) -> &Path {
-        Path::new(Port::SIM)
-    }
-}
-
 /// The bus settings that the arguments of `PressureController` mean.
 pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
     let mut options = BusOptions {
@@ -108,7 +62,7 @@ pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<B
         echo: EchoMode::Detect { unused_board: u8::MAX },
         ..BusOptions::default()
     };
-    if port.as_os_str() == Port::SIM {
+    if is_sim(port) {
         options.answer_allowance_ns = BusOptions::VIRTUAL_ALLOWANCE_NS;
     }
     if let Some(timeout_s) = timeout_s {

@@ -105,7 +105,7 @@ impl Session {
         let observers: Vec<Box<dyn host::Observer>> =
             vec![Box::new(history.writer(rules.calibration.clone()))];
         let poller = host::Poller::start(bus, options, source, observers)
-            .map_err(|error| PneuDriveError::new_err(format!("no thread for the poller: {error}")))?;
+            .map_err(|error| PneuDriveError::new_err(error.to_string()))?;
         let run = Run { poller: Some(poller), end: None, statistics: Arc::default(), told: false };
         Ok(Arc::new(Self {
             owner: Owner::this_process(),
@@ -191,8 +191,8 @@ impl Session {
         }
         let (poller, statistics) = (run.poller.take(), Arc::clone(&run.statistics));
         let ending = Ending::start(move || {
-            let finished = poller.and_then(host::Poller::stop);
-            let Some(finished) = finished else {
+            let finished = poller.map(host::Poller::stop);
+            let Some(Ok(finished)) = finished else {
                 let failure = Some("the polling thread failed".to_owned());
                 return Vented { silent: Vec::new(), failure };
             };

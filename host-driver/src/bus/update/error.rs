@@ -9,6 +9,7 @@ use thiserror::Error;
 /// A board that was not updated. It goes on with the program that it had, except where
 /// [`Lost`](Self::Lost) says otherwise.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum UpdateError {
     /// It could not be asked.
     #[error(transparent)]

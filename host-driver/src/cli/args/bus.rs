@@ -2,7 +2,7 @@
 
 use super::values::{baud, devices, seconds, spin, unit};
 use clap::{Args, ValueEnum};
-use pneudrive_host::bus::FrameMode;
+use pneudrive_host::bus::{BusOptions, FrameMode};
 use pneudrive_host::line::Spin;
 use pneudrive_host::poller::{BaudChoice, LineRatePolicy};
 use pneudrive_host::real_time::RealTime;
@@ -11,8 +11,9 @@ use std::path::PathBuf;
 
 /// Heading of what is rarely needed.
 const TIMING: &str = "Bus and scheduler";
-#[cfg(feature = "sim")]
 const SIM: &str = "Virtual boards (--port sim)";
+/// Help does not name what the program was built without.
+const NO_SIM: bool = !cfg!(feature = "sim");
 
 /// What is on the bus.
 #[derive(Debug, Clone, Args)]
@@ -54,7 +55,7 @@ pub struct BusArgs {
     /// How long after its timeout an answer may still come, us: a board that did not answer in
     /// unchecked packets is left alone for so long, until 100 answers have told how late it really
     /// is
-    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
+    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = BusOptions::LATE_ANSWER_LIMIT_NS / 1_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
     pub late_us: u64,
     /// How long to wait for boards at the start, s
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "S", default_value_t = 2.0, value_parser = seconds)]
@@ -86,18 +87,15 @@ pub struct BusArgs {
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "N")]
     pub pin_core: Option<usize>,
     /// When the virtual boards' bytes appear
-    #[cfg(feature = "sim")]
-    #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_enum, default_value_t = SimTiming::Wire)]
+    #[arg(long, global = true, hide_short_help = true, hide = NO_SIM, help_heading = SIM, value_enum, default_value_t = SimTiming::Wire)]
     pub timing: SimTiming,
     /// How long the virtual boards think before they answer, us (with --timing wire); the firmware
     /// needs about 15
-    #[cfg(feature = "sim")]
-    #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    #[arg(long, global = true, hide_short_help = true, hide = NO_SIM, help_heading = SIM, value_name = "US", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=100_000))]
     pub turnaround_us: u64,
     /// Virtual boards that behave as the published PneuDrive firmware does, with its faults:
     /// numbers separated by commas
-    #[cfg(feature = "sim")]
-    #[arg(long, global = true, hide_short_help = true, help_heading = SIM, value_name = "BOARDS", value_delimiter = ',')]
+    #[arg(long, global = true, hide_short_help = true, hide = NO_SIM, help_heading = SIM, value_name = "BOARDS", value_delimiter = ',')]
     pub sim_original: Vec<u8>,
 }
 
@@ -161,7 +159,15 @@ impl From<FramesArg> for FrameMode {
     }
 }
 
-#[cfg(feature = "sim")]
+impl From<SimTiming> for pneudrive_virtual::Timing {
+    fn from(arg: SimTiming) -> Self {
+        match arg {
+            SimTiming::Wire => Self::Wire,
+            SimTiming::Instant => Self::Instant,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SimTiming {
     /// When the line rate would deliver them

@@ -272,25 +272,15 @@ pub struct BenchArgs {
     pub cycles: u32,
     /// Take the pty's round trip off each request (with --port sim): an estimate of a UART, which
     /// has no such detour
-    #[cfg(feature = "sim")]
-    #[arg(long)]
+    #[arg(long, hide = !cfg!(feature = "sim"))]
     pub dated: bool,
-    /// Measure what a watched live page costs: runs of all boards without and with it, in turn
+    /// Measure what a watched live page costs: runs of all boards without and with it, in turn. For
+    /// developers of the page: docs/web.md
     #[cfg(feature = "web")]
-    #[arg(long)]
+    #[arg(long, hide = true)]
     pub web: bool,
     /// Such pairs of runs
     #[cfg(feature = "web")]
-    #[arg(long, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
+    #[arg(long, hide = true, value_name = "N", requires = "web", default_value_t = 10, value_parser = clap::value_parser!(u32).range(2..=1_000))]
     pub pairs: u32,
-}
-
-impl BenchArgs {
-    /// Whether virtual boards date requests back.
-    pub fn dated(&self) -> bool {
-        #[cfg(feature = "sim")]
-        return self.dated;
-        #[cfg(not(feature = "sim"))]
-        return false;
-    }
 }

@@ -5,8 +5,6 @@ mod commands;
 mod run;
 mod values;
 
-#[cfg(feature = "sim")]
-pub use bus::SimTiming;
 pub use bus::{BusArgs, EchoArg, SessionsArg};
 pub use commands::{
     BenchArgs, BoardArgs, BoardCommand, BoardSetArgs, BoardStatusArgs, BoardUpdateArgs, CalibrateArgs,
@@ -70,10 +68,34 @@ pub struct Cli {
 mod tests {
     use super::*;
     use clap::CommandFactory;
+    use pneudrive_host::bus::BusOptions;
+    use pneudrive_host::real_time::RealTime;
+    use pneudrive_protocol::Baud;
 
     #[test]
     fn the_arguments_are_consistent() {
         Cli::command().debug_assert();
+    }
+
+    /// Defaults that the program does not know from the arguments alone stand in their text.
+    #[test]
+    fn help_states_the_defaults_that_hold() {
+        let us = |ns: u64| ns / 1_000;
+        let (allowance, virtual_allowance) =
+            (us(BusOptions::ANSWER_ALLOWANCE_NS), us(BusOptions::VIRTUAL_ALLOWANCE_NS));
+        for (argument, text) in [
+            ("allowance_us", format!("[default: {allowance}; {virtual_allowance} for virtual boards")),
+            ("baud", format!("[default: {}]", Baud::ORIGINAL.get())),
+            ("realtime", format!("[without a number: {}]", RealTime::PRIORITY)),
+        ] {
+            let command = Cli::command();
+            let found = command.get_arguments().find(|found| found.get_id() == argument).unwrap();
+            let help = found.get_help().unwrap().to_string();
+            assert!(help.contains(&text), "{argument}: {help}");
+        }
+        let cli = Cli::try_parse_from(["x", "--realtime"]).unwrap();
+        assert_eq!(cli.bus.realtime, Some(RealTime::PRIORITY));
+        assert_eq!(us(BusOptions::default().late_answer_limit_ns), cli.bus.late_us);
     }
 
     #[test]

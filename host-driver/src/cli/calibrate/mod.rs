@@ -62,8 +62,7 @@ pub fn run(args: &BusArgs, calibrate: &CalibrateArgs, setup: &Setup) -> Result<(
         return Err(Failure::running(format!("board {board} is missing: {error}")));
     }
     let points = SetPoints::new(usize::from(devices));
-    let poller = Poller::start(connection.bus, options, Box::new(points.clone()), Vec::new())
-        .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+    let poller = Poller::start(connection.bus, options, Box::new(points.clone()), Vec::new())?;
     let bench = Bench { poller: &poller, points: &points, calibrate, nominal, setup, stop: &stop };
     let done = channels.iter().try_for_each(|&(board, channel)| {
         let sensor = bench.channel(board, channel)?;
@@ -73,7 +72,7 @@ pub fn run(args: &BusArgs, calibrate: &CalibrateArgs, setup: &Setup) -> Result<(
             None => Ok(()),
         }
     });
-    let finished = poller.stop().ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
+    let finished = poller.stop()?;
     connection.behind.end();
     done?;
     concluded(&finished)

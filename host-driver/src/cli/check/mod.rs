@@ -156,6 +156,7 @@ fn test(
     earlier: Option<&Report>,
 ) -> Result<(Vec<BoardReport>, Finished), Failure> {
     const LOOK_EVERY: Duration = Duration::from_millis(20);
+    args.real_time().check()?;
     let stop = StopSignal::install(false)?;
     let Connection { mut bus, behind } = connect(args, devices, &setup.calibration)?;
     let options = PollerOptions {
@@ -179,15 +180,14 @@ fn test(
         checked.join(", "),
         test.seconds()
     );
-    let poller = Poller::start(bus, options, source, vec![watch])
-        .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+    let poller = Poller::start(bus, options, source, vec![watch])?;
     while !poller.is_finished() {
         if stop.came() {
             test.abort("interrupted");
         }
         std::thread::sleep(LOOK_EVERY);
     }
-    let finished = poller.stop().ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
+    let finished = poller.stop()?;
     behind.end();
     Ok((test.reports(earlier), finished))
 }

@@ -107,7 +107,7 @@ fn measure(
     while !poller.is_finished() && !stop.came() {
         std::thread::sleep(Duration::from_millis(20));
     }
-    let finished = poller.stop().ok_or_else(|| Failure::running("the bus thread panicked; see above"))?;
+    let finished = poller.stop()?;
     behind.end();
     let pictures = match page {
         Some((server, watcher)) => {
@@ -138,8 +138,7 @@ fn start(
     let clock = bus.line().clock();
     let boards = options.boards.clone();
     let source = Box::new(Counted { left: cycles });
-    let poller = Poller::start(bus, options, source, Vec::new())
-        .map_err(|error| Failure::running(format!("no thread for the bus: {error}")))?;
+    let poller = Poller::start(bus, options, source, Vec::new())?;
     if !watched {
         return Ok((poller, None));
     }

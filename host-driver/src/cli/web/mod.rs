@@ -84,6 +84,17 @@ fn labels(setup: &Setup, boards: &[u8], limits: &Limits) -> Labels {
     Labels { unit, boards: boards.iter().map(board).collect() }
 }
 
+/// The highest pressure of the page, kPa. The default is no more than the sensors can measure; more
+/// than that, asked for, is refused.
+fn control_limit(asked_kpa: f64, full_scale_kpa: f64) -> Result<f64, Failure> {
+    if asked_kpa > full_scale_kpa && asked_kpa.total_cmp(&WebArgs::CONTROL_LIMIT_KPA).is_ne() {
+        return Err(Failure::input(format!(
+            "--control-limit {asked_kpa}: at most {full_scale_kpa:.1} kPa, the full scale of the boards' sensors"
+        )));
+    }
+    Ok(asked_kpa.min(full_scale_kpa))
+}
+
 /// The page's sliders end at the highest pressure that any channel may be commanded.
 fn control(
     args: &WebArgs,
@@ -105,7 +116,8 @@ fn control(
     let deadman = args.web_deadman.map(Duration::from_secs_f64);
     let channels = boards.iter().flat_map(|board| limits.of(*board));
     let highest_kpa = channels.map(|limit| limit.max_kpa).fold(0.0, f64::max);
-    let limit_kpa = args.control_limit.min(highest_kpa).min(setup.calibration.full_scale_kpa(boards));
+    let limit_kpa = control_limit(args.control_limit, setup.calibration.full_scale_kpa(boards))?;
+    let limit_kpa = limit_kpa.min(highest_kpa);
     Ok(Some(Control { token, limit_kpa, deadman }))
 }
 

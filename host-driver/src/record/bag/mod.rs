@@ -30,8 +30,8 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use metadata::Extent;
 use pipe::Pipe;
-use pneudrive_protocol::CHANNELS;
 use pneudrive_protocol::pages::Drives;
+use pneudrive_protocol::{CHANNELS, SensorScale};
 use serde::Serialize;
 use std::io;
 use topics::{BoardTopics, Channel, Topic};
@@ -52,7 +52,9 @@ pub(super) struct Bag {
 
 struct Bus {
     unix_offset_ns: u64,
-    /// kPa of each code.
+    /// kPa of each code, as a command.
+    command_kpa: Codes<f64>,
+    /// kPa of each code, as a reading.
     kpa: Codes<f64>,
     boards: Vec<BoardTopics>,
 }
@@ -87,8 +89,9 @@ impl Bag {
                     BoardTopics::add(&mut writer, prefix, joint, index, &names, recorder.pages)
                 });
                 let boards = boards.collect::<Result<_, _>>().map_err(explain)?;
-                let kpa = Codes::new(&bus.boards, calibration, |kpa| kpa);
-                Ok(Bus { unix_offset_ns: bus.unix_offset_ns, kpa, boards })
+                let command_kpa = Codes::new(&bus.boards, calibration, SensorScale::command_kpa);
+                let kpa = Codes::new(&bus.boards, calibration, SensorScale::kpa);
+                Ok(Bus { unix_offset_ns: bus.unix_offset_ns, command_kpa, kpa, boards })
             })
             .collect::<io::Result<_>>()?;
         writer.write_metadata(&metadata::description(description)).map_err(explain)?;
@@ -118,11 +121,10 @@ impl Form for Bag {
             // A board that gave no answer was asked, if at all, after the one before it.
             let mut stamp_ns = at_ns;
             for (index, (topics, sample)) in bus.boards.iter_mut().zip(samples).enumerate() {
-                // The code of 0 kPa lies up to half a count below it, and a command below 0 kPa
-                // does not exist.
                 let kpa = |channel, counts| *bus.kpa.get(index, channel, counts);
-                let command: [f64; CHANNELS] =
-                    std::array::from_fn(|channel| kpa(channel, sample.command[channel]).max(0.0));
+                let command: [f64; CHANNELS] = std::array::from_fn(|channel| {
+                    *bus.command_kpa.get(index, channel, sample.command[channel])
+                });
                 stamp_ns = sample.answer.map_or(stamp_ns, |answer| answer.asked_ns);
                 let stamp = Time::from_unix_ns(stamp_ns + bus.unix_offset_ns);
                 if topics.last_command != Some(sample.command) {

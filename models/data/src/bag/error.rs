@@ -1,5 +1,6 @@
 /// What is wrong with a bag.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BagError {
     /// Not a single message can be read.
     #[error("no message can be read: {reason}; the file may be cut off or damaged, copy it again")]

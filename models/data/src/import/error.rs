@@ -4,6 +4,7 @@ use crate::DataError;
 
 /// A mapping that cannot be understood or a foreign file that does not fit it.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// Reading or writing failed.
     #[error(transparent)]

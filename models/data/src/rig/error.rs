@@ -4,6 +4,7 @@ use pneudrive_rig::RigError as RigFileError;
 
 /// A rig file that cannot be used, or that lacks what is asked of it.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RigError {
     /// The file: it names the line, the key and what is expected.
     #[error(transparent)]

@@ -42,6 +42,7 @@ impl BatchUnit {
 
 /// Why a batch cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BatchError {
     /// Jobs and inputs are not equally many.
     #[error("{jobs} rollouts, but inputs of {inputs}")]

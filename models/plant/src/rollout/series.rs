@@ -8,6 +8,7 @@ use crate::model::column;
 
 /// Why inputs cannot be simulated.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum SeriesError {
     /// The tables do not have the same number of rows.
     #[error("{inputs} rows of inputs, but {measured} of measurements and {weights} of weights")]

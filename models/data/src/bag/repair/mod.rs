@@ -28,6 +28,7 @@ pub struct Repaired {
 
 /// A bag that cannot be repaired.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RepairError {
     /// The bag cannot be read at all.
     #[error("{file}: {reason}")]
