@@ -83,6 +83,14 @@ pub fn is_large(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
     kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
 }
 
+/// Is much unexplained, too, where a loop that hunts takes up much of it?
+#[must_use]
+pub fn leaves_much(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
+    let hunting = channels.iter().zip(stages).any(|(data, stage)| hunts(data, &stage.model));
+    let large = if hunting { SETTINGS.large_error_limit_cycle } else { SETTINGS.large_error };
+    kept_total(channels, stages) > large * open_rows(channels)
+}
+
 /// Do names that leave more than that part of a large error only imitate what is not in the
 /// catalogue?
 #[must_use]
@@ -94,11 +102,9 @@ pub fn forced(
 ) -> bool {
     let roughly = named.iter().any(|&effect| roughly_timed(effect));
     let most = if roughly { SETTINGS.forced_roughly_timed } else { SETTINGS.forced };
-    let hunting = channels.iter().zip(last).any(|(data, stage)| hunts(data, &stage.model));
-    let large = if hunting { SETTINGS.large_error_limit_cycle } else { SETTINGS.large_error };
     let rows = open_rows(channels);
     let (before, after) = (kept_total(channels, first) / rows, kept_total(channels, last) / rows);
-    after > large && after - 1.0 > most * (before - 1.0)
+    leaves_much(channels, last) && after - 1.0 > most * (before - 1.0)
 }
 
 /// Do the rows of a channel show an effect by themselves? Then it is there, whatever else is

@@ -1,6 +1,6 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
-use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total};
+use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much};
 use super::elimination::eliminate;
 use super::racing::{Considered, Raced, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
@@ -66,12 +66,20 @@ pub fn search(
     let rules = Rules { question, harmless: false };
     name(channels, (&first, &mut stages), rules, &mut named, progress);
     // What takes up any error, like a spool that sticks, may have been named in place of what is
-    // there, and everything would be taken back.
-    if named.harmful {
+    // there, and everything would be taken back. Where it leaves little, it may be what is there.
+    if let Some(left) = named.harmful {
         progress("trying the catalogue again without what makes the simulation worse", 0);
-        (stages, named.causes, named.withheld) = (first.clone(), Vec::new(), None);
+        let mut again = first.clone();
+        (named.causes, named.withheld) = (Vec::new(), None);
         share_draws(channels, &base);
-        name(channels, (&first, &mut stages), Rules { harmless: true, ..rules }, &mut named, progress);
+        name(channels, (&first, &mut again), Rules { harmless: true, ..rules }, &mut named, progress);
+        // What explains less only has a part of what harms and may be there.
+        if kept_total(channels, &again) < left {
+            stages = again;
+        } else {
+            (stages, named.causes) = (first.clone(), Vec::new());
+            share_draws(channels, &base);
+        }
     }
     if named.withheld.is_none() && !fixed && is_large(channels, &stages) {
         progress("trying the catalogue afresh", 0);
@@ -104,8 +112,9 @@ struct Named {
     rounds: Vec<Vec<Considered>>,
     explanations: Vec<Explanation>,
     withheld: Option<Withheld>,
-    /// Did all names together, before any was taken back, make rollouts worse?
-    harmful: bool,
+    /// Squared whitened error on the open blocks that all names together left, before any was taken
+    /// back, where they made rollouts worse and that is much.
+    harmful: Option<f64>,
 }
 
 /// What may be named.
@@ -188,7 +197,9 @@ fn name(
         cause.equivalent.retain(|e| !named.contains(e));
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
-    *harmful = causes.iter().any(|c| !is_shown(channels, c.effect)) && harms(channels, first, stages);
+    let found = causes.iter().any(|c| !is_shown(channels, c.effect));
+    let harmed = found && leaves_much(channels, stages) && harms(channels, first, stages);
+    *harmful = harmed.then(|| kept_total(channels, stages));
     if !causes.is_empty() && forced(channels, first, stages, &named) {
         keep_shown(channels, (first, stages), causes, fixed);
     }
