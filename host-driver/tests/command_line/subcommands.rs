@@ -76,6 +76,9 @@ fn bench_prints_a_row_for_each_number_of_boards() {
     assert!(runs.iter().all(|run| run["cycles"] == 50), "{stdout}");
     assert_eq!(runs[1]["wire_limit_hz"], 2500.0);
     for run in runs {
+        for name in ["core_wait_share", "other_programs_share"] {
+            assert!(run[name].as_f64().is_none_or(|share| (0.0..=1.1).contains(&share)), "{name}: {stdout}");
+        }
         let bins = run["round_trip_us"].as_array().unwrap();
         let counted = bins.iter().map(|bin| bin["count"].as_u64().unwrap()).sum::<u64>();
         assert_eq!(counted, run["exchanges"].as_u64().unwrap() - run["lost"].as_u64().unwrap(), "{stdout}");
