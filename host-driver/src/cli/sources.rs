@@ -63,7 +63,11 @@ pub fn source(
             } else {
                 Trajectory::read(path, set_points.len(), calibration.clone())
             };
-            let mut trajectory = read.map_err(Failure::input)?;
+            let mut trajectory = read.map_err(|error| {
+                let is_missing = path.as_os_str() != "-" && !path.exists();
+                let hint = if is_missing { "; `pneudrive-host generate` makes trajectories" } else { "" };
+                Failure::input(format!("{error}{hint}"))
+            })?;
             if !trajectory.ignored().is_empty() {
                 let (file, names) = (path.display(), trajectory.ignored().join(", "));
                 errln!("warning: {file}: ignored, for they are no commands (b{{n}}_cmd{{k}}_kpa): {names}");
