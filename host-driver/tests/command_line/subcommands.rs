@@ -26,6 +26,7 @@ fn ping_names_each_board() {
     let patient = ["-n", "3", "--wait", "0.2", "--count", "5", "--allowance-us", "20000"];
     let (code, stdout, stderr) = run(&[&["ping", "--port", port][..], &patient].concat());
     assert_eq!(code, Some(1));
+    assert!(stdout.starts_with(&format!("port {port}\n")), "{stdout}");
     assert!(stdout.contains("board 1: ") && stdout.contains("-0.3 -0.3 -0.3 -0.3 kPa"), "{stdout}");
     assert!(
         stdout.contains("board 2: 0 of 5 answered\n  last error: board 2 (0xFFFD): no answer"),
@@ -135,6 +136,9 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     assert_eq!(code, Some(0), "{stderr}");
     assert!(stdout.contains("board(s) 0, 1 on "), "{stdout}");
     let text = fs::read_to_string(&file).unwrap();
+    for name in ["left", "right", "front", "back"] {
+        assert_eq!(text.matches(&format!("# name = \"{name}\"")).count(), 2, "one a board: {text}");
+    }
     assert!(text.contains("unit = \"psi\"") && text.contains("boards = 2"), "{text}");
     let (code, stdout, stderr) =
         run(&["--rig", path, "--duration", "0.2", "--json", "--echo", "absent", "--allowance-us", "1000000"]);
