@@ -34,6 +34,8 @@ pub enum NoticeKind {
     LineBack,
     /// The host stood still.
     Stalled,
+    /// Boards were not heard for so long that they are sent 0 kPa until they answer.
+    Paused,
     /// Nobody renews the commands.
     CommandsStale,
     /// The commands are renewed again.
@@ -84,6 +86,7 @@ impl NoticeKind {
             Self::LineNotBack => "line_not_back",
             Self::LineBack => "line_back",
             Self::Stalled => "stalled",
+            Self::Paused => "paused",
             Self::CommandsStale => "commands_stale",
             Self::CommandsBack => "commands_back",
             Self::CommandLowered => "command_lowered",
@@ -114,6 +117,7 @@ impl NoticeKind {
                 | Self::LineLost
                 | Self::LineNotBack
                 | Self::Stalled
+                | Self::Paused
                 | Self::CommandsStale
                 | Self::NoDrives
                 | Self::NoSensors
@@ -228,6 +232,9 @@ impl Narrator {
                     seconds(*by_ns)
                 ),
             ),
+            Event::Paused { boards, unheard_ns, host_late_ns } => {
+                new(NoticeKind::Paused, paused(boards, *unheard_ns, *host_late_ns))
+            }
             Event::CommandsStale => {
                 new(NoticeKind::CommandsStale, "nobody renews the commands: 0 kPa is commanded".to_owned())
             }
@@ -276,6 +283,20 @@ fn line_lost(error: &LineError, holding: &[u8]) -> String {
     )
 }
 
+fn paused(boards: &[u8], unheard_ns: u64, host_late_ns: Option<u64>) -> String {
+    let why = match host_late_ns {
+        Some(late_ns) => format!("the host was late by {:.2} s, and ", seconds(late_ns)),
+        None => String::new(),
+    };
+    let boards: Vec<_> = boards.iter().map(u8::to_string).collect();
+    format!(
+        "{why}board(s) {} had not answered for {:.2} s and may have vented: 0 kPa was sent, from the next answer on set points \
+         return by a ramp",
+        boards.join(", "),
+        seconds(unheard_ns)
+    )
+}
+
 fn lowered(board: u8, wanted: &BoardCommand, sent: &BoardCommand) -> String {
     let [wanted, sent] = [wanted, sent].map(|command| command[CHANNELS - 1]);
     format!(
@@ -309,6 +330,19 @@ mod tests {
         assert_eq!(tell(BoardState::Missing), None, "once");
         let back = ("board_back", Some(2), "board 2 answers again".to_owned());
         assert_eq!(tell(BoardState::Present), Some(back));
+    }
+
+    #[test]
+    fn a_pause_after_which_zero_kpa_was_sent_is_news() {
+        let event =
+            Event::Paused { boards: &[0, 2], unheard_ns: 430_000_000, host_late_ns: Some(188_000_000) };
+        let notice = Narrator::default().notice(&event).unwrap();
+        assert!(notice.kind.is_warning() && notice.kind.name() == "paused");
+        assert_eq!(
+            notice.text,
+            "the host was late by 0.19 s, and board(s) 0, 2 had not answered for 0.43 s and may have vented: 0 kPa was sent, \
+             from the next answer on set points return by a ramp"
+        );
     }
 
     /// A starved host is no wiring fault.

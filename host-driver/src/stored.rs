@@ -18,7 +18,13 @@ const MCAP: &[u8] = b"\x89MCAP0\r\n";
 
 impl Stored {
     pub(crate) fn open(path: &Path) -> io::Result<Self> {
-        let mut stored = BufReader::new(File::open(path)?);
+        let opened = File::open(path).map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => {
+                io::Error::new(error.kind(), "cannot be opened: there is no such file")
+            }
+            _ => error,
+        });
+        let mut stored = BufReader::new(opened?);
         let head = stored.fill_buf()?;
         let (gzip, zstd, bag) = (head.starts_with(GZIP), head.starts_with(ZSTD), head.starts_with(MCAP));
         // A plain table may have any name; what is no text either was to be something else.

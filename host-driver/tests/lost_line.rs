@@ -254,6 +254,36 @@ fn standing_still_is_told_from_where_set_points_return_by_a_ramp() {
     assert_eq!(after(400), ["stalled for 400 ms"]);
 }
 
+/// Two pauses that are short, one after the other: neither is worth a line, but 0 kPa is sent.
+#[test]
+fn zero_kpa_that_was_sent_for_want_of_answers_is_told() {
+    let told = Told::default();
+    let points = SetPoints::new(2);
+    points.set(0, counts(300)).unwrap();
+    let bus = Bus::new(VirtualLine::new(boards), options()).unwrap();
+    let source = Box::new(points);
+    let mut polling = Polling::new(bus, PollerOptions::for_devices(2), source, vec![Box::new(told.clone())]);
+    run(&mut polling, SECOND / 10);
+    told.take();
+    // The answer is read too late to be believed.
+    polling.bus_mut().line_mut().stops_for_ns = SECOND / 4;
+    let until_ns = polling.bus_mut().line().now_ns() + SECOND / 4;
+    run(&mut polling, until_ns);
+    let due_ns = polling.next_cycle_ns();
+    polling.bus_mut().line_mut().sleep_until(due_ns + SECOND / 5);
+    let sent = polling.bus_mut().line().requests.len();
+    polling.cycle().unwrap();
+    let request = polling.bus_mut().line().requests[sent].1.clone();
+    assert_eq!(Packet::decode(request.as_slice().try_into().unwrap()).unwrap().values, VENTED);
+    let events = told.events();
+    // Board 1 is at 0 kPa all the time.
+    let paused: Vec<_> = events.iter().filter(|event| event.starts_with("Paused { boards: [0], ")).collect();
+    assert_eq!(paused.len(), 1, "{events:?}");
+    let now_ns = polling.bus_mut().line().now_ns();
+    run(&mut polling, now_ns + SECOND);
+    assert!(!told.events().iter().any(|event| event.contains("Paused")));
+}
+
 /// A board that goes missing just after the host stood still is told with that, and a second later
 /// no more.
 #[test]

@@ -1,14 +1,15 @@
 //! The port itself: opening it, and exchanges over a real pty.
 
 use crate::support::pty::PtyBoards;
+use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{
     BoardState, Outcome, Poller, PollerOptions, PollerPanicked, SetPoints, StartError,
 };
 use pneudrive_host::real_time::{RealTime, RealTimeError};
-use pneudrive_protocol::Counts;
+use pneudrive_protocol::{Counts, Echo};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -157,6 +158,37 @@ fn a_snapshot_gives_no_reading_that_is_too_old() {
     assert!(snapshot.reading(0, asked_ns + 1_001, 1_000).is_none());
     assert_eq!(snapshot.reading(1, asked_ns, u64::MAX), None);
     assert!(snapshot.age_ns(clock.now_ns()).is_some_and(|age_ns| age_ns > 0));
+}
+
+/// With fewer boards than are polled, what comes late or damaged from others falls into the time of
+/// one that does not exist.
+#[test]
+fn bytes_that_are_refused_do_not_make_a_board_one_that_is_there() {
+    let options = BusOptions {
+        echo: EchoMode::Known(Echo::Absent),
+        frames: FrameMode::Unchecked,
+        ..BusOptions::default()
+    };
+    let finished = |points: SetPoints| {
+        let line = VirtualLine::new(|_, request| match 0xFF - request[1] {
+            0 => vec![(AT_ONCE, answer(0, 102))],
+            _ => vec![(AT_ONCE, vec![0x11, 0x22, 0x33, 0x44, 0x55])],
+        });
+        let bus = Bus::new(line, options).unwrap();
+        let poller = Poller::start(bus, PollerOptions::for_devices(2), Box::new(points), Vec::new()).unwrap();
+        until("figures", || poller.statistics().is_some_and(|figures| figures.boards[1].rejected > 3));
+        poller.stop().unwrap()
+    };
+    let vented = finished(SetPoints::new(2));
+    assert_eq!((&vented.not_safe[..], &vented.never_heard[..]), (&[1][..], &[1][..]));
+    let said = vented.conclusion();
+    let remark = "board(s) 1 never answered; are there fewer boards than --devices says?";
+    assert_eq!((said.failures.len(), said.remark.as_deref()), (0, Some(remark)));
+    // It may be there and hear: what was sent to it counts.
+    let points = SetPoints::new(2);
+    points.set(1, counts(300)).unwrap();
+    let said = finished(points).conclusion();
+    assert!(said.failures[0].contains("set points were sent to board(s) 1 all the same"), "{said:?}");
 }
 
 #[test]

@@ -39,10 +39,15 @@ impl Terminal {
     }
 
     fn run_as(args: &[&str], folder: &std::path::Path, term: &str) -> Self {
+        Self::run_sized(args, folder, term, [24, 80])
+    }
+
+    fn run_sized(args: &[&str], folder: &std::path::Path, term: &str, size: [u16; 2]) -> Self {
+        let [ws_row, ws_col] = size;
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&master).unwrap();
         unlockpt(&master).unwrap();
-        tcsetwinsize(&master, Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
+        tcsetwinsize(&master, Winsize { ws_row, ws_col, ws_xpixel: 0, ws_ypixel: 0 }).unwrap();
         let name = ptsname(&master, Vec::new()).unwrap();
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let slave: OwnedFd = rustix::fs::open(name.as_c_str(), flags, Mode::empty()).unwrap();
@@ -288,4 +293,20 @@ fn a_dumb_terminal_gets_lines() {
     terminal.wait_for("cycles of 1 board(s)");
     terminal.end();
     boards.stop();
+}
+
+/// One that `script` makes where no person sits in front of it, and which it sends NUL at the end
+/// of its input: that is no Ctrl-Space, which vents.
+#[test]
+fn a_terminal_without_a_size_gets_lines_and_gives_no_keys() {
+    let (boards, args) = boards();
+    let all: Vec<&str> = args.iter().map(String::as_str).chain(["--duration", "1.5"]).collect();
+    let mut terminal = Terminal::run_sized(&all, ".".as_ref(), "xterm-256color", [0, 0]);
+    terminal.wait_for("pressure/command of its four channels, kPa");
+    terminal.press("\0");
+    terminal.wait_for("cycles of 1 board(s)");
+    let shown = terminal.screen.lock().unwrap().screen().contents();
+    assert!(!shown.contains("0 kPa is commanded"), "{shown}");
+    assert!(terminal.end().success());
+    assert!(boards.stop().contains(&(0, counts(511))));
 }

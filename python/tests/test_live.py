@@ -89,13 +89,23 @@ def test_a_recording_is_a_trajectory(controller, tmp_path):
     assert controller.play(tmp_path / "run.csv", 200).join(30.0)
 
 
+def test_columns_that_do_nothing_in_a_trajectory_are_named(controller, tmp_path):
+    columns = {"t_s": [0.0, 0.1], "b0_cmd0_kpa": [10.0, 20.0], "bend, deg": [1.0, 2.0]}
+    with pytest.warns(UserWarning, match="ignored, .*: bend, deg$"):
+        assert controller.play(columns, 200).join(30.0)
+    (tmp_path / "run.csv").write_text("t_s,b0_cmd0_kpa,note\n0,10,a\n0.1,20,b\n")
+    with pytest.warns(UserWarning, match="ignored, .*: note$"):
+        assert controller.play(tmp_path / "run.csv", 200).join(30.0)
+
+
 def test_trajectories_that_cannot_be_played(controller, tmp_path):
     with pytest.raises(DataError, match="t_s"):
         controller.play({"b0_cmd0_kpa": [1.0]})
     with pytest.raises(FileError, match="missing.csv"):
         controller.play(tmp_path / "missing.csv")
-    with pytest.raises(DataError, match="column b0_cmd_1_kpa: commands are called"):
-        controller.play({"t_s": [0.0, 1.0], "b0_cmd0_kpa": [1.0, 2.0], "b0_cmd_1_kpa": [1.0, 2.0]})
+    for misspelt in ["b0_cmd_1_kpa", "b0_cdm1_kpa"]:
+        with pytest.raises(DataError, match=f"column {misspelt} is not one .* did you mean b0_cmd1_kpa"):
+            controller.play({"t_s": [0.0, 1.0], "b0_cmd0_kpa": [1.0, 2.0], misspelt: [1.0, 2.0]})
     with pytest.raises(DataError, match="column b7_cmd0_kpa: there are boards 0 to 1, .*; see num_devices$"):
         controller.play({"t_s": [0.0, 1.0], "b7_cmd0_kpa": [1.0, 2.0]})
     with pytest.raises(CommandError, match="interpolation"):

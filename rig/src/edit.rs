@@ -4,6 +4,9 @@ use crate::{Rig, RigError, Sensor, Unit};
 use std::fmt::Write as _;
 use toml_edit::{DocumentMut, Item, Table, value};
 
+/// What a board's channels may be called, in comments of a new file.
+const EXAMPLES: [&str; crate::CHANNELS] = ["left", "right", "front", "back"];
+
 /// A rig file to be written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRig {
@@ -72,8 +75,8 @@ filter = 0.8203125
                 "\n[boards.{board}]                      # {}\n# name = \"shoulder\"\n",
                 known.replace(char::is_control, " ")
             );
-            for channel in 0..crate::CHANNELS {
-                let _ = writeln!(text, "[boards.{board}.channels.{channel}]\n# name = \"left\"");
+            for (channel, example) in EXAMPLES.iter().enumerate() {
+                let _ = writeln!(text, "[boards.{board}.channels.{channel}]\n# name = \"{example}\"");
             }
         }
         text

@@ -24,6 +24,12 @@ pub enum RigError {
         /// What the TOML reader said.
         problem: String,
     },
+    /// It is a table of numbers.
+    #[error("{file}: expected a rig file (TOML), and this is a table, such as a recording or a trajectory")]
+    Recording {
+        /// The file.
+        file: String,
+    },
     /// A table or key that means nothing.
     #[error("{file}:{line}: unknown {what} {path}; {advice}")]
     Unknown {
@@ -71,7 +77,7 @@ impl RigError {
     #[must_use]
     pub fn sentence(&self) -> String {
         let place = match self {
-            Self::Open { file, .. } => format!("{file}: "),
+            Self::Open { file, .. } | Self::Recording { file } => format!("{file}: "),
             Self::Syntax { file, line, .. }
             | Self::Unknown { file, line, .. }
             | Self::Value { file, line, .. }

@@ -23,11 +23,14 @@ pub(crate) enum Value {
 /// Reads and checks `text`, or what stands in one table of it; `file` is its name in messages.
 pub(crate) fn read(file: &str, text: &str, inside: Option<&str>) -> Result<Content, RigError> {
     let reader = Reader { file, text };
-    let root = DeTable::parse(text).map_err(|error| RigError::Syntax {
-        file: file.to_owned(),
-        line: error.span().map_or(1, |span| reader.line(span.start)),
-        // TOML's messages may have several lines.
-        problem: error.message().split('\n').collect::<Vec<_>>().join(", "),
+    let root = DeTable::parse(text).map_err(|error| match is_table(text) {
+        true => RigError::Recording { file: file.to_owned() },
+        false => RigError::Syntax {
+            file: file.to_owned(),
+            line: error.span().map_or(1, |span| reader.line(span.start)),
+            // TOML's messages may have several lines.
+            problem: error.message().split('\n').collect::<Vec<_>>().join(", "),
+        },
     })?;
     let mut content = Content::default();
     let root = match inside {
@@ -46,6 +49,12 @@ pub(crate) fn read(file: &str, text: &str, inside: Option<&str>) -> Result<Conte
     };
     reader.table(&FILE, "", root, &mut content)?;
     Ok(content)
+}
+
+/// Whether text that is no TOML is CSV: its first line, below comments, is a header.
+fn is_table(text: &str) -> bool {
+    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    header.is_some_and(|header| header.contains(',') && !header.contains(['=', '[']))
 }
 
 struct Reader<'a> {

@@ -68,7 +68,7 @@ impl Rig {
     pub fn load(path: &Path) -> Result<Self, RigError> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
-            .map_err(|error| RigError::Open { file: file.clone(), error: unread(&error) })?;
+            .map_err(|error| RigError::Open { file: file.clone(), error: unread(path, &error) })?;
         Self::parse(&file, &text)
     }
 
@@ -235,8 +235,13 @@ fn places(board: u8, channel: usize) -> [String; 3] {
 }
 
 /// Recordings and other files that are no text are given as rig files now and then.
-fn unread(error: &std::io::Error) -> String {
+fn unread(path: &Path, error: &std::io::Error) -> String {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::InvalidData if ["gz", "zst", "mcap"].contains(&ending) => {
+            "expected a rig file (TOML), and this is a recording by its name".to_owned()
+        }
         std::io::ErrorKind::InvalidData => "that is no text; a rig file is TOML".to_owned(),
         _ => error.to_string(),
     }

@@ -291,7 +291,7 @@ def test_set_points_vent_when_the_operators_page_is_closed(start, visit):
     until_pressure(other, "0.0", "kpa > 70")
     # It stays as long as the page is there, which is longer than the limit.
     other.wait_for_function("() => page.picture.t > window.since + 10 || ((window.since ??= page.picture.t), false)")
-    expect(other.locator("#commanding")).to_have_text("set points")
+    expect(other.locator("#commanding")).to_have_text("by hand")
     page.close()
     expect(other.locator("#vent")).to_have_text("VENTED")
     expect(other.locator("#log")).to_contain_text("because the operator's page has been gone for")
@@ -308,7 +308,7 @@ def test_the_operator_may_ask_for_the_deadman(start, visit):
     expect(page.locator("#deadman-text")).not_to_contain_text("(on)")
     page.close()
     other.wait_for_function("() => page.picture.t > window.then + 5 || ((window.then ??= page.picture.t), false)")
-    expect(other.locator("#commanding")).to_have_text("set points")
+    expect(other.locator("#commanding")).to_have_text("by hand")
     assert not any(re.search("vented", line) for line in run.host.lines)
 
 

@@ -132,7 +132,9 @@ def test_vent_vents_and_every_client_sees_it(start, visit):
     # No token was given to anybody.
     two.locator("#vent").tap()
     for page in (one, two):
-        expect(page.locator("#banner")).to_contain_text("VENTED: 0 kPa is commanded to all chambers until the run ends")
+        expect(page.locator("#banner")).to_contain_text(
+            "VENTED: 0 kPa is commanded to all boards until they are released. This page cannot release them"
+        )
         expect(page.locator("#vent")).to_have_text("VENTED")
         expect(page.locator("#link")).to_have_text("VENTED")
         expect(page).to_have_title("VENTED - PneuDrive " + run.port)
@@ -160,7 +162,7 @@ def test_vent_beats_a_trajectory(start, visit, tmp_path):
     until_pressure(page, "0.0", "kpa < 8")
     page.locator("#release").click()
     # What the trajectory would command now does not come back.
-    expect(page.locator("#commanding")).to_have_text("set points")
+    expect(page.locator("#commanding")).to_have_text("by hand")
     arm.click()
     expect(number).to_be_enabled()
     expect(page.locator("[data-chamber='0.0'] .set")).to_have_text("command 0.0")
@@ -254,7 +256,7 @@ def test_a_foreign_page_can_do_nothing(start, visit, tmp_path):
         server.shutdown()
     assert reached == "not readable"
     page = visit(run.url)
-    expect(page.locator("#commanding")).to_have_text("set points")
+    expect(page.locator("#commanding")).to_have_text("by hand")
     until_pressure(page, "0.0", "kpa > 80")
 
 

@@ -29,11 +29,11 @@ function condition() {
   if (recorded && away.length) return is("warn", "recording: no answer", "In the recording " + names(away) + " did not answer here.");
   if (away.length === picture.boards.length) return is("bad", "bus dead", "The bus is dead: no board answers. " + DEAD);
   if (picture.commanding === "vented") {
-    const until = page.hello.control_limit_kpa === null
-      ? "the run ends (this page cannot release them)." : "they are released with the token.";
+    const release = page.hello.control_limit_kpa === null
+      ? ". This page cannot release them (--allow-control lets it)." : " with the token.";
     const returns = picture.returns ? " A release returns to the set points of before, by a ramp." : "";
     const missing = away.length ? " Not answering: " + names(away) + "; without a host they hold, then vent." : "";
-    return is("bad", "VENTED", "VENTED: 0 kPa is commanded to all chambers until " + until + returns + missing);
+    return is("bad", "VENTED", "VENTED: 0 kPa is commanded to all boards until they are released" + release + returns + missing);
   }
   if (page.behind > 1) return is("warn", "slow", "Slow connection: this picture is " + page.behind.toFixed(1) + " s old.");
   if (away.length) return is("bad", names(away) + " missing");

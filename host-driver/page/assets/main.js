@@ -4,6 +4,8 @@ const at = (id) => document.getElementById(id);
 // Exchanges lost from this share on are marked; fewer cost a reading now and then, and healthy
 // boards lose some on a busy machine.
 const LOST_SHARE = 0.01;
+// Who gives the set points, as people call it.
+const COMMANDING = { "set points": "by hand", recording: "recorded" };
 const page = { hello: null, boards: [], history: null, picture: null, heard: -Infinity, ended: null, ahead: Infinity, venting: null, hovered: null, recordingFailed: null };
 
 // `time` is that of the run.
@@ -128,7 +130,7 @@ function draw(now) {
   document.body.classList.toggle("old", Boolean(picture) && !live);
   if (!picture) return;
   at("hz").textContent = live && picture.hz !== null ? picture.hz.toFixed(picture.hz < 100 ? 1 : 0) + " Hz" : "-";
-  at("commanding").textContent = picture.commanding;
+  at("commanding").textContent = COMMANDING[picture.commanding] ?? picture.commanding;
   at("commanding").className = picture.commanding === "vented" ? "bad" : "";
   at("time").textContent = duration(picture.t);
   at("vent").hidden = picture.commanding === "recording";

@@ -252,6 +252,12 @@ impl<L: Line> Bus<L> {
         self.peers[usize::from(board)].counters()
     }
 
+    /// Whether an answer of `board` was ever accepted. What is damaged or comes late does not tell
+    /// whose it is: that of another board can fall into the time of one that does not exist.
+    pub fn was_seen(&self, board: u8) -> bool {
+        self.peers[usize::from(board)].was_seen()
+    }
+
     /// Bytes heard while nobody had been asked.
     pub fn unsolicited_bytes(&self) -> u64 {
         self.unsolicited_bytes

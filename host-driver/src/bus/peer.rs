@@ -41,11 +41,6 @@ impl Counters {
         self.asked - self.answered
     }
 
-    /// Whether anything ever came that may be of this board, damaged or late as it may have been.
-    pub fn was_heard(&self) -> bool {
-        self.answered + self.garbled + self.stale + self.late + self.pages_answered > 0
-    }
-
     /// Answers that came and were not accepted: damaged, or late. One that came while another board
     /// was asked counts with the board that sent it.
     pub fn rejected(&self) -> u64 {
@@ -77,6 +72,8 @@ pub(super) struct Peer {
     prompt: u32,
     /// It has been sent a command of more than 0 kPa, whether or not it obeyed.
     pressurised: bool,
+    /// An answer of it was accepted, of whatever kind.
+    seen: bool,
 }
 
 impl Peer {
@@ -103,14 +100,16 @@ impl Peer {
             early: 0,
             prompt: 0,
             pressurised: false,
+            seen: false,
         }
     }
 
-    /// Forgets everything but the counters, and that it may hold a set point.
+    /// Forgets everything but the counters, that it is there, and that it may hold a set point.
     pub(super) fn renew(&mut self, dialect: Dialect, sessions: bool) {
         *self = Self {
             counters: self.counters,
             pressurised: self.pressurised,
+            seen: self.seen,
             ..Self::new(self.usual_late_limit_ns, dialect, sessions)
         };
     }
@@ -129,6 +128,16 @@ impl Peer {
         self.pressurised
     }
 
+    /// An answer of it was accepted.
+    pub(super) fn note_presence(&mut self) {
+        self.seen = true;
+    }
+
+    /// Whether an answer of it was ever accepted.
+    pub(super) fn was_seen(&self) -> bool {
+        self.seen
+    }
+
     /// Until when the board is to be left alone, ns.
     pub(super) fn quiet_until_ns(&self) -> u64 {
         self.quiet_until_ns
@@ -138,6 +147,7 @@ impl Peer {
     pub(super) fn asked_for_page(&mut self, answered: bool) {
         self.counters.pages_asked += 1;
         self.counters.pages_answered += u64::from(answered);
+        self.seen |= answered;
     }
 
     /// It answered a request in `format`, so long after it.
@@ -151,6 +161,7 @@ impl Peer {
         self.early = 0;
         self.counters.asked += 1;
         self.counters.answered += 1;
+        self.seen = true;
         self.owes_since_ns = None;
         self.prompt = self.prompt.saturating_add(1);
         if self.prompt >= Self::FORGIVEN_AFTER {

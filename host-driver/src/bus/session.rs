@@ -156,7 +156,11 @@ impl<L: Line> Bus<L> {
         let sequence = self.peers[usize::from(board)].dialect.next_sequence();
         let result = self.transact(Question::Page(PageRequest::new(address, entry, sequence)));
         let now_ns = self.line.now_ns();
-        let session = &mut self.peers[usize::from(board)].session;
+        let peer = &mut self.peers[usize::from(board)];
+        if result.is_ok() {
+            peer.note_presence();
+        }
+        let session = &mut peer.session;
         match result.map(|answer| answer.pressures) {
             Ok(NO_SUCH_ENTRY) => session.state = State::NotKnown,
             Ok(words) => match SessionOffer::from_entry(words) {

@@ -6,6 +6,7 @@ use crate::cli::bench_table;
 use crate::cli::connect::{Connection, connect_for_measurement, devices, is_sim};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
+use crate::cli::load::{Load, LoadMeter};
 use crate::cli::original_client::{ORIGINAL_CLIENT, OriginalClient};
 use crate::cli::output::out;
 use crate::cli::output::print_json;
@@ -51,6 +52,9 @@ pub(super) struct BenchRun {
     overhead_us: f64,
     /// What virtual boards dated requests back by, us.
     pub(super) dated_back_us: Option<f64>,
+    /// What else the computer did.
+    #[serde(flatten)]
+    pub(super) load: Load,
     /// Times from request to answer: counts in bins evenly spaced on a logarithmic scale.
     pub(super) round_trip_us: Vec<HistogramBin>,
     #[serde(flatten)]
@@ -130,6 +134,7 @@ fn measure(
     let baud = bus.options().baud;
     let wire_limit_hz = baud.cycle_limit_hz(u32::from(boards));
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(usize::from(boards))), Vec::new());
+    let meter = LoadMeter::begin();
     for _ in 0..cycles {
         if stop.came() {
             break;
@@ -140,6 +145,7 @@ fn measure(
         polling.cycle().map_err(Failure::running)?;
     }
     let statistics = polling.finish();
+    let load = meter.load();
     let round_trip_us = polling.round_trips();
     // Nothing but 0 kPa was ever commanded, so whoever answers holds nothing of this host's.
     polling.make_safe().map_err(Failure::running)?;
@@ -149,6 +155,7 @@ fn measure(
         wire_share: statistics.loop_hz.mean / wire_limit_hz,
         overhead_us: exchange_us - baud.exchange_ns() as f64 * 1e-3,
         dated_back_us: None,
+        load,
         round_trip_us,
         statistics,
     })

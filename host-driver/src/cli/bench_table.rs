@@ -1,6 +1,7 @@
 //! The figures of `bench`, for people.
 
 use crate::cli::bench::BenchRun;
+use crate::cli::load::Load;
 use crate::cli::original_client::OriginalClient;
 use crate::cli::output::outln;
 use pneudrive_host::statistics::Statistics;
@@ -37,12 +38,23 @@ pub fn print_row(run: &BenchRun) {
 /// histogram of the round trips.
 pub fn below(runs: &[BenchRun], original: Option<&OriginalClient>) -> String {
     let mut text = original.map_or_else(String::new, |original| beside_the_original(runs, original));
+    let load = runs.iter().map(|run| run.load).fold(Load::default(), Load::or_worse);
+    text.push_str(&busy(load, original.is_some()));
     let dated: Vec<_> = runs.iter().filter_map(|run| Some(format!("{:.0}", run.dated_back_us?))).collect();
     if !dated.is_empty() {
         let _ = writeln!(text, "virtual boards took off the pty's round trip, us: {}", dated.join(", "));
     }
     text.push_str(&histogram(runs));
     text
+}
+
+/// What is to be said of figures that are those of other programs too.
+fn busy(load: Load, is_compared: bool) -> String {
+    let what = if is_compared { "not a fair comparison" } else { "slower than it can be" };
+    let words = load.words();
+    words.map_or_else(String::new, |words| {
+        format!("{what}: {words};\n  close other programs, or use --realtime\n")
+    })
 }
 
 /// Mean rates of both, where the original's is known.
@@ -108,7 +120,16 @@ fn bar(count: u64, most: u64) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{BAR, bar};
+    use super::{BAR, bar, busy};
+    use crate::cli::load::Load;
+
+    #[test]
+    fn figures_of_a_busy_computer_are_said_to_be_such() {
+        assert_eq!(busy(Load::default(), true), "");
+        let said = busy(Load { core_wait_share: Some(0.68), other_programs_share: None }, true);
+        assert!(said.starts_with("not a fair comparison: the computer was busy ("), "{said}");
+        assert!(said.contains("waited for a core 68 % of the time"), "{said}");
+    }
 
     #[test]
     fn a_single_outlier_can_be_seen() {

@@ -1,11 +1,13 @@
 use crate::cli::find_boards::NoBoards;
 use pneudrive_host::bus::OpenBusError;
+use pneudrive_host::line::OpenError;
 use pneudrive_host::poller::{PollerPanicked, StartError};
 use pneudrive_host::real_time::RealTimeError;
 use pneudrive_host::record::RecordError;
 use pneudrive_manual::ManualError;
 use pneudrive_virtual::VirtualError;
 use std::fmt;
+use std::path::Path;
 
 /// Why the program ends without having done what it should.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,9 +43,19 @@ impl fmt::Display for Failure {
     }
 }
 
+/// A letter more, less or other than in `sim`.
+fn is_meant_as_sim(port: &Path) -> bool {
+    let name = port.to_str().map(str::to_ascii_lowercase);
+    name.is_some_and(|name| strsim::osa_distance(&name, "sim") <= 1)
+}
+
 impl From<OpenBusError> for Failure {
     fn from(error: OpenBusError) -> Self {
         match error {
+            OpenBusError::Port(OpenError::NotFound { port }) if is_meant_as_sim(&port) => {
+                let port = port.display();
+                Self::input(format!("{port}: no such port; did you mean --port sim, the virtual boards?"))
+            }
             OpenBusError::Port(error) => Self::input(error),
             OpenBusError::Line(_) | OpenBusError::Echo(_) => Self::running(error),
         }

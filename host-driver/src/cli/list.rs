@@ -56,7 +56,10 @@ pub fn run(args: &BusArgs, list: &ListArgs, setup: &Setup) -> Result<(), Failure
     }
     listed.iter().for_each(|port| print(port, setup));
     if !listed.is_empty() && !list.scan && args.port.is_none() {
-        outln!("--scan asks for boards on all of them, by commanding 0 kPa: not where other devices listen");
+        outln!(
+            "--scan lists their boards too. It sends a command of 0 kPa to every port above: leave it out"
+        );
+        outln!("where one of them has another device, and ask a single port with --port");
     }
     Ok(())
 }

@@ -19,6 +19,7 @@ mod info;
 mod init;
 mod limits;
 mod list;
+mod load;
 mod logger;
 mod original_client;
 mod output;

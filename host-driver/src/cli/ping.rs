@@ -1,5 +1,5 @@
 use crate::cli::args::{BusArgs, PingArgs};
-use crate::cli::connect::{connect, devices};
+use crate::cli::connect::{connect, devices, is_sim};
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::output::print_json;
@@ -56,7 +56,7 @@ pub fn run(args: &BusArgs, ping: &PingArgs, setup: &Setup) -> Result<(), Failure
     if args.json {
         print_json(&report)?
     } else {
-        print(&report, setup)
+        print(&report, is_sim(args), setup)
     }
     match missing {
         0 => Ok(()),
@@ -109,8 +109,10 @@ fn measure(
     }
 }
 
-fn print(report: &PingReport, setup: &Setup) {
-    outln!("{}{}", report.port, if report.echo { " (echoes what it sends)" } else { "" });
+fn print(report: &PingReport, is_sim: bool, setup: &Setup) {
+    let PingReport { port, echo, .. } = report;
+    let port = if is_sim { format!("sim (virtual boards on {port})") } else { port.clone() };
+    outln!("port {port}{}", if *echo { ", echoes what it sends" } else { "" });
     for board in &report.boards {
         out!("{}: {} of {} answered", setup.board(board.board), board.answered, board.asked);
         if let (Some([first, median, last]), Some(kpa)) = (board.round_trip_us, board.pressures_kpa) {

@@ -41,9 +41,15 @@ pub fn run(args: &BusArgs, replay: &ReplayArgs, setup: &Setup) -> Result<(), Fai
     super::run::run(&args, &run, setup)
 }
 
+/// A recording that cannot be played.
+fn refused(file: &Path, error: &std::io::Error) -> Failure {
+    let hint = if file.exists() { "" } else { "; a run with `--record FILE` writes one" };
+    Failure::input(format!("{}: {error}{hint}", file.display()))
+}
+
 /// Numbers of the boards that are recorded.
 fn boards(file: &Path) -> Result<Vec<u8>, Failure> {
-    let refused = |error: std::io::Error| Failure::input(format!("{}: {error}", file.display()));
+    let refused = |error: std::io::Error| refused(file, &error);
     let mut rows = Rows::open(file).map_err(refused)?;
     let first = rows.next().transpose().map_err(refused)?;
     let first = first.ok_or_else(|| Failure::input(format!("{}: no rows in it", file.display())))?;
@@ -52,7 +58,7 @@ fn boards(file: &Path) -> Result<Vec<u8>, Failure> {
 
 /// Shows the recording, with the names, unit and limits of the rig file that it has a copy of.
 fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
-    let refused = |error: std::io::Error| Failure::input(format!("{}: {error}", file.display()));
+    let refused = |error: std::io::Error| refused(file, &error);
     if args.json || run.record.is_some() || run.udp.is_some() || run.preview {
         return Err(Failure::input("--view only shows: without --json, --record, --udp and --preview"));
     }

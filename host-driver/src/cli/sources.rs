@@ -2,6 +2,7 @@
 
 use crate::cli::args::RunArgs;
 use crate::cli::failure::Failure;
+use crate::cli::output::errln;
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, Supply};
 use pneudrive_host::trajectory::{AtEnd, Trajectory};
@@ -62,7 +63,15 @@ pub fn source(
             } else {
                 Trajectory::read(path, set_points.len(), calibration.clone())
             };
-            let mut trajectory = read.map_err(Failure::input)?;
+            let mut trajectory = read.map_err(|error| {
+                let is_missing = path.as_os_str() != "-" && !path.exists();
+                let hint = if is_missing { "; `pneudrive-host generate` makes trajectories" } else { "" };
+                Failure::input(format!("{error}{hint}"))
+            })?;
+            if !trajectory.ignored().is_empty() {
+                let (file, names) = (path.display(), trajectory.ignored().join(", "));
+                errln!("warning: {file}: ignored, for they are no commands (b{{n}}_cmd{{k}}_kpa): {names}");
+            }
             if run.from_first_row {
                 trajectory = trajectory.from_first_row();
             }

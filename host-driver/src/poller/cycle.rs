@@ -54,6 +54,10 @@ pub struct Polling<L: Line> {
     pub(super) stale: bool,
     /// Whether the vent latch was closed in the last cycle.
     pub(super) vented: bool,
+    /// Boards that are sent 0 kPa since this cycle because they were not heard, and for how long
+    /// they were not, ns.
+    pub(super) paused: Vec<u8>,
+    pub(super) unheard_ns: u64,
     /// It has been told that a set point is sent one count lower.
     pub(super) lowered_told: bool,
     /// Cycles without a reading of each board.
@@ -112,6 +116,8 @@ impl<L: Line> Polling<L> {
             late: None,
             stale: false,
             vented: false,
+            paused: Vec::with_capacity(options.boards.len()),
+            unheard_ns: 0,
             lowered_told: false,
             without_reading: vec![0; options.boards.len()],
             before: options.boards.iter().map(|&board| bus.counters(board)).collect(),
@@ -179,6 +185,7 @@ impl<L: Line> Polling<L> {
                     break;
                 }
             }
+            self.note_pause();
             if let Err(error) = self.look_after_line_rate() {
                 self.line_lost(error)?;
             }
@@ -261,6 +268,17 @@ impl<L: Line> Polling<L> {
     pub(super) fn late_ns(&self) -> Option<u64> {
         let (at_ns, by_ns) = self.late?;
         (self.bus.line().now_ns() <= at_ns + Self::LATE_FOR_NS).then_some(by_ns)
+    }
+
+    fn note_pause(&mut self) {
+        if self.paused.is_empty() {
+            return;
+        }
+        let (boards, unheard_ns) = (std::mem::take(&mut self.paused), std::mem::take(&mut self.unheard_ns));
+        self.tell(&Event::Paused { boards: &boards, unheard_ns, host_late_ns: self.late_ns() });
+        // With the room that it has.
+        self.paused = boards;
+        self.paused.clear();
     }
 
     fn note_freshness(&mut self, supply: Supply) {

@@ -15,7 +15,8 @@ pub struct Finished {
     /// command timeout; those of the original kind have none and may stay under pressure: see
     /// [`conclusion`](Self::conclusion).
     pub not_safe: Vec<u8>,
-    /// Those of them from which nothing ever came, so most likely nobody is there.
+    /// Those of them that never gave an answer that was accepted, so most likely nobody is there.
+    /// Bytes that were refused can be another board's.
     pub never_heard: Vec<u8>,
     /// Those of these that were sent more than 0 kPa all the same.
     pub commanded_unheard: Vec<u8>,
@@ -40,7 +41,7 @@ impl Finished {
     }
 
     pub(super) fn with_unheard<L: Line>(mut self, bus: &Bus<L>) -> Self {
-        let unheard = self.not_safe.iter().copied().filter(|&board| !bus.counters(board).was_heard());
+        let unheard = self.not_safe.iter().copied().filter(|&board| !bus.was_seen(board));
         self.never_heard = unheard.collect();
         let commanded = self.never_heard.iter().copied().filter(|&board| bus.may_hold_for_ever(board));
         self.commanded_unheard = commanded.collect();
@@ -64,17 +65,19 @@ impl Finished {
         };
         let Some(absent) = absent else { return Conclusion { failures, remark: None } };
         if self.commanded_unheard.is_empty() {
-            return Conclusion { failures, remark: Some(absent) };
+            let remark = Some(format!("{absent}; are there fewer boards than --devices says?"));
+            return Conclusion { failures, remark };
         }
         failures.push(format!(
             "{absent}; set points were sent to {noun} {} all the same: if there is a board of the original kind that hears and \
-             cannot answer, it may be under pressure: shut off the air supply before you touch it, and poll only boards that are there",
+             cannot answer, it may be under pressure: shut off the air supply before you touch it, and poll only boards that \
+             are there (--devices)",
             list(&self.commanded_unheard)
         ));
         Conclusion { failures, remark: None }
     }
 
-    /// What becomes of the boards that have been heard and did not confirm.
+    /// What becomes of the boards that have answered before and did not confirm.
     fn unconfirmed(&self, noun: &str, list: impl Fn(&[u8]) -> String) -> Option<String> {
         let checks = |board: &u8| {
             let boards = &self.statistics.boards;

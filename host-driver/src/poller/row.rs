@@ -122,6 +122,16 @@ pub enum Event<'a> {
         /// For how long beyond what was planned, ns. The boards may have held or vented meanwhile.
         by_ns: u64,
     },
+    /// Boards that are not missing were not heard for so long that they may have vented. They are
+    /// sent 0 kPa until they answer; then their set points return by a ramp.
+    Paused {
+        /// Their numbers.
+        boards: &'a [u8],
+        /// For how long they were not heard, ns: the longest.
+        unheard_ns: u64,
+        /// By how much the host itself was late at most in the second before, as for a board.
+        host_late_ns: Option<u64>,
+    },
     /// The vent latch was closed, by whomever: 0 kPa is commanded to all boards until it is
     /// released.
     Vented,

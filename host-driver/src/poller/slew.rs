@@ -125,6 +125,16 @@ impl Slew {
         self.level.map(|level| Counts::saturating(level.round() as u16))
     }
 
+    /// Whether the board has not been heard for so long that it is sent 0 kPa until it answers.
+    pub fn is_away(&self) -> bool {
+        self.state == State::Away
+    }
+
+    /// For how long it has not been heard at `now_ns`, ns.
+    pub fn unheard_ns(&self, now_ns: u64) -> u64 {
+        self.answered_ns.map_or(0, |then| now_ns.saturating_sub(then))
+    }
+
     /// The board answered at `now_ns` with these pressures.
     pub fn answered(&mut self, now_ns: u64, pressures: [Counts; CHANNELS]) {
         self.answered_ns = Some(now_ns);

@@ -1,7 +1,7 @@
 //! One board is asked, and what becomes of its answer.
 
 use super::cycle::Polling;
-use super::{BoardCommand, Event, Outcome, Reading};
+use super::{BoardCommand, BoardState, Event, Outcome, Reading};
 use crate::bus::{Answer, ExchangeError};
 use crate::line::{Line, LineError};
 
@@ -22,7 +22,11 @@ impl<L: Line> Polling<L> {
         let (board, wanted) = (self.rows[index].board, self.wanted[index]);
         // Looked at as late as possible, so that a vent does not wait for the next cycle.
         let vented = self.stale || self.options.vent.is_vented();
-        let command = self.slews[index].step(self.bus.line().now_ns(), wanted, vented);
+        let (now_ns, was_away) = (self.bus.line().now_ns(), self.slews[index].is_away());
+        let command = self.slews[index].step(now_ns, wanted, vented);
+        if !(was_away || vented) {
+            self.look_for_pause(index, now_ns);
+        }
         let command = self.command_sent(board, command);
         let slew = &self.slews[index];
         self.rows[index].wanted =
@@ -51,6 +55,16 @@ impl<L: Line> Polling<L> {
             self.ask_for_sensors(index)?;
         }
         Ok(())
+    }
+
+    /// Whether a board that is there is sent 0 kPa from now on where it was sent more.
+    fn look_for_pause(&mut self, index: usize, now_ns: u64) {
+        let (row, slew) = (&self.rows[index], &self.slews[index]);
+        let is_there = matches!(row.state, BoardState::Present | BoardState::Doubtful);
+        if slew.is_away() && is_there && row.wanted != slew.vented() {
+            self.paused.push(row.board);
+            self.unheard_ns = self.unheard_ns.max(slew.unheard_ns(now_ns));
+        }
     }
 
     /// The command as it stands on the wire: the bus sends some set points a count lower. Told

@@ -1,8 +1,7 @@
 //! Commands from a ROS 2 bag: our own recordings, and what `ros2 bag record` makes of the node's
 //! topics.
 
-use super::read::{command_column, is_meant_as_command};
-use super::{Channel, Trajectory, TrajectoryError};
+use super::{Channel, ColumnName, Trajectory, TrajectoryError};
 use crate::Calibration;
 use crate::messages::JointState;
 use byteorder::LittleEndian;
@@ -69,12 +68,14 @@ pub(super) fn read(
         let Some(state) = joint_state(&message) else { continue };
         let at_ns = message.log_time.saturating_sub(*first_ns.get_or_insert(message.log_time));
         for (name, &kpa) in state.name.iter().zip(&state.effort) {
-            let Some((board, channel)) = command_column(name) else {
-                if is_meant_as_command(name) {
+            let (board, channel) = match ColumnName::of(name) {
+                ColumnName::Command { board, channel } => (board, channel),
+                ColumnName::Misspelt { meant } => {
                     let (file, column) = (file.to_owned(), name.clone());
-                    return Err(TrajectoryError::UnknownCommand { file, row: None, column });
+                    return Err(TrajectoryError::UnknownCommand { file, row: None, column, meant });
                 }
-                continue;
+                // A bag also holds what other programs publish.
+                ColumnName::Time | ColumnName::Recorded | ColumnName::Other => continue,
             };
             if board >= boards || channel >= CHANNELS {
                 return Err(TrajectoryError::NoSuchChannel {
@@ -106,6 +107,7 @@ pub(super) fn read(
     Ok(Trajectory {
         times_ns: rows.times_ns,
         channels: channels.map(|((board, channel), kpa)| Channel { board, channel, kpa }).collect(),
+        ignored: Vec::new(),
     })
 }
 

@@ -60,10 +60,14 @@ pub enum TrajectoryError {
         /// How many boards are polled.
         boards: usize,
     },
-    /// A column that is called a command and names no channel in kPa.
+    /// A column that is meant as a command and names no channel in kPa.
     #[error(
-        "{file}, {place}column {column}: commands are called b{{n}}_cmd{{k}}_kpa, such as b0_cmd0_kpa for board 0, channel 0; rename it, \
-         or leave it out", place = row.map_or_else(String::new, |row| format!("row {row}, "))
+        "{file}{place}: column {column} is not one that a trajectory has{}",
+        match meant {
+            Some(meant) => format!("; did you mean {meant}? Rename it (values are in kPa), or leave it out"),
+            None => ": commands are called b{n}_cmd{k}_kpa, such as b0_cmd0_kpa for board 0, channel 0; rename it, \
+                     or leave it out".to_owned(),
+        }, place = row.map_or_else(String::new, |row| format!(", row {row}"))
     )]
     UnknownCommand {
         /// The file.
@@ -72,6 +76,8 @@ pub enum TrajectoryError {
         row: Option<u64>,
         /// The column's name.
         column: String,
+        /// The name that it was most likely meant to have.
+        meant: Option<String>,
     },
     /// A cell that is no number.
     #[error("{file}, row {row}, column {column}: expected a number, found \"{text}\"")]

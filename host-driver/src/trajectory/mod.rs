@@ -1,9 +1,10 @@
 //! Set points from a file, as a source of commands.
 //!
 //! A table (CSV, also compressed) has the columns `t_s` (time after the start, s, from 0 on,
-//! strictly increasing) and any `b{n}_cmd{k}_kpa` (board n, channel k, kPa gauge). Other columns
-//! and comments are ignored, so a recording can be played again; so can one that is a bag. The
-//! whole file is checked before anything is sent.
+//! strictly increasing) and any `b{n}_cmd{k}_kpa` (board n, channel k, kPa gauge). A recording can
+//! be played again: comments and its other columns are ignored, and so are columns of others, which
+//! [`Trajectory::ignored`] names. A misspelt command is refused. So can a recording that is a bag.
+//! The whole file is checked before anything is sent.
 //!
 //! Before its first row a trajectory commands nothing: channels keep what is commanded otherwise.
 
@@ -11,12 +12,14 @@
 mod bag;
 mod error;
 mod generate;
+mod names;
 mod read;
 
 #[cfg(feature = "mcap")]
 pub(crate) use bag::joint_state;
 pub use error::{AboveLimitAt, TrajectoryError};
 pub use generate::{Plan, Shape};
+pub use names::ColumnName;
 
 use crate::Calibration;
 use crate::poller::{BoardCommand, CommandSource, Limits, Supply};
@@ -50,6 +53,7 @@ pub enum AtEnd {
 pub struct Trajectory {
     times_ns: Vec<u64>,
     channels: Vec<Channel>,
+    ignored: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -107,6 +111,11 @@ impl Trajectory {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.times_ns.len()
+    }
+
+    /// Columns of a table that are neither commands nor a recording's, and do nothing.
+    pub fn ignored(&self) -> &[String] {
+        &self.ignored
     }
 
     /// Whether it stays within `limits`; boards are numbered from 0.

@@ -1,4 +1,4 @@
-use super::{Channel, Trajectory, TrajectoryError};
+use super::{Channel, ColumnName, Trajectory, TrajectoryError};
 use crate::Calibration;
 use crate::stored::Stored;
 use csv::StringRecord;
@@ -60,7 +60,7 @@ impl Trajectory {
             .from_reader(from);
         let header = reader.headers().map_err(|error| not_csv(file, &error))?.clone();
         let header_row = line_of(&header, reader.position());
-        let (time, mut columns) = understand(file, header_row, &header, boards)?;
+        let Header { time, mut columns, ignored } = Header::understand(file, header_row, &header, boards)?;
         let mut times_ns = Vec::new();
         let mut last_s = None;
         let mut record = StringRecord::new();
@@ -96,7 +96,8 @@ impl Trajectory {
                 time_s: last_s.unwrap_or(0.0),
             });
         }
-        Ok(Self { times_ns, channels: columns.into_iter().map(|column| column.channel).collect() })
+        let channels = columns.into_iter().map(|column| column.channel).collect();
+        Ok(Self { times_ns, channels, ignored })
     }
 }
 
@@ -106,54 +107,68 @@ fn line_of(record: &StringRecord, after: &csv::Position) -> u64 {
     record.position().map_or(1, csv::Position::line).max(after.line().saturating_sub(1))
 }
 
-/// Place of the time column, and the command columns.
-fn understand(
-    file: &str,
-    row: u64,
-    header: &StringRecord,
-    boards: usize,
-) -> Result<(usize, Vec<Column>), TrajectoryError> {
-    let mut time = None;
-    let mut columns: Vec<Column> = Vec::new();
-    for (place, name) in header.iter().enumerate() {
-        let file = file.to_owned();
-        let name = name.trim_start_matches('\u{feff}').to_owned();
-        if name == "t_s" {
-            if time.replace(place).is_some() {
-                return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
+/// What the columns are.
+struct Header {
+    /// Place of the time column.
+    time: usize,
+    columns: Vec<Column>,
+    /// Names that say nothing to a trajectory, and that no recording has.
+    ignored: Vec<String>,
+}
+
+impl Header {
+    fn understand(
+        file: &str,
+        row: u64,
+        header: &StringRecord,
+        boards: usize,
+    ) -> Result<Self, TrajectoryError> {
+        let mut time = None;
+        let mut columns: Vec<Column> = Vec::new();
+        let mut ignored = Vec::new();
+        for (place, name) in header.iter().enumerate() {
+            let file = file.to_owned();
+            let name = name.trim_start_matches('\u{feff}').to_owned();
+            match ColumnName::of(&name) {
+                ColumnName::Time => {
+                    if time.replace(place).is_some() {
+                        return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
+                    }
+                }
+                ColumnName::Command { board, channel } => {
+                    if board >= boards || channel >= CHANNELS {
+                        let row = Some(row);
+                        return Err(TrajectoryError::NoSuchChannel { file, row, column: name, boards });
+                    }
+                    let is_same =
+                        |other: &Column| (other.channel.board, other.channel.channel) == (board, channel);
+                    if columns.iter().any(is_same) {
+                        return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
+                    }
+                    columns.push(Column {
+                        place,
+                        name,
+                        channel: Channel { board, channel, kpa: Vec::new() },
+                    });
+                }
+                ColumnName::Misspelt { meant } => {
+                    return Err(TrajectoryError::UnknownCommand {
+                        file,
+                        row: Some(row),
+                        column: name,
+                        meant,
+                    });
+                }
+                ColumnName::Recorded => {}
+                ColumnName::Other => ignored.push(name),
             }
-        } else if let Some((board, channel)) = command_column(&name) {
-            if board >= boards || channel >= CHANNELS {
-                return Err(TrajectoryError::NoSuchChannel { file, row: Some(row), column: name, boards });
-            }
-            if columns.iter().any(|other| (other.channel.board, other.channel.channel) == (board, channel)) {
-                return Err(TrajectoryError::DuplicateColumn { file, row, column: name });
-            }
-            columns.push(Column { place, name, channel: Channel { board, channel, kpa: Vec::new() } });
-        } else if is_meant_as_command(&name) {
-            return Err(TrajectoryError::UnknownCommand { file, row: Some(row), column: name });
         }
+        let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), row, expected };
+        if columns.is_empty() {
+            return Err(missing("b{n}_cmd{k}_kpa"));
+        }
+        Ok(Self { time: time.ok_or_else(|| missing("t_s"))?, columns, ignored })
     }
-    let missing = |expected| TrajectoryError::MissingColumn { file: file.to_owned(), row, expected };
-    if columns.is_empty() {
-        return Err(missing("b{n}_cmd{k}_kpa"));
-    }
-    Ok((time.ok_or_else(|| missing("t_s"))?, columns))
-}
-
-/// Board and channel of a name of the form `b{n}_cmd{k}_kpa`.
-pub(super) fn command_column(name: &str) -> Option<(usize, usize)> {
-    let (board, channel) = name.strip_prefix('b')?.strip_suffix("_kpa")?.split_once("_cmd")?;
-    Some((plain(board)?, plain(channel)?))
-}
-
-/// A command under a name that is none: left out, its channel would stay at 0 kPa without a word.
-pub(super) fn is_meant_as_command(name: &str) -> bool {
-    name.to_ascii_lowercase().contains("cmd")
-}
-
-fn plain(digits: &str) -> Option<usize> {
-    digits.bytes().all(|byte| byte.is_ascii_digit()).then(|| digits.parse().ok()).flatten()
 }
 
 fn number(
@@ -208,10 +223,11 @@ mod tests {
         refused("t_s,b0_cmd0_kpa,b0_cmd0_kpa\n0,0,0\n", "column b0_cmd0_kpa is there twice");
         refused("t_s,b2_cmd0_kpa\n0,0\n", "column b2_cmd0_kpa: there are boards 0 to 1");
         refused("t_s,b1_cmd4_kpa\n0,0\n", "column b1_cmd4_kpa: there are boards 0 to 1");
-        for misspelt in ["b0_cmd_kpa", "b0_cmd1_bar", "b0_cmd_1_kpa", "B0_Cmd1_kPa"] {
-            let said = format!("row 1, column {misspelt}: commands are called b{{n}}_cmd{{k}}_kpa");
+        for misspelt in ["b0_cmd_kpa", "b0_cdm1_kpa", "b0_cmd1_bar", "b0_cmd_1_kpa", "B0_Cmd1_kPa"] {
+            let said = format!("row 1: column {misspelt} is not one that a trajectory has");
             refused(&format!("t_s,b0_cmd0_kpa,{misspelt}\n0,0,0\n"), &said);
         }
+        refused("t_s,b0_cdm0_kpa\n0,0\n", "a trajectory has; did you mean b0_cmd0_kpa? Rename it");
         refused("t_s,b0_cmd0_kpa\n", "no rows below the header");
         refused(
             "t_s,b0_cmd0_kpa\n0,1\n1,two\n",
@@ -237,6 +253,12 @@ mod tests {
         assert_eq!((trajectory.rows(), trajectory.seconds()), (2, 0.75));
         let recording = "# port: \"x\"\n# boards: [0]\nt_s,b0_cmd0_kpa\n0,1\n# event: {\"t_s\":0.5}\n1,2\n";
         assert_eq!(parse(recording).unwrap().rows(), 2);
+    }
+
+    #[test]
+    fn columns_of_others_are_ignored_and_named() {
+        let trajectory = parse("t_s,b0_cmd0_kpa,note,b0_p0_kpa,bend\n0,1,a,2,\n").unwrap();
+        assert_eq!(trajectory.ignored(), ["note", "bend"]);
     }
 
     #[test]

@@ -126,7 +126,10 @@ fn a_board_that_never_answered_is_a_failure_where_all_are_required() {
     let args = ["--port", port, "-n", "2", "--wait", "0.2", "--duration", "0.5", "--allowance-us", "100000"];
     let (code, stdout, stderr) = run(&args);
     assert_eq!(code, Some(0), "{stdout}{stderr}");
-    assert!(stderr.contains("warning: board(s) 1 never answered\n"), "{stderr}");
+    assert!(
+        stderr.contains("warning: board(s) 1 never answered; are there fewer boards than --devices says?\n"),
+        "{stderr}"
+    );
     assert_eq!(stderr.matches("board 1 is missing").count(), 1, "{stderr}");
     let (code, _, stderr) = run(&[&args[..], &["--require-all"]].concat());
     assert!(code == Some(1) && stderr.contains("error: --require-all: never answered: board 1"), "{stderr}");

@@ -18,7 +18,7 @@ fn unusable_web_options_are_refused_before_the_port_is_touched() {
         refused(&[&["--port", "/dev/no-such-port"], more].concat(), 2, message);
     };
     with(&["--web", "nonsense"], "expected ADDRESS:PORT");
-    with(&["--web", &address], "choose another address or port");
+    with(&["--web", &address], "another program has this port; choose another, for example --web ");
     with(&["--allow-control"], "--web");
     with(&["--web=0", "--allow-control", "--control-limit", "0"], "must be a number of kPa above 0");
     with(&["--web=0", "--allow-control", "--web-deadman", "0.1"], "must be 0.5 to 60 s");

@@ -7,7 +7,8 @@ use std::fs;
 #[test]
 fn unusable_arguments_are_refused_with_advice() {
     refused(&[], 2, "no --port given");
-    refused(&["--port", "/dev/no-such-port"], 2, "no such port");
+    refused(&["--port", "/dev/no-such-port"], 2, "no such port; is the adapter plugged in?");
+    refused(&["--port", "simm"], 2, "simm: no such port; did you mean --port sim, the virtual boards?");
     refused(&["--port", "/dev/null"], 2, "not a serial port");
     refused(&["--port", "x", "--devices", "0"], 2, "--devices 0: must be 1 to 4");
     refused(&["--port", "x", "--devices", "5"], 2, "need --max-devices");
@@ -83,7 +84,13 @@ fn a_bad_trajectory_is_refused_before_the_port_is_touched() {
     fs::write(&file, "t_s,b0_cmd0_kpa\n0,100\n1,900\n").unwrap();
     let path = file.to_str().unwrap();
     refused(&["--port", "/dev/no-such-port", "--trajectory", path], 2, "row 3, column b0_cmd0_kpa");
-    refused(&["--port", "x", "--trajectory", "/no/such.csv"], 2, "/no/such.csv: No such file");
+    refused(
+        &["--port", "x", "--trajectory", "/no/such.csv"],
+        2,
+        "/no/such.csv: cannot be opened: there is no such file; `pneudrive-host generate` makes trajectories",
+    );
+    refused(&["replay", "/no/such.csv"], 2, "there is no such file; a run with `--record FILE` writes one");
+    refused(&["replay", "/no/such.csv", "--view"], 2, "there is no such file; a run with `--record FILE`");
 }
 
 #[test]
@@ -116,7 +123,9 @@ fn what_is_above_a_limit_is_refused_before_the_port_is_touched() {
     with(&["--max-rate-kpa-s", "0"], "expected a number above 0");
     let misspelt = file("misspelt.toml", "[limits]\nmax = 300.0\n");
     with(&["--rig", &misspelt], "misspelt.toml:2: unknown key limits.max; did you mean max_kpa?");
-    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read: ");
+    with(&["--rig", "/no/such.toml"], "/no/such.toml: cannot be read: there is no such file");
+    let expected = "expected a rig file (TOML), and this is a table, such as a recording or a trajectory";
+    with(&["--rig", &steps], expected);
     with(&["--rig", "/no/such.toml"], "; `pneudrive-host init` writes one");
 }
 

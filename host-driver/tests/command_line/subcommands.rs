@@ -26,6 +26,7 @@ fn ping_names_each_board() {
     let patient = ["-n", "3", "--wait", "0.2", "--count", "5", "--allowance-us", "20000"];
     let (code, stdout, stderr) = run(&[&["ping", "--port", port][..], &patient].concat());
     assert_eq!(code, Some(1));
+    assert!(stdout.starts_with(&format!("port {port}\n")), "{stdout}");
     assert!(stdout.contains("board 1: ") && stdout.contains("-0.3 -0.3 -0.3 -0.3 kPa"), "{stdout}");
     assert!(
         stdout.contains("board 2: 0 of 5 answered\n  last error: board 2 (0xFFFD): no answer"),
@@ -76,6 +77,9 @@ fn bench_prints_a_row_for_each_number_of_boards() {
     assert!(runs.iter().all(|run| run["cycles"] == 50), "{stdout}");
     assert_eq!(runs[1]["wire_limit_hz"], 2500.0);
     for run in runs {
+        for name in ["core_wait_share", "other_programs_share"] {
+            assert!(run[name].as_f64().is_none_or(|share| (0.0..=1.1).contains(&share)), "{name}: {stdout}");
+        }
         let bins = run["round_trip_us"].as_array().unwrap();
         let counted = bins.iter().map(|bin| bin["count"].as_u64().unwrap()).sum::<u64>();
         assert_eq!(counted, run["exchanges"].as_u64().unwrap() - run["lost"].as_u64().unwrap(), "{stdout}");
@@ -132,6 +136,9 @@ fn init_writes_a_rig_file_that_runs_and_replaces_none() {
     assert_eq!(code, Some(0), "{stderr}");
     assert!(stdout.contains("board(s) 0, 1 on "), "{stdout}");
     let text = fs::read_to_string(&file).unwrap();
+    for name in ["left", "right", "front", "back"] {
+        assert_eq!(text.matches(&format!("# name = \"{name}\"")).count(), 2, "one a board: {text}");
+    }
     assert!(text.contains("unit = \"psi\"") && text.contains("boards = 2"), "{text}");
     let (code, stdout, stderr) =
         run(&["--rig", path, "--duration", "0.2", "--json", "--echo", "absent", "--allowance-us", "1000000"]);

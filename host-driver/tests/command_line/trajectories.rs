@@ -32,6 +32,27 @@ fn what_the_program_records_it_plays() {
     assert!(text.lines().last().unwrap().contains("\"text\":\"trajectory: "), "{text}");
 }
 
+/// Left out without a word, a misspelt column would leave its chamber at 0 kPa.
+#[test]
+fn columns_that_are_no_commands_are_refused_or_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let steps = folder.path().join("steps.csv");
+    let preview = ["--port", "x", "--preview", "--trajectory", steps.to_str().unwrap()];
+    fs::write(&steps, "t_s,b0_cdm0_kpa,b0_cmd1_kpa\n0,100,0\n1,0,0\n").unwrap();
+    refused(
+        &preview,
+        2,
+        "column b0_cdm0_kpa is not one that a trajectory has; did you mean b0_cmd0_kpa? Rename it",
+    );
+    fs::write(&steps, "t_s,note,b0_cmd1_kpa,b0_p1_kpa,b0_u1,bend\n0,a,0,0,0,1\n1,b,0,0,0,2\n").unwrap();
+    let (code, _, stderr) = run(&preview);
+    let said = format!(
+        "warning: {}: ignored, for they are no commands (b{{n}}_cmd{{k}}_kpa): note, bend\n",
+        steps.display()
+    );
+    assert_eq!((code, stderr), (Some(0), said));
+}
+
 #[test]
 fn a_trajectory_can_begin_with_its_first_row() {
     let boards = PtyBoards::start(1);

@@ -5,8 +5,10 @@ use crate::errors::{self, CommandError, FileError};
 use crate::toolkit::columns;
 use pneudrive_host::poller::VENTED;
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory, TrajectoryError, TrajectorySource};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
+use std::ffi::CString;
 use std::path::PathBuf;
 
 /// Longest history that a poller keeps, s.
@@ -24,11 +26,14 @@ pub fn read(given: &Bound<'_, PyAny>, devices: u16, rules: &Rules) -> PyResult<T
     let is_path = given.is_instance_of::<PyString>() || given.hasattr("__fspath__")?;
     let boards = usize::from(devices);
     let calibration = || rules.calibration.clone();
+    let mut ignored = Vec::new();
     let read = if is_path {
         let path: PathBuf = given.extract()?;
         py.detach(|| Trajectory::read(&path, boards, calibration()))
     } else {
-        let text = columns::csv(&columns::commands_of(columns::table(given)?))?;
+        let (commands, others) = columns::commands_of(columns::table(given)?);
+        ignored = others;
+        let text = columns::csv(&commands)?;
         py.detach(|| Trajectory::parse("trajectory", text.as_bytes(), boards, calibration()))
     };
     let trajectory = read.map_err(|error| match &error {
@@ -43,6 +48,14 @@ pub fn read(given: &Bound<'_, PyAny>, devices: u16, rules: &Rules) -> PyResult<T
     trajectory
         .check(&rules.limits)
         .map_err(|error| CommandError::new_err(format!("trajectory: {error}; nothing was sent")))?;
+    ignored.extend_from_slice(trajectory.ignored());
+    if !ignored.is_empty() {
+        let names = ignored.join(", ");
+        let message = CString::new(format!(
+            "trajectory: ignored, for they are no commands (b{{n}}_cmd{{k}}_kpa): {names}"
+        ))?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
+    }
     Ok(trajectory)
 }
 

@@ -4,6 +4,7 @@
 use crate::arrays::{floats, shape_text};
 use crate::errors;
 use numpy::PyUntypedArrayMethods;
+use pneudrive_host::trajectory::ColumnName;
 use pneudrive_model::data::{BoardSupply, Drive, Recording};
 use pyo3::prelude::*;
 use std::fmt::Write as _;
@@ -40,11 +41,21 @@ pub fn table(columns: &Bound<'_, PyAny>) -> PyResult<Columns> {
     Ok(table)
 }
 
-/// Time and set points: what of a recording a trajectory is made of.
-pub fn commands_of(mut table: Columns) -> Columns {
-    // Misspelt ones too: whoever reads them says what they should be called.
-    table.retain(|(name, _)| name == "t_s" || name.to_ascii_lowercase().contains("cmd"));
-    table
+/// Time and set points: what of a recording a trajectory is made of. And the names of columns that
+/// are neither a trajectory's nor a recording's.
+pub fn commands_of(table: Columns) -> (Columns, Vec<String>) {
+    let (mut kept, mut ignored) = (Vec::new(), Vec::new());
+    for (name, values) in table {
+        match ColumnName::of(&name) {
+            // Misspelt ones too: whoever reads them says what they should be called.
+            ColumnName::Time | ColumnName::Command { .. } | ColumnName::Misspelt { .. } => {
+                kept.push((name, values));
+            }
+            ColumnName::Recorded => {}
+            ColumnName::Other => ignored.push(name),
+        }
+    }
+    (kept, ignored)
 }
 
 /// Columns as the content of a file: what is checked there is checked here.

@@ -113,7 +113,14 @@ pub fn show(
 /// Whether there is a terminal that can be drawn on, and nobody wants lines.
 pub fn wants_live(json: bool, plain: bool) -> bool {
     let dumb = std::env::var_os("TERM").is_none_or(|term| term.is_empty() || term == "dumb");
-    !json && !plain && !dumb && std::io::stdout().is_terminal() && std::io::stdin().is_terminal()
+    !json && !plain && !dumb && has_size(&std::io::stdout()) && std::io::stdin().is_terminal()
+}
+
+/// Whether it is a terminal, and one that has room. Those that `script` and such like make have
+/// none where no person sits in front of them: nothing could be seen, and what comes as a key is
+/// none.
+fn has_size(output: &std::io::Stdout) -> bool {
+    rustix::termios::tcgetwinsize(output).is_ok_and(|size| size.ws_col > 0 && size.ws_row > 0)
 }
 
 /// Until the end, with nobody looking.

@@ -9,7 +9,7 @@ pub struct WebArgs {
     /// Serve a page of the run for browsers, with a vent button
     ///
     /// Without an address, or with a port only, this computer alone can see it: 127.0.0.1:8080.
-    #[arg(long, value_name = "ADDR:PORT", num_args = 0..=1, default_missing_value = "8080", value_parser = address)]
+    #[arg(long, value_name = "[ADDR:]PORT", num_args = 0..=1, default_missing_value = "8080", value_parser = address)]
     pub web: Option<SocketAddr>,
     /// Name under which browsers ask for the page, besides addresses, localhost and this computer's
     /// own name; may be repeated

@@ -16,6 +16,7 @@ use pneudrive_host::web::{
     BoardLabel, Control, Labels, Listener, Recording, Server, Token, UnitLabel, WebOptions,
 };
 use std::fs;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Duration;
@@ -47,9 +48,7 @@ pub fn prepare(
     let control = control(args, setup, boards, limits)?;
     let token_is_ours = control.is_some() && args.control_token_file.is_none();
     let (recording, tap) = recording(run, setup, boards, description, events, overriding.is_none())?;
-    let listener = Listener::bind(address).map_err(|error| {
-        Failure::input(format!("--web {address}: {error}; choose another address or port"))
-    })?;
+    let listener = Listener::bind(address).map_err(|error| Failure::input(not_bound(address, &error)))?;
     let notices = events.sender();
     let labels = labels(setup, boards, limits);
     let options = WebOptions {
@@ -67,6 +66,24 @@ pub fn prepare(
         notice: Box::new(move |line| notices.happened(Notice::new(NoticeKind::Page, line))),
     };
     Ok(Some(Prepared { listener, options, tap, token_is_ours }))
+}
+
+/// With what to give instead where the port is another program's.
+fn not_bound(address: SocketAddr, error: &std::io::Error) -> String {
+    const NEXT: u16 = 20;
+    if error.kind() != std::io::ErrorKind::AddrInUse {
+        return format!("--web {address}: {error}; choose another address or port");
+    }
+    let ports = (1..=NEXT).filter_map(|step| address.port().checked_add(step));
+    let free =
+        ports.map(|port| SocketAddr::new(address.ip(), port)).find(|next| TcpListener::bind(next).is_ok());
+    let example = match free {
+        // What a port alone stands for.
+        Some(next) if next.ip() == Ipv4Addr::LOCALHOST => format!(", for example --web {}", next.port()),
+        Some(next) => format!(", for example --web {next}"),
+        None => String::new(),
+    };
+    format!("--web {address}: another program has this port; choose another{example}")
 }
 
 /// Names and unit of the rig file, and where charts end.
