@@ -100,8 +100,8 @@ pub fn measured(mut data: ChannelData, model: &Extended, seed: u64) -> ChannelDa
     data
 }
 
-/// The channel with readings of which every fifth repeats the one before it, up and down a ramp: rows
-/// that show stale samples, whatever the simulation says.
+/// The channel with readings of which every fifth repeats the one before it, up and down a ramp:
+/// rows that show stale samples, whatever the simulation says.
 pub fn with_repeated_readings(mut data: ChannelData) -> ChannelData {
     let ramp = |row: usize| 2e3 * (row % 200).abs_diff(100) as f64 + AMBIENT_PA;
     let last_sampled = |row: usize| if row % 5 == 4 { row - 1 } else { row };

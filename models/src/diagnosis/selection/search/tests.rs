@@ -122,8 +122,8 @@ fn where_the_supply_alone_is_stated_wrongly_nothing_is_named_and_the_base_model_
     assert!(outcome.stages.iter().all(|stage| !stage.model.has_foil()), "{:?}", outcome.stages[0].model);
 }
 
-/// The names that stay of a lag and stale samples once all are taken back that no row shows, and the
-/// effects of the model that is left.
+/// The names that stay of a lag and stale samples once all are taken back that no row shows, and
+/// the effects of the model that is left.
 fn kept(rows: impl Fn(ChannelData) -> ChannelData) -> (Vec<&'static str>, Vec<&'static str>) {
     let (data, base) = channel(false);
     let truth = with(&data, &base, "valve_lag", &[0.03]);
