@@ -52,9 +52,11 @@ fn the_page_may_command_what_the_sensors_of_the_rig_can_measure_and_no_more() {
     let boards = PtyBoards::start(1);
     let port = boards.path().to_str().unwrap();
     let duration = ["--port", port, "--web=0", "--allow-control", "--duration", "0.2"];
-    run(&[&duration[..], &["--control-limit", "900", "--rig", &large]].concat());
     // The default is no more than they can measure, and needs no other word.
-    run(&[&duration[..], &["--rig", &small]].concat());
+    for more in [&["--control-limit", "900", "--rig", &large][..], &["--rig", &small]] {
+        let (code, stdout, stderr) = run(&[&duration[..], more].concat());
+        assert_eq!(code, Some(0), "{more:?}: {stdout}{stderr}");
+    }
 }
 
 /// The page starts a recording, the disk fills up, and nobody looks at the page any more.

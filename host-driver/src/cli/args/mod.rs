@@ -83,11 +83,14 @@ mod tests {
         let us = |ns: u64| ns / 1_000;
         let (allowance, virtual_allowance) =
             (us(BusOptions::ANSWER_ALLOWANCE_NS), us(BusOptions::VIRTUAL_ALLOWANCE_NS));
-        for (argument, text) in [
+        let mut texts = vec![
             ("allowance_us", format!("[default: {allowance}; {virtual_allowance} for virtual boards")),
             ("baud", format!("[default: {}]", Baud::ORIGINAL.get())),
             ("realtime", format!("[without a number: {}]", RealTime::PRIORITY)),
-        ] {
+        ];
+        #[cfg(feature = "web")]
+        texts.push(("control_limit", format!("[default: {}]", crate::cli::web::WebArgs::CONTROL_LIMIT_KPA)));
+        for (argument, text) in texts {
             let command = Cli::command();
             let found = command.get_arguments().find(|found| found.get_id() == argument).unwrap();
             let help = found.get_help().unwrap().to_string();

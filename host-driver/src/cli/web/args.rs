@@ -19,9 +19,10 @@ pub struct WebArgs {
     /// part of the address that is printed
     #[arg(long, requires = "web", hide_short_help = true)]
     pub allow_control: bool,
-    /// Highest pressure that the page may command, kPa; up to the full scale of the boards' sensors
-    #[arg(long, value_name = "KPA", requires = "allow_control", hide_short_help = true, default_value_t = WebArgs::CONTROL_LIMIT_KPA, value_parser = limit)]
-    pub control_limit: f64,
+    /// Highest pressure that the page may command, kPa, up to the full scale of the boards'
+    /// sensors [default: 200]
+    #[arg(long, value_name = "KPA", requires = "allow_control", hide_short_help = true, value_parser = limit)]
+    pub control_limit: Option<f64>,
     /// Take the token from this file's only line, and print none
     #[arg(long, value_name = "FILE", requires = "allow_control", hide_short_help = true)]
     pub control_token_file: Option<PathBuf>,
@@ -50,7 +51,7 @@ impl Default for WebArgs {
             web: None,
             web_name: Vec::new(),
             allow_control: false,
-            control_limit: Self::CONTROL_LIMIT_KPA,
+            control_limit: None,
             control_token_file: None,
             web_deadman: None,
             record_folder: None,

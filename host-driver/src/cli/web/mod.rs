@@ -103,13 +103,14 @@ fn labels(setup: &Setup, boards: &[u8], limits: &Limits) -> Labels {
 
 /// The highest pressure of the page, kPa. The default is no more than the sensors can measure; more
 /// than that, asked for, is refused.
-fn control_limit(asked_kpa: f64, full_scale_kpa: f64) -> Result<f64, Failure> {
-    if asked_kpa > full_scale_kpa && asked_kpa.total_cmp(&WebArgs::CONTROL_LIMIT_KPA).is_ne() {
-        return Err(Failure::input(format!(
-            "--control-limit {asked_kpa}: at most {full_scale_kpa:.1} kPa, the full scale of the boards' sensors"
-        )));
+fn control_limit(asked_kpa: Option<f64>, full_scale_kpa: f64) -> Result<f64, Failure> {
+    match asked_kpa {
+        Some(kpa) if kpa > full_scale_kpa => Err(Failure::input(format!(
+            "--control-limit {kpa}: at most {full_scale_kpa:.1} kPa, the full scale of the boards' sensors"
+        ))),
+        Some(kpa) => Ok(kpa),
+        None => Ok(WebArgs::CONTROL_LIMIT_KPA.min(full_scale_kpa)),
     }
-    Ok(asked_kpa.min(full_scale_kpa))
 }
 
 /// The page's sliders end at the highest pressure that any channel may be commanded.
