@@ -69,10 +69,11 @@ impl ColumnName {
             mistakes(meant) <= MOST_MISTAKES
                 || mistakes(meant.trim_end_matches("_kpa")) <= MOST_MISTAKES_WITHOUT_UNIT
         });
-        if !(is_near || name.contains("cmd") || has_the_shape(&name)) {
+        let is_called_so = name.contains("cmd") || name.contains("command");
+        if !(is_near || is_called_so || has_the_shape(&name)) {
             return Self::Other;
         }
-        let alike = |meant: &String| is_near || mistakes(meant) <= MOST_PROPOSED || name.contains("cmd");
+        let alike = |meant: &String| is_near || is_called_so || mistakes(meant) <= MOST_PROPOSED;
         Self::Misspelt { meant: meant.filter(alike) }
     }
 }

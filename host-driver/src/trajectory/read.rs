@@ -160,6 +160,8 @@ impl Header {
                     });
                 }
                 ColumnName::Recorded => {}
+                // Spreadsheets end lines with a comma.
+                ColumnName::Other if name.is_empty() => {}
                 ColumnName::Other => ignored.push(name),
             }
         }
