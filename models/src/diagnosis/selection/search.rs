@@ -209,9 +209,9 @@ fn name(
     }
 }
 
-/// Do names make rollouts worse than the `first` stages do, counted in plain kilopascals? The search
-/// weighs errors by what noise and wander explain; where the model is wrong altogether, that can be
-/// won while the pressure is lost.
+/// Do names make rollouts worse than the `first` stages do, counted in plain kilopascals? The
+/// search weighs errors by what noise and wander explain; where the model is wrong altogether, that
+/// can be won while the pressure is lost.
 #[must_use]
 pub fn harms(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
     choosing_kpa(channels, &models_of(last)) >= choosing_kpa(channels, &models_of(first))
