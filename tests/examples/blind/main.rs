@@ -28,7 +28,7 @@ use system_tests::blind::reliability::Reliability;
 use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
-  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID] [--hard] [--short]
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID|none] [--hard] [--short]
                                             recordings and truth.json, by the truth plant alone; --hard: 50 to
                                             500 Hz, 60 to 300 s, of a rig with a background of imperfections
                                             and a rig file that is off by up to 10 % in volume, 5 % in supply; --short:
@@ -86,7 +86,7 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
             let wanted = |case: &Case| {
                 option("--size").is_none_or(|size| *size == case.size)
                     && option("--loop").is_none_or(|kind| (kind == "drive") == case.drive)
-                    && option("--effect").is_none_or(|id| case.effects.contains(id))
+                    && option("--effect").is_none_or(|id| hides(case, id))
             };
             let given = |name: &str| arguments.iter().any(|a| a == name);
             let kind = Kind { hard: given("--hard"), short: given("--short") };
@@ -109,6 +109,11 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
 struct Kind {
     hard: bool,
     short: bool,
+}
+
+/// Whether an effect is among what is hidden in a recording, or with `none`, whether nothing is.
+fn hides(case: &Case, id: &str) -> bool {
+    if id == "none" { case.arguments.is_empty() } else { case.effects.iter().any(|effect| effect == id) }
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on
