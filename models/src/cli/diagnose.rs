@@ -7,9 +7,8 @@ use indicatif::ProgressBar;
 use pneudrive_model::data::{ChannelId, Recording, each_once, half_drives, write};
 use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
-    AS_REGULATORS, Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page,
+    AS_REGULATORS, Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page, tables,
 };
-use pneudrive_model::report::{Table, behind};
 use pneudrive_model::rig::Rig;
 
 use super::output::{PAGE, REPORT};
@@ -126,8 +125,8 @@ impl Args {
         let html = page::page(&diagnosis, &footer).map_err(Failure::running)?;
         write::text_atomically(&self.out.join(PAGE), &html)?;
         outln!("{}", diagnosis.report.sentence);
-        if !diagnosis.report.causes.is_empty() {
-            outln!("\n{}", causes(&diagnosis.report));
+        for table in tables::text(&diagnosis.report, false) {
+            outln!("\n{table}");
         }
         self.next_experiment(&diagnosis)?;
         outln!("\n{}", output::wrote_page(&self.out.join(PAGE), replaced));
@@ -232,36 +231,4 @@ fn joined(recordings: Vec<Recording>) -> Result<Recording, Failure> {
 fn tell_taken(notes: &[String]) {
     let told = |note: &&String| ["Left out: ", AS_REGULATORS].iter().any(|part| note.contains(part));
     notes.iter().filter(told).for_each(|note| errln!("{note}"));
-}
-
-fn causes(report: &pneudrive_model::diagnosis::json::Report) -> String {
-    let rows: Vec<Vec<String>> = report
-        .causes
-        .iter()
-        .map(|cause| {
-            let sizes: Vec<String> = cause
-                .parameters
-                .iter()
-                .map(|(name, e)| match e.ci95 {
-                    Some([low, high]) => {
-                        format!("{name} {:.4} [{low:.4}, {high:.4}]{}", e.value, behind(&e.unit))
-                    }
-                    None => format!("{name} not identifiable here"),
-                })
-                .collect();
-            let g = &cause.gain;
-            vec![
-                cause.effect.clone(),
-                cause.channels.join(","),
-                sizes.join("; "),
-                format!("{:.2} -> {:.2}", g.test_rmse_before_kpa, g.test_rmse_after_kpa),
-                format!("{:.0} % [{:.0}, {:.0}]", 100.0 * g.reduction, 100.0 * g.ci95[0], 100.0 * g.ci95[1]),
-                if cause.equivalent.is_empty() { "-".to_owned() } else { cause.equivalent.join(",") },
-            ]
-        })
-        .collect();
-    Table::text(
-        &["cause", "channels", "size [95 %]", "error without -> with, kPa", "gain [95 %]", "fits as well"],
-        &rows,
-    )
 }

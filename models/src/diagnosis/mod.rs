@@ -40,6 +40,7 @@ mod second_opinion;
 mod selection;
 pub mod settings;
 mod simulation;
+pub mod tables;
 mod template;
 #[cfg(test)]
 pub mod testing;

@@ -31,11 +31,6 @@ pub fn value(object: &Bound<'_, PyAny>) -> PyResult<serde_json::Value> {
 }
 
 /// Single precision as recordings keep it, as a float64 array.
-/// A unit behind a number; nothing where there is none.
-pub fn unit(unit: &str) -> String {
-    if unit == "1" { String::new() } else { format!(" {unit}") }
-}
-
 pub fn widened<'py>(py: Python<'py>, values: &[f32]) -> Vector<'py> {
     Array(PyArray1::from_iter(py, values.iter().map(|value| f64::from(*value))))
 }

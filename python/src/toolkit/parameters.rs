@@ -5,7 +5,7 @@ use crate::pickling::{self, Reduced};
 use crate::types::{Array, Dict, Vector};
 use numpy::PyArray1;
 use pneudrive_model::data::ChannelId;
-use pneudrive_model::report::{html, significant};
+use pneudrive_model::report::{behind, html, significant};
 use pneudrive_model::store::{ChannelParameters, ParameterFile};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -122,7 +122,7 @@ impl Parameters {
                     vec![
                         id.to_string(),
                         parameter.name.clone(),
-                        convert::unit(&parameter.unit).trim().to_owned(),
+                        behind(&parameter.unit).trim().to_owned(),
                         significant(parameter.value, 5),
                         parameter.ci95.map_or_else(
                             || if parameter.determined { "-" } else { "not determined" }.to_owned(),

@@ -1,13 +1,12 @@
 use super::super::convert;
 use super::super::extended::ExtendedModel;
 use super::kept::Kept;
-use super::tables;
 use crate::errors;
 use crate::pickling::{self, Reduced};
 use crate::types::Dict;
 use numpy::PyArray1;
 use pneudrive_model::data::write;
-use pneudrive_model::diagnosis::{TRAJECTORY_FILE, json};
+use pneudrive_model::diagnosis::{TRAJECTORY_FILE, json, tables};
 use pneudrive_model::report::{fragment, html, paragraph};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -216,15 +215,18 @@ impl Diagnosis {
     }
 
     fn __repr__(&self) -> String {
-        tables::text(self.report())
+        let report = self.report();
+        let mut parts = vec![format!("Diagnosis: {}", report.sentence)];
+        parts.extend(tables::text(report, true));
+        parts.join("\n")
     }
 
     fn _repr_html_(&self) -> String {
         let report = self.report();
-        let causes: Vec<Vec<String>> = report.causes.iter().map(tables::line).collect();
+        let causes = tables::causes(report);
         let content = html! {
             (paragraph(&report.sentence))
-            @if !causes.is_empty() { (convert::table(&tables::HEAD, 3, &causes).markup()) }
+            @if !causes.is_empty() { (convert::table(&tables::CAUSES, 3, &causes).markup()) }
             @if self.is_machine() {
                 (convert::table(&tables::RECORDINGS, 3, &tables::recordings(report)).markup())
             }

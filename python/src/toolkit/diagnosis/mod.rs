@@ -4,7 +4,6 @@
 mod class;
 mod kept;
 mod run;
-mod tables;
 
 pub use class::Diagnosis;
 pub use run::diagnose;

@@ -1,9 +1,10 @@
-use super::super::convert;
-use pneudrive_model::diagnosis::json;
-use pneudrive_model::report::{Table, number, significant};
+//! A report as tables of text: the same in a terminal and in a notebook.
+
+use super::json;
+use crate::report::{Table, behind, number, significant};
 
 /// Head of the table of causes.
-pub const HEAD: [&str; 6] =
+pub const CAUSES: [&str; 6] =
     ["cause", "channels", "size [95 %]", "test error, kPa", "gain [95 %]", "fits as well"];
 
 /// Head of the table of recordings.
@@ -12,15 +13,20 @@ pub const RECORDINGS: [&str; 5] =
 /// Head of the table of explanations.
 pub const ALTERNATIVES: [&str; 3] = ["missing", "probability", "error where causes are chosen, kPa"];
 
-/// One cause as a line of a table.
-pub fn line(cause: &json::Cause) -> Vec<String> {
+/// The causes, a row each under [`CAUSES`].
+#[must_use]
+pub fn causes(report: &json::Report) -> Vec<Vec<String>> {
+    report.causes.iter().map(cause).collect()
+}
+
+fn cause(cause: &json::Cause) -> Vec<String> {
     let size = |(name, estimate): (&String, &json::Estimate)| match estimate.ci95 {
         Some([low, high]) => format!(
             "{name} {} [{}, {}]{}",
             significant(estimate.value, 3),
             significant(low, 3),
             significant(high, 3),
-            convert::unit(&estimate.unit)
+            behind(&estimate.unit)
         ),
         None => format!("{name} not identifiable here"),
     };
@@ -37,7 +43,7 @@ pub fn line(cause: &json::Cause) -> Vec<String> {
 
 /// A size with its interval and unit.
 fn load(name: &str, estimate: &json::Estimate) -> String {
-    let unit = convert::unit(&estimate.unit);
+    let unit = behind(&estimate.unit);
     let value = significant(estimate.value, 3);
     match (estimate.state.as_str(), estimate.ci95) {
         ("taken as the unit", _) => format!("{name} {value}{unit} (the unit)"),
@@ -48,7 +54,8 @@ fn load(name: &str, estimate: &json::Estimate) -> String {
     }
 }
 
-/// The recordings of a machine with their loads.
+/// The recordings of a machine with their loads, a row for each channel under [`RECORDINGS`].
+#[must_use]
 pub fn recordings(report: &json::Report) -> Vec<Vec<String>> {
     let all = report.machine.iter().flat_map(|machine| &machine.recordings);
     all.flat_map(|record| record.load.iter().map(move |(channel, sizes)| (record, channel, sizes)))
@@ -65,7 +72,8 @@ pub fn recordings(report: &json::Report) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Explanations with their probabilities.
+/// Explanations with their probabilities, a row each under [`ALTERNATIVES`].
+#[must_use]
 pub fn alternatives(report: &json::Report) -> Vec<Vec<String>> {
     let line = |one: &json::Alternative| {
         vec![one.causes.join(" + "), number(one.probability, 3), number(one.select_rmse_kpa, 3)]
@@ -73,17 +81,18 @@ pub fn alternatives(report: &json::Report) -> Vec<Vec<String>> {
     report.alternatives.iter().map(line).collect()
 }
 
-/// Everything as text.
-pub fn text(report: &json::Report) -> String {
-    let mut parts = vec![format!("Diagnosis: {}", report.sentence)];
+/// Every table of a report that has rows, as text; of explanations only where they are asked for.
+#[must_use]
+pub fn text(report: &json::Report, explanations: bool) -> Vec<String> {
+    let mut parts = Vec::new();
     if !report.causes.is_empty() {
-        parts.push(Table::text(&HEAD, &report.causes.iter().map(line).collect::<Vec<_>>()));
+        parts.push(Table::text(&CAUSES, &causes(report)));
     }
     if report.machine.is_some() {
         parts.push(Table::text(&RECORDINGS, &recordings(report)));
     }
-    if !report.alternatives.is_empty() {
+    if explanations && !report.alternatives.is_empty() {
         parts.push(Table::text(&ALTERNATIVES, &alternatives(report)));
     }
-    parts.join("\n")
+    parts
 }
