@@ -2,13 +2,24 @@
 
 use std::io;
 
+/// Why a file cannot be opened, without the system's number of the error where everybody means the
+/// same by it.
+#[must_use]
+pub fn why(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
 /// A data file that cannot be read. Every message names the file, the row as an editor counts lines
 /// (the header is row 1) and the column where they are known, what was expected, and what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DataError {
     /// The file could not be opened.
-    #[error("{file}: cannot be opened: {source}")]
+    #[error("{file}: cannot be opened: {}", why(.source))]
     Open {
         /// The file as given.
         file: String,

@@ -45,7 +45,7 @@ pub use channel::ChannelId;
 pub use column::ColumnKind;
 pub use cut::CutError;
 pub use description::{created_utc, rig_copy};
-pub use error::DataError;
+pub use error::{DataError, why};
 pub use events::{Event, events};
 pub use flags::Flags;
 pub use input_error::InputError;

@@ -21,7 +21,8 @@ fn a_file_that_is_not_there() {
     let folder = Folder::new();
     let error = load(&folder.path("none.csv"), LoadOptions::default()).unwrap_err();
     assert!(
-        without_path(&folder, &error.to_string()).starts_with("none.csv: cannot be opened: No such file"),
+        without_path(&folder, &error.to_string())
+            .starts_with("none.csv: cannot be opened: there is no such file"),
         "{error}"
     );
     let error = load(folder.root(), LoadOptions::default()).unwrap_err();

@@ -1,6 +1,6 @@
 //! What can be wrong with a parameter file.
 
-use crate::data::{ChannelId, DataError};
+use crate::data::{ChannelId, DataError, why};
 use crate::rig::RigError;
 
 /// A parameter file that cannot be used.
@@ -8,7 +8,7 @@ use crate::rig::RigError;
 #[non_exhaustive]
 pub enum StoreError {
     /// The file could not be opened.
-    #[error("{file}: cannot be opened: {source}")]
+    #[error("{file}: cannot be opened: {}", why(.source))]
     Open {
         /// The file as given.
         file: String,

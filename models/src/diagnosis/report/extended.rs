@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::data::write;
+use crate::data::{why, write};
 use crate::diagnosis::channel::{ChannelData, Correction, Extended};
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::inference::band::Band;
@@ -112,7 +112,8 @@ impl ExtendedFile {
     pub fn load(path: &Path) -> Result<Self, DiagnosisError> {
         let file = path.display().to_string();
         let problem = |problem: String| DiagnosisError::Reference { file: file.clone(), problem };
-        let text = std::fs::read_to_string(path).map_err(|e| problem(format!("cannot be read: {e}")))?;
+        let text =
+            std::fs::read_to_string(path).map_err(|e| problem(format!("cannot be opened: {}", why(&e))))?;
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| problem(e.to_string()))?;
         match table.get("schema").and_then(toml::Value::as_str) {
             Some(SCHEMA) => {
