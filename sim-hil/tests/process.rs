@@ -1,8 +1,7 @@
 //! The program `pneudrive-sim` as a user has it: first line, last line, exit status, messages.
 
 use crate::common::packet;
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::fs::OpenOptions;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -30,7 +29,7 @@ fn start(arguments: &[&str]) -> (Child, BufReader<ChildStdout>, String) {
 
 #[test]
 fn first_line_is_the_port_and_on_a_signal_the_last_is_json() {
-    for signal in [Signal::SIGTERM, Signal::SIGINT] {
+    for signal in [Signal::TERM, Signal::INT] {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("port");
         let (mut child, mut lines, path) =
@@ -50,7 +49,7 @@ fn first_line_is_the_port_and_on_a_signal_the_last_is_json() {
         }
         assert_eq!(reader.join().unwrap().unwrap()[..2], [0xFF, 0xFE]);
 
-        kill(Pid::from_raw(child.id().try_into().unwrap()), signal).unwrap();
+        kill_process(Pid::from_child(&child), signal).unwrap();
         let mut rest = String::new();
         lines.read_to_string(&mut rest).unwrap();
         assert_eq!(child.wait().unwrap().code(), Some(0));
@@ -161,7 +160,7 @@ fn an_interrupted_recording_leaves_nothing_behind() {
     while std::fs::read_dir(folder.path()).unwrap().count() == 0 {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    kill(Pid::from_raw(child.id().try_into().unwrap()), Signal::SIGINT).unwrap();
+    kill_process(Pid::from_child(&child), Signal::INT).unwrap();
     let Output { status, stderr, .. } = child.wait_with_output().unwrap();
     let stderr = String::from_utf8(stderr).unwrap();
     assert!(status.code() == Some(1) && stderr.contains("run.csv: interrupted"), "{status}: {stderr}");

@@ -2,17 +2,14 @@
 //! depends on how fast the machine is.
 
 use crate::common::packet;
-use nix::fcntl::OFlag;
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
-use nix::sys::termios::{
-    BaudRate, SetArg, SpecialCharacterIndices, cfmakeraw, cfsetspeed, tcgetattr, tcsetattr,
-};
 use pneudrive_protocol::{Address, Packet};
 use pneudrive_sim::pty::{EmbeddedSim, FrontEnd, PtyOptions, SimError};
 use pneudrive_sim::rig::{RigOptions, Timing};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+use rustix::termios::{OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcsetattr};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
-use std::os::fd::AsFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::sync::Arc;
@@ -34,12 +31,17 @@ fn run(front_end: &mut FrontEnd, ms: u64) {
 }
 
 fn open(path: &Path) -> File {
-    OpenOptions::new().read(true).write(true).custom_flags(OFlag::O_NOCTTY.bits()).open(path).unwrap()
+    OpenOptions::new()
+        .read(true)
+        .write(true)
+        .custom_flags(OFlags::NOCTTY.bits().cast_signed())
+        .open(path)
+        .unwrap()
 }
 
 fn readable(client: &File, wait_ms: u16) -> bool {
-    let mut fds = [PollFd::new(client.as_fd(), PollFlags::POLLIN)];
-    poll(&mut fds, PollTimeout::from(wait_ms)).unwrap() > 0
+    let timeout = Timespec::try_from(Duration::from_millis(wait_ms.into())).unwrap();
+    poll(&mut [PollFd::new(client, PollFlags::IN)], Some(&timeout)).unwrap() > 0
 }
 
 /// Lets time run until ten bytes have come.
@@ -110,18 +112,24 @@ fn a_clients_settings_last_however_soon_it_opens() {
     for round in 0..500_usize {
         let mut client = open(&path);
         let mut settings = tcgetattr(&client).unwrap();
-        cfmakeraw(&mut settings);
-        settings.control_chars[SpecialCharacterIndices::VMIN as usize] =
-            1 + u8::try_from(round % 10).unwrap();
-        cfsetspeed(&mut settings, BaudRate::B1000000).unwrap();
-        tcsetattr(&client, SetArg::TCSANOW, &settings).unwrap();
+        settings.make_raw();
+        settings.special_codes[SpecialCodeIndex::VMIN] = 1 + u8::try_from(round % 10).unwrap();
+        settings.set_speed(1_000_000).unwrap();
+        tcsetattr(&client, OptionalActions::Now, &settings).unwrap();
         // The simulator sees a client only by its bytes.
         client.write_all(&packet(0, 102).encode()).unwrap();
         assert!(readable(&client, 10_000));
-        assert_eq!(tcgetattr(&client).unwrap(), settings, "client {round}");
+        assert_eq!(kept(&tcgetattr(&client).unwrap()), kept(&settings), "client {round}");
     }
     ended.store(true, Ordering::Relaxed);
     simulator.join().unwrap();
+}
+
+/// What a port keeps of what it is told: modes, line rate, and how many bytes end a read.
+fn kept(of: &Termios) -> ([u32; 4], u32, u8) {
+    let modes =
+        [of.input_modes.bits(), of.output_modes.bits(), of.control_modes.bits(), of.local_modes.bits()];
+    (modes, of.output_speed(), of.special_codes[SpecialCodeIndex::VMIN])
 }
 
 /// A stopped client fills the pty; what no longer fits is lost and counted, and it finds its boards

@@ -1,5 +1,5 @@
 use crate::rig::RigError;
-use nix::errno::Errno;
+use rustix::io::Errno;
 use std::path::PathBuf;
 use thiserror::Error;
 

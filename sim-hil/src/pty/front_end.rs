@@ -5,6 +5,7 @@ use super::port::{VirtualPort, Wake};
 use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
 use crate::bus::Bus;
 use crate::rig::{RigOptions, Timing};
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -127,7 +128,7 @@ impl FrontEnd {
     /// The pty failed.
     pub fn run(&mut self, stop: &AtomicBool, duration: Option<Duration>) -> Result<(), SimError> {
         // The default slack of 50 us is more than half a packet.
-        let _ = nix::sys::prctl::set_timerslack(1);
+        let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let start_ns = self.bus.now_ns();
         self.clock = PacedClock::start_at(start_ns);
         let end_ns = duration.map_or(u64::MAX, |length| start_ns.saturating_add(saturating_ns(length)));

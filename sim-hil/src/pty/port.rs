@@ -1,26 +1,26 @@
 use super::SimError;
-use nix::errno::Errno;
-use nix::fcntl::{OFlag, open};
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll, ppoll};
-use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
-use nix::sys::stat::Mode;
-use nix::sys::termios::{
-    BaudRate, ControlFlags, FlushArg, SetArg, Termios, cfmakeraw, cfsetspeed, tcflush, tcgetattr, tcsetattr,
-};
-use nix::sys::time::{TimeSpec, TimeValLike};
-use nix::unistd::{read, write};
 use pneudrive_protocol::Baud;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags, open};
+use rustix::io::{Errno, read, write};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr};
+use std::ffi::OsString;
 use std::fs;
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt;
 use std::path::{Path, PathBuf};
 
 /// The simulator's end of a pseudo-terminal whose other end clients open like a serial port.
 #[derive(Debug)]
 pub struct VirtualPort {
-    master: PtyMaster,
+    master: OwnedFd,
     path: PathBuf,
     link: Option<PathBuf>,
 }
+
+/// What a pty is set to when it is made.
+const ORDINARY_BAUD: u32 = 38_400;
 
 /// What waiting for a client's bytes ended with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,11 +43,13 @@ impl VirtualPort {
     /// # Errors
     /// The system gives no pseudo-terminal, or the link cannot be made.
     pub fn open(link: Option<&Path>) -> Result<Self, SimError> {
-        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK | OFlag::O_CLOEXEC;
-        let master = posix_openpt(flags).map_err(SimError::pty("open"))?;
+        let blocking = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        let flags = blocking | OpenptFlags::from_bits_retain(OFlags::NONBLOCK.bits());
+        let master = openpt(flags).map_err(SimError::pty("open"))?;
         grantpt(&master).map_err(SimError::pty("grant"))?;
         unlockpt(&master).map_err(SimError::pty("unlock"))?;
-        let path = PathBuf::from(ptsname_r(&master).map_err(SimError::pty("name"))?);
+        let name = ptsname(&master, Vec::new()).map_err(SimError::pty("name"))?;
+        let path = PathBuf::from(OsString::from_vec(name.into_bytes()));
         let mut port = Self { master, path, link: None };
         port.make_raw().map_err(SimError::pty("set up"))?;
         if let Some(link) = link {
@@ -63,83 +65,77 @@ impl VirtualPort {
     }
 
     /// The client's end: for the measurement of the pty's own latency.
-    pub(super) fn open_client(&self) -> nix::Result<OwnedFd> {
-        open(&self.path, OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC, Mode::empty())
+    pub(super) fn open_client(&self) -> rustix::io::Result<OwnedFd> {
+        open(&self.path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())
     }
 
-    fn make_raw(&self) -> nix::Result<()> {
+    fn make_raw(&self) -> rustix::io::Result<()> {
         let client = self.open_client()?;
         let found = tcgetattr(&client)?;
         let mut settings = found.clone();
-        cfmakeraw(&mut settings);
-        settings.control_chars = found.control_chars;
+        settings.make_raw();
+        settings.special_codes = found.special_codes.clone();
         if self.raised_baud()?.is_some() {
-            cfsetspeed(&mut settings, BaudRate::B38400)?;
+            settings.set_speed(ORDINARY_BAUD)?;
         }
         // Only what differs: the next client may be setting its own in this moment, and must find
-        // them afterwards. Flag by flag: a `Termios` keeps the characters that `cfmakeraw` has set
-        // beside those that were put back, and differs where VMIN is not 1.
-        let flags = |of: &Termios| (of.input_flags, of.output_flags, of.control_flags, of.local_flags);
-        if flags(&settings) == flags(&found) {
+        // them afterwards.
+        let modes = |of: &Termios| (of.input_modes, of.output_modes, of.control_modes, of.local_modes);
+        if modes(&settings) == modes(&found) {
             Ok(())
         } else {
-            tcsetattr(&client, SetArg::TCSANOW, &settings)
+            tcsetattr(&client, OptionalActions::Now, &settings)
         }
     }
 
     /// What a client left unread must not greet the next one. A serial port forgets it when it is
     /// closed; a pty does not. The settings go back to raw mode too, and a raised line rate to an
     /// ordinary one; the rest stays, as a port's does.
-    pub(super) fn forget_unread(&self) -> nix::Result<()> {
-        tcflush(self.open_client()?, FlushArg::TCIFLUSH)?;
+    pub(super) fn forget_unread(&self) -> rustix::io::Result<()> {
+        tcflush(self.open_client()?, QueueSelector::IFlush)?;
         self.make_raw()
     }
 
     /// 2 or 3 Mbaud, if the client has set its end to it. A pty knows no line rate, but it keeps
     /// what it is told.
-    pub(super) fn raised_baud(&self) -> nix::Result<Option<Baud>> {
-        // `cfgetospeed` panics at rates that have no code of their own.
-        let code = (tcgetattr(&self.master)?.control_flags & ControlFlags::CBAUD).bits();
-        let raised = [(BaudRate::B2000000, Baud::TWO_MBAUD), (BaudRate::B3000000, Baud::THREE_MBAUD)];
-        Ok(raised.into_iter().find(|(known, _)| *known as u32 == code).map(|(_, baud)| baud))
+    pub(super) fn raised_baud(&self) -> rustix::io::Result<Option<Baud>> {
+        let set = tcgetattr(&self.master)?.output_speed();
+        Ok([Baud::TWO_MBAUD, Baud::THREE_MBAUD].into_iter().find(|baud| baud.get() == set))
     }
 
     /// Sleeps until there are bytes, or for `timeout_ns`.
-    pub(super) fn wait(&self, timeout_ns: u64) -> nix::Result<Wake> {
-        let mut fds = [PollFd::new(self.master.as_fd(), PollFlags::POLLIN)];
-        let result = if timeout_ns == 0 {
-            poll(&mut fds, PollTimeout::ZERO)
-        } else {
-            let timeout = TimeSpec::nanoseconds(i64::try_from(timeout_ns).unwrap_or(i64::MAX));
-            ppoll(&mut fds, Some(timeout), None)
+    pub(super) fn wait(&self, timeout_ns: u64) -> rustix::io::Result<Wake> {
+        let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
+        let timeout = Timespec {
+            tv_sec: i64::try_from(timeout_ns / 1_000_000_000).unwrap_or(i64::MAX),
+            tv_nsec: (timeout_ns % 1_000_000_000) as _,
         };
-        match result {
-            Ok(0) | Err(Errno::EINTR) => return Ok(Wake::Timeout),
-            Ok(_) => {}
-            Err(errno) => return Err(errno),
+        match poll(&mut fds, Some(&timeout)) {
+            Ok(0) | Err(Errno::INTR) => Ok(Wake::Timeout),
+            Ok(_) if fds[0].revents().contains(PollFlags::IN) => Ok(Wake::Bytes),
+            Ok(_) => Ok(Wake::NoClient),
+            Err(errno) => Err(errno),
         }
-        let events = fds[0].revents().unwrap_or(PollFlags::empty());
-        Ok(if events.contains(PollFlags::POLLIN) { Wake::Bytes } else { Wake::NoClient })
     }
 
     /// Reads what is there; `None` when no client has the port open.
-    pub(super) fn read(&self, buffer: &mut [u8]) -> nix::Result<Option<usize>> {
+    pub(super) fn read(&self, buffer: &mut [u8]) -> rustix::io::Result<Option<usize>> {
         match read(&self.master, buffer) {
             Ok(count) => Ok(Some(count)),
-            Err(Errno::EAGAIN | Errno::EINTR) => Ok(Some(0)),
-            Err(Errno::EIO) => Ok(None),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(Some(0)),
+            Err(Errno::IO) => Ok(None),
             Err(errno) => Err(errno),
         }
     }
 
     /// Writes what fits; says how many bytes did not, because the client does not read.
-    pub(super) fn write(&self, bytes: &[u8]) -> nix::Result<usize> {
+    pub(super) fn write(&self, bytes: &[u8]) -> rustix::io::Result<usize> {
         let mut written = 0;
         while written < bytes.len() {
             match write(&self.master, &bytes[written..]) {
-                Ok(0) | Err(Errno::EAGAIN | Errno::EIO) => break,
+                Ok(0) | Err(Errno::AGAIN | Errno::IO) => break,
                 Ok(count) => written += count,
-                Err(Errno::EINTR) => {}
+                Err(Errno::INTR) => {}
                 Err(errno) => return Err(errno),
             }
         }

@@ -1,7 +1,7 @@
 use super::SimError;
 use super::clock::saturating_ns;
 use super::port::{VirtualPort, Wake};
-use nix::unistd::{read, write};
+use rustix::io::{read, write};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -49,7 +49,7 @@ pub fn measure_round_trip_ns(spin: bool) -> Result<u64, SimError> {
 
 const END: u8 = 0xFF;
 
-fn measure(port: &VirtualPort, spin: bool) -> nix::Result<Vec<u64>> {
+fn measure(port: &VirtualPort, spin: bool) -> rustix::io::Result<Vec<u64>> {
     let mut times = Vec::with_capacity(EXCHANGES.into());
     let nap_ns = if spin { 0 } else { PATIENCE_NS };
     for exchange in 0..EXCHANGES {
