@@ -2,7 +2,7 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FrameMode, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FormatPolicy, OpenBusError};
 use pneudrive_protocol::Echo;
 
 /// An echo and, from board 0, an answer of the very same bytes: what content cannot tell apart.
@@ -17,7 +17,10 @@ fn echoing(request: &[u8]) -> Reply {
 fn open(
     script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static,
 ) -> Result<Bus<VirtualLine>, OpenBusError> {
-    Bus::new(VirtualLine::new(script), BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() })
+    Bus::new(
+        VirtualLine::new(script),
+        BusOptions { frames: FormatPolicy::Unchecked, ..BusOptions::default() },
+    )
 }
 
 #[test]
@@ -88,7 +91,7 @@ fn the_echo_of_a_guard_byte_is_no_part_of_the_requests_echo() {
         });
         line.guards_echo_after_ns = Some(late_ns);
         let options = BusOptions {
-            frames: FrameMode::Unchecked,
+            frames: FormatPolicy::Unchecked,
             answer_allowance_ns: 10_000_000,
             ..BusOptions::default()
         };

@@ -2,11 +2,11 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardCommand, ChannelLimit, CommandSource, Limits, Override, PollerOptions, Polling, SetPoints, Supply,
-    VENTED,
+    BoardCommand, ChannelLimit, CommandSource, Limits, Override, PollerOptions, Polling, SetPoints,
+    SourceStatus, VENTED,
 };
 use pneudrive_protocol::{Echo, Packet};
 use std::sync::{Arc, Mutex};
@@ -24,7 +24,7 @@ fn followers() -> impl FnMut(usize, &[u8]) -> Reply + Send {
 
 fn polling(options: PollerOptions, source: Box<dyn CommandSource>) -> Polling<VirtualLine> {
     let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         echo: EchoMode::Known(Echo::Absent),
         ..BusOptions::default()
     };
@@ -68,10 +68,10 @@ fn no_source_gets_past_the_maximum() {
     /// Wants more and more.
     struct Rising(u16);
     impl CommandSource for Rising {
-        fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> Supply {
+        fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> SourceStatus {
             self.0 = (self.0 + 1) % 1024;
             commands.fill(counts(self.0));
-            Supply::Continues
+            SourceStatus::Continues
         }
     }
     let mut limits = everywhere(300.0, f64::INFINITY);
@@ -174,7 +174,7 @@ fn a_board_that_was_away_returns_by_a_ramp() {
         false => Vec::new(),
     };
     let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         echo: EchoMode::Known(Echo::Absent),
         ..BusOptions::default()
     };
@@ -201,7 +201,7 @@ fn a_missing_board_does_not_keep_the_others_from_their_set_points() {
         if packet.address.board() == 0 { followers()(n, request) } else { Vec::new() }
     };
     let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         echo: EchoMode::Known(Echo::Absent),
         answer_allowance_ns: SECOND / 2,
         ..BusOptions::default()

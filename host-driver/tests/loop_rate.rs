@@ -3,7 +3,7 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
@@ -14,7 +14,7 @@ fn run(pace: Pace, cycles: u64, answers: bool) -> Statistics {
     let line =
         VirtualLine::new(move |_, _| if answers { vec![(AT_ONCE, answer(0, 300))] } else { Vec::new() });
     let options = BusOptions {
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         echo: EchoMode::Known(Echo::Absent),
         ..BusOptions::default()
     };

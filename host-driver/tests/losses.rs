@@ -3,7 +3,7 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
@@ -14,7 +14,7 @@ const MS: u64 = 1_000_000;
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
     let options = BusOptions {
         echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         ..BusOptions::default()
     };
     Bus::new(VirtualLine::new(script), options).unwrap()

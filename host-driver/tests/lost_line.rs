@@ -3,7 +3,7 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     BoardState, Event, Observer, PollerOptions, Polling, PressureFilter, Row, SetPoints, VENTED,
@@ -24,7 +24,11 @@ fn boards(_: usize, request: &[u8]) -> Reply {
 }
 
 fn options() -> BusOptions {
-    BusOptions { frames: FrameMode::Unchecked, echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() }
+    BusOptions {
+        frames: FormatPolicy::Unchecked,
+        echo: EchoMode::Known(Echo::Absent),
+        ..BusOptions::default()
+    }
 }
 
 /// What observers were told, in words.

@@ -4,7 +4,7 @@
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
 use pneudrive_host::Calibration;
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode, Frames, PageError};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy, PageError};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
@@ -56,7 +56,7 @@ fn board(pages: bool, asked: &Arc<Mutex<Vec<Asked>>>) -> impl FnMut(usize, &[u8]
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
     let options = BusOptions {
         echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Negotiate,
+        frames: FormatPolicy::Negotiate,
         sessions: false,
         ..BusOptions::default()
     };
@@ -68,7 +68,7 @@ fn a_board_of_which_nothing_is_known_tells_everything_and_is_commanded_nothing()
     let asked = Arc::default();
     let mut bus = bus(board(true, &asked));
     assert_eq!(bus.about(0).unwrap(), About { chip: ChipKind::Rp2040, version: [1, 2, 3] });
-    assert_eq!(bus.frames(0), Frames::Checked);
+    assert_eq!(bus.format(0), BoardFormat::Checked);
     assert_eq!(bus.board_state(0).unwrap().board, StateNow::Running);
     assert_eq!(bus.drives(0).unwrap().0.counts(), DRIVES);
     assert_eq!(bus.counter(0, Counter::UptimeS).unwrap(), 1_000_000_012);

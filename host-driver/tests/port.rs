@@ -3,7 +3,7 @@
 use crate::support::pty::PtyBoards;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{
     BoardState, Outcome, Poller, PollerOptions, PollerPanicked, SetPoints, StartError,
@@ -166,7 +166,7 @@ fn a_snapshot_gives_no_reading_that_is_too_old() {
 fn bytes_that_are_refused_do_not_make_a_board_one_that_is_there() {
     let options = BusOptions {
         echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         ..BusOptions::default()
     };
     let finished = |points: SetPoints| {

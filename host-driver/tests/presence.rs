@@ -3,7 +3,7 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::Echo;
@@ -36,7 +36,7 @@ impl Rig {
         // pauses.
         let options = BusOptions {
             echo: EchoMode::Known(Echo::Absent),
-            frames: FrameMode::Unchecked,
+            frames: FormatPolicy::Unchecked,
             late_answer_limit_ns: 0,
             ..BusOptions::default()
         };

@@ -5,11 +5,11 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PollerOptions, Polling, Supply, VENTED,
+    BoardCommand, CommandSource, MissedTick, Pace, PollerOptions, Polling, SourceStatus, VENTED,
 };
 use pneudrive_host::record::{Contents, Description, Recorder, RecorderOptions};
 use pneudrive_host::replay::Rows;
@@ -26,14 +26,14 @@ const FORMATS: [&str; 4] = ["run.csv", "run.csv.gz", "run.csv.zst", "run.mcap"];
 struct Counting(u16);
 
 impl CommandSource for Counting {
-    fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         self.0 += 1;
         for (board, command) in commands.iter_mut().enumerate() {
             *command = std::array::from_fn(|k| {
                 Counts::new(270 + self.0 + 10 * k as u16 + 40 * board as u16).unwrap()
             });
         }
-        Supply::Continues
+        SourceStatus::Continues
     }
 }
 
@@ -42,7 +42,7 @@ impl CommandSource for Counting {
 fn record(file: &Path) {
     let line = VirtualLine::new(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 300))]);
     let options = BusOptions {
-        frames: FrameMode::Unchecked,
+        frames: FormatPolicy::Unchecked,
         echo: EchoMode::Known(Echo::Absent),
         ..BusOptions::default()
     };

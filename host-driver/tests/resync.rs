@@ -2,7 +2,7 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::false_address::guard_pause_ns;
@@ -11,7 +11,11 @@ use pneudrive_protocol::{Baud, Counts, Echo};
 const TIMEOUT_NS: u64 = 2_200_000;
 
 fn options() -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), frames: FrameMode::Unchecked, ..BusOptions::default() }
+    BusOptions {
+        echo: EchoMode::Known(Echo::Absent),
+        frames: FormatPolicy::Unchecked,
+        ..BusOptions::default()
+    }
 }
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {

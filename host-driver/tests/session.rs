@@ -4,10 +4,10 @@
 use crate::support::counts;
 use crate::support::pty::PtyBoards;
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames, PageError};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, PageError};
 use pneudrive_host::line::{Line, SerialOptions, SerialPort};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
-use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
+use pneudrive_protocol::{Address, Asked, Echo, PacketFormat, RequestDecoder};
 use std::sync::{Arc, Mutex};
 
 /// A board that knows sessions.
@@ -42,8 +42,8 @@ impl Board {
             }
             Some(Asked::Pressures(request)) => {
                 self.obeyed.push(match request.format {
-                    Format::Sealed(seal) => Some(seal.number().get()),
-                    Format::Unchecked | Format::Checked(_) => None,
+                    PacketFormat::Sealed(seal) => Some(seal.number().get()),
+                    PacketFormat::Unchecked | PacketFormat::Checked(_) => None,
                 });
                 request.answer(self.ear.address(), counts(7)).to_vec()
             }
@@ -80,7 +80,7 @@ fn a_board_that_knows_sessions_is_in_one_after_its_ping() {
     let board = board();
     let mut bus = host(&board, &[], &[]);
     bus.ping(0).unwrap();
-    assert!(bus.in_session(0) && bus.frames(0) == Frames::Checked);
+    assert!(bus.in_session(0) && bus.format(0) == BoardFormat::Checked);
     (0..20).for_each(|_| assert!(bus.exchange(0, counts(300)).is_ok()));
     assert!(bus.in_session(0));
     let expected: Vec<_> = [None].into_iter().chain((1..=20).map(Some)).collect();

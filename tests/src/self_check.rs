@@ -10,7 +10,7 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict};
 use pneudrive_host::line::{Line, LineError};
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply};
+use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SourceStatus};
 use pneudrive_sim::plant::Effect;
 use pneudrive_sim::rig::RigOptions;
 use rand::{RngExt, SeedableRng};
@@ -79,7 +79,7 @@ fn check_line<L: Line>(bus: Bus<L>, earlier: Option<&Report>) -> Report {
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use pneudrive_host::bus::{BusOptions, Counters};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
+use pneudrive_host::poller::{MissedTick, Pace, PageShare, PollerOptions, Polling, SourceStatus, VENTED};
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::SensorScale;
@@ -72,7 +72,7 @@ impl Take<'_> {
         loop {
             let due = polling.next_cycle_ns();
             polling.bus_mut().line_mut().sleep_until(due);
-            if polling.cycle().unwrap() == Supply::Ended {
+            if polling.cycle().unwrap() == SourceStatus::Ended {
                 break;
             }
             while recorder.rows_waiting() > MOST_WAITING {

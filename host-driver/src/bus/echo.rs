@@ -3,7 +3,7 @@
 //! Content cannot tell: a board that holds its set points answers with the very bytes of the
 //! request. So a board is asked that does not exist; whatever comes back then is an echo.
 
-use super::{BusOptions, FrameMode, HeardBytes, OpenBusError};
+use super::{BusOptions, FormatPolicy, HeardBytes, OpenBusError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::false_address::{GUARD, guard_pause_ns};
 use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, PACKET_LEN, Packet};
@@ -32,7 +32,7 @@ pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> 
     let request = Packet { address: asked, values: [Counts::ATMOSPHERE; CHANNELS] }.encode();
     let mut heard = HeardBytes::default();
     for _ in 0..TRIES {
-        if options.frames != FrameMode::Checked {
+        if options.frames != FormatPolicy::Checked {
             // What was last on the wire is not known, and boards of the original kind may be there.
             line.send(&[GUARD])?;
             let until_ns = line.now_ns() + guard_pause_ns(options.baud);

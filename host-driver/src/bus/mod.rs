@@ -1,6 +1,6 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
-//! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC
+//! A board is spoken to in checked packets if it understands them ([`FormatPolicy::Negotiate`]): a CRC
 //! guards the values, and a sequence number tells whose answer an answer is (it repeats after 16
 //! requests; no board answers the first of them after the last). A board that knows sessions gives
 //! one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the
@@ -25,9 +25,9 @@
 //! before a request that would follow 0xFF.
 
 mod delays;
-mod dialect;
 mod echo;
 mod error;
+mod format;
 mod guard;
 mod heard;
 mod line_rate;
@@ -41,9 +41,9 @@ mod transaction;
 mod update;
 mod usual_delay;
 
-pub use dialect::{FrameMode, Frames};
 pub use echo::EchoError;
 pub use error::{ExchangeError, OpenBusError};
+pub use format::{BoardFormat, FormatPolicy};
 pub use heard::HeardBytes;
 pub use line_rate::LineRateError;
 pub use options::{BusOptions, EchoMode};
@@ -54,10 +54,10 @@ pub use safe_state::SafeStateOptions;
 pub use update::{UpdateError, UpdateProgress, Updated};
 
 use crate::line::{Line, SerialPort};
-use dialect::Dialect;
+use format::FormatNegotiation;
 use peer::Peer;
 use pneudrive_protocol::pages::{LineRate, SessionOffer};
-use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, Echo, Format, Packet, Sequence};
+use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, Echo, Packet, PacketFormat, Sequence};
 use std::path::Path;
 use transaction::Question;
 
@@ -121,7 +121,8 @@ impl<L: Line> Bus<L> {
             EchoMode::Detect { unused_board } => echo::detect(&mut line, &options, unused_board)?,
         };
         line.expect_bytes(transaction::expected_bytes(echo));
-        let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames), options.sessions);
+        let peer =
+            Peer::new(options.late_answer_limit_ns, FormatNegotiation::new(options.frames), options.sessions);
         let peers = vec![peer; usize::from(u8::MAX) + 1];
         let host_number = (line.random() % u32::from(SessionOffer::HOST_NUMBERS)) as u8;
         Ok(Self {
@@ -154,7 +155,7 @@ impl<L: Line> Bus<L> {
         self.emptied_ns = None;
         self.last_byte = None;
         for peer in &mut self.peers {
-            peer.renew(Dialect::new(self.options.frames), self.options.sessions);
+            peer.renew(FormatNegotiation::new(self.options.frames), self.options.sessions);
         }
         Ok(())
     }
@@ -167,11 +168,11 @@ impl<L: Line> Bus<L> {
     /// As for [`exchange`](Self::exchange).
     pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
         let mut result = self.exchange(board, [self.options.vent; CHANNELS]);
-        for _ in 0..Dialect::CHECKED_TRIES {
+        for _ in 0..FormatNegotiation::CHECKED_TRIES {
             let again = match &result {
                 Ok(_) | Err(ExchangeError::Line(_)) => false,
                 Err(ExchangeError::OriginalFormat { .. }) => true,
-                Err(_) => self.frames(board) == Frames::Unknown,
+                Err(_) => self.format(board) == BoardFormat::Unknown,
             };
             if !again {
                 break;
@@ -211,10 +212,10 @@ impl<L: Line> Bus<L> {
             Ok(()) => {
                 let peer = &mut self.peers[usize::from(board)];
                 let seal = peer.session.seal_request(started_ns);
-                let format = seal.map_or_else(|| peer.dialect.next(), Format::Sealed);
+                let format = seal.map_or_else(|| peer.negotiation.next(), PacketFormat::Sealed);
                 (format, self.transact(Question::Pressures(request, format)))
             }
-            Err(error) => (Format::Checked(Sequence::default()), Err(error)),
+            Err(error) => (PacketFormat::Checked(Sequence::default()), Err(error)),
         };
         let peer = &mut self.peers[usize::from(board)];
         match &result {
@@ -223,7 +224,7 @@ impl<L: Line> Bus<L> {
             }
             Err(error) => {
                 // A late checked answer is known by its number.
-                let owes = format == Format::Unchecked && !error.answer_consumed();
+                let owes = format == PacketFormat::Unchecked && !error.answer_consumed();
                 peer.failed(error, owes.then_some(started_ns), self.options.answer_timeout_ns());
                 if error.something_came() {
                     self.drain()?;
@@ -243,8 +244,8 @@ impl<L: Line> Bus<L> {
     }
 
     /// Which packets `board` understands.
-    pub fn frames(&self, board: u8) -> Frames {
-        self.peers[usize::from(board)].dialect.frames()
+    pub fn format(&self, board: u8) -> BoardFormat {
+        self.peers[usize::from(board)].negotiation.known()
     }
 
     /// What has happened between host and `board` so far.

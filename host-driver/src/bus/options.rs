@@ -1,4 +1,4 @@
-use super::{FrameMode, SafeStateOptions};
+use super::{FormatPolicy, SafeStateOptions};
 use crate::Calibration;
 use crate::line::{SerialOptions, Spin};
 use pneudrive_protocol::{Baud, Counts, Echo};
@@ -28,7 +28,7 @@ pub struct BusOptions {
     /// boards were seen to be 1 ms late at most.
     pub late_answer_limit_ns: u64,
     /// Which packet formats may be used.
-    pub frames: FrameMode,
+    pub frames: FormatPolicy,
     /// Whether to ask boards that check for a session, in which each request is obeyed once. Boards
     /// of before sessions go on without. On by default.
     pub sessions: bool,
@@ -112,7 +112,7 @@ impl Default for BusOptions {
             baud: Baud::ORIGINAL,
             answer_allowance_ns: Self::ANSWER_ALLOWANCE_NS,
             late_answer_limit_ns: Self::LATE_ANSWER_LIMIT_NS,
-            frames: FrameMode::default(),
+            frames: FormatPolicy::default(),
             sessions: true,
             echo: EchoMode::Detect { unused_board: u8::MAX },
             spin: Spin::Never,

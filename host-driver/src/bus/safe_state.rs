@@ -10,7 +10,7 @@
 //! - A board that this bus has never commanded anything but 0 kPa has nothing of this host's in it:
 //!   its answer is enough.
 
-use super::{Bus, BusOptions, ExchangeError, Frames};
+use super::{BoardFormat, Bus, BusOptions, ExchangeError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{CHANNELS, CheckedPacket, Counts};
@@ -154,7 +154,7 @@ impl<L: Line> Bus<L> {
     /// # Errors
     /// Only when the line failed.
     pub fn leave(&mut self, board: u8) -> Result<(), LineError> {
-        if self.frames(board) != Frames::Checked {
+        if self.format(board) != BoardFormat::Checked {
             return Ok(());
         }
         for _ in 0..BusOptions::SAFE_STATE_REPEATS {
@@ -174,7 +174,7 @@ impl<L: Line> Bus<L> {
     /// it any more: it has been commanded more than 0 kPa and is not known to check, so it may be
     /// of the original kind, without a command timeout.
     pub fn may_hold_for_ever(&self, board: u8) -> bool {
-        self.peers[usize::from(board)].was_pressurised() && self.frames(board) != Frames::Checked
+        self.peers[usize::from(board)].was_pressurised() && self.format(board) != BoardFormat::Checked
     }
 
     /// Whether `board` may hold a set point of this host whatever it answers: it has answered, and

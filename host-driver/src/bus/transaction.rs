@@ -2,11 +2,11 @@
 
 use super::delays::Window;
 use super::guard::with_guard;
-use super::{Answer, Bus, ExchangeError, Frames, HeardBytes};
+use super::{Answer, BoardFormat, Bus, ExchangeError, HeardBytes};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::{
-    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo, Format, FrameFinder, Heard, PACKET_LEN,
-    Packet, PageRequest, Session,
+    Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo, FrameFinder, Heard, PACKET_LEN, Packet,
+    PacketFormat, PageRequest, Session,
 };
 
 /// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an
@@ -25,7 +25,7 @@ pub(super) fn expected_bytes(echo: Echo) -> usize {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Question {
     /// Its pressures, for new commands.
-    Pressures(Packet, Format),
+    Pressures(Packet, PacketFormat),
     /// An entry of a page, whose words come in place of the pressures.
     Page(PageRequest),
 }
@@ -40,7 +40,7 @@ impl Question {
 
     /// Whether its answer does not say which request it belongs to.
     fn is_unchecked(&self) -> bool {
-        matches!(self, Self::Pressures(_, Format::Unchecked))
+        matches!(self, Self::Pressures(_, PacketFormat::Unchecked))
     }
 }
 
@@ -81,7 +81,7 @@ impl<L: Line> Bus<L> {
                 self.emptied_ns = (count < BUFFER).then_some(now_ns);
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
             }
-            if ear.decoder.answered_unchecked() && self.frames(asked.board()) == Frames::Unknown {
+            if ear.decoder.answered_unchecked() && self.format(asked.board()) == BoardFormat::Unknown {
                 let waited_us = (now_ns - sent_ns) / 1000;
                 return Err(ExchangeError::OriginalFormat { asked, waited_us });
             }
@@ -215,11 +215,11 @@ impl Ear {
         guard_echo_due: bool,
     ) -> ([u8; PACKET_LEN], Self) {
         let decoder = match question {
-            Question::Pressures(request, Format::Unchecked) => AnswerDecoder::new(request, echo),
-            Question::Pressures(packet, Format::Checked(sequence)) => {
+            Question::Pressures(request, PacketFormat::Unchecked) => AnswerDecoder::new(request, echo),
+            Question::Pressures(packet, PacketFormat::Checked(sequence)) => {
                 AnswerDecoder::for_checked(CheckedPacket { packet, sequence }, echo)
             }
-            Question::Pressures(packet, Format::Sealed(seal)) => {
+            Question::Pressures(packet, PacketFormat::Sealed(seal)) => {
                 AnswerDecoder::for_sealed(packet, seal, echo)
             }
             Question::Page(request) => AnswerDecoder::for_page(request, echo),

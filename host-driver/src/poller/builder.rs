@@ -137,9 +137,9 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
 struct Vented;
 
 impl CommandSource for Vented {
-    fn fill(&mut self, _: u64, commands: &mut [super::BoardCommand]) -> super::Supply {
+    fn fill(&mut self, _: u64, commands: &mut [super::BoardCommand]) -> super::SourceStatus {
         commands.fill(VENTED);
-        super::Supply::Continues
+        super::SourceStatus::Continues
     }
 }
 

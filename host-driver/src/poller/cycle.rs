@@ -9,7 +9,7 @@ use super::sensors::SensorSchedule;
 use super::slew::SlewOptions;
 use super::{
     BoardRow, BoardSensors, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Row, Slew,
-    Supply, VENTED,
+    SourceStatus, VENTED,
 };
 use crate::bus::{Bus, Counters};
 use crate::line::{Line, LineError};
@@ -162,7 +162,7 @@ impl<L: Line> Polling<L> {
     /// # Errors
     /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong
     /// is in the row.
-    pub fn cycle(&mut self) -> Result<Supply, LineError> {
+    pub fn cycle(&mut self) -> Result<SourceStatus, LineError> {
         let now_ns = self.bus.line().now_ns();
         if self.start_ns.is_none() {
             self.begin(now_ns);
@@ -175,8 +175,8 @@ impl<L: Line> Polling<L> {
         self.stalled(now_ns, due_ns);
         self.close_cycle(now_ns);
         self.open_cycle_ns = Some(now_ns);
-        let supply = self.source.fill(now_ns - start_ns, &mut self.wanted);
-        self.note_freshness(supply);
+        let status = self.source.fill(now_ns - start_ns, &mut self.wanted);
+        self.note_freshness(status);
         self.note_vent();
         if self.line_is_there() {
             for index in 0..self.rows.len() {
@@ -196,7 +196,7 @@ impl<L: Line> Polling<L> {
         let cycle = self.cycles.count();
         let row = Row { cycle, at_ns: now_ns, since_start_ns: now_ns - start_ns, boards: &self.rows };
         self.observers.iter_mut().for_each(|observer| observer.row(&row));
-        Ok(supply)
+        Ok(status)
     }
 
     /// Whether boards can be asked. If the line is gone and a try is due, tries.
@@ -281,8 +281,8 @@ impl<L: Line> Polling<L> {
         self.paused.clear();
     }
 
-    fn note_freshness(&mut self, supply: Supply) {
-        let stale = supply == Supply::Stale;
+    fn note_freshness(&mut self, status: SourceStatus) {
+        let stale = status == SourceStatus::Stale;
         if stale != std::mem::replace(&mut self.stale, stale) {
             self.tell(if stale { &Event::CommandsStale } else { &Event::CommandsBack });
         }

@@ -35,7 +35,7 @@ impl<L: Line> Polling<L> {
                 .iter()
                 .map(|(row, counters, without)| BoardStatistics {
                     sensors: self.options.sensors.map(|_| SensorFigures::new(&row.sensors, now_ns)),
-                    ..BoardStatistics::new(row, *counters, *without, self.bus.frames(row.board), now_ns)
+                    ..BoardStatistics::new(row, *counters, *without, self.bus.format(row.board), now_ns)
                 })
                 .collect(),
         }

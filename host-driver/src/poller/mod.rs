@@ -36,7 +36,7 @@ mod visit;
 
 pub use baud_choice::{BaudChoice, BaudChoiceError};
 pub use builder::PollerBuilder;
-pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, Supply, VENTED};
+pub use commands::{BoardCommand, CommandSource, NoSuchBoard, SetPoints, SourceStatus, VENTED};
 pub use cycle::Polling;
 pub use drives::DriveReading;
 pub use errors::{PollerPanicked, StartError};

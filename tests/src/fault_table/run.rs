@@ -8,7 +8,7 @@ use super::strangers::{LineWithStranger, Met, Speech, Stranger};
 use super::truth::SharedTruth;
 use crate::firmware;
 use crate::virtual_bus::VirtualBus;
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling};
 use pneudrive_protocol::{Address, Baud, Echo};
@@ -57,7 +57,7 @@ pub struct Setting {
     /// What is on the bus.
     pub boards: Boards,
     /// In which packets the host speaks.
-    pub frames: FrameMode,
+    pub frames: FormatPolicy,
     /// Whether it asks the boards for sessions.
     pub sessions: bool,
     /// What goes wrong.

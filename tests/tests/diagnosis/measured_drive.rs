@@ -6,7 +6,7 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PageShare, PollerOptions, Polling, Supply,
+    BoardCommand, CommandSource, MissedTick, Pace, PageShare, PollerOptions, Polling, SourceStatus,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
@@ -28,11 +28,11 @@ const GAINS: [u16; 2] = [6, 10];
 struct Movements([SetPoints; 4]);
 
 impl CommandSource for Movements {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         let t_s = since_start_ns as f64 * 1e-9;
         let kpa = self.0.each_mut().map(|points| points.at(t_s));
         commands.fill(kpa.map(|kpa| SCALE.counts(kpa).unwrap()));
-        if t_s < SECONDS { Supply::Continues } else { Supply::Ended }
+        if t_s < SECONDS { SourceStatus::Continues } else { SourceStatus::Ended }
     }
 }
 
@@ -62,7 +62,7 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
         // Virtual time passes faster than the writer writes, which loses rows that wait for more

@@ -1,7 +1,7 @@
 //! The firmware's ELF on emulated chips, on the strict virtual bus, with the plant behind their
 //! pins and the host's own code as the bus master. In virtual time, but for the last test.
 
-use pneudrive_host::bus::{Bus, BusOptions, FrameMode, Frames};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, FormatPolicy};
 use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
@@ -103,7 +103,7 @@ fn four_boards_bring_sixteen_chambers_to_300_kpa_and_back() {
     assert!(all_near(&empty, 0.0), "{empty:?}");
     let statistics = run.polling.finish();
     assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
-    assert!(statistics.boards.iter().all(|board| board.frames == Frames::Checked));
+    assert!(statistics.boards.iter().all(|board| board.frames == BoardFormat::Checked));
     assert_eq!(run.polling.bus_mut().line().counters().violations(), 0);
 }
 
@@ -127,7 +127,7 @@ fn a_host_that_dies_leaves_vented_chambers() {
 /// of 4088.
 #[test]
 fn another_boards_words_that_end_in_ff_disturb_no_chip() {
-    let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+    let options = BusOptions { frames: FormatPolicy::Unchecked, ..BusOptions::default() };
     let mut run = Run::start(2, &[], options, 1);
     for board in 0..2 {
         run.points.set(board, [Counts::new(511).unwrap(); CHANNELS]).unwrap();

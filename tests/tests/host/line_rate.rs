@@ -3,7 +3,7 @@
 //! `cargo test -p system-tests --test host line_rate:: -- --nocapture` prints what hosts are told.
 
 use pneudrive_control::BoardConfig;
-use pneudrive_host::bus::{Bus, BusOptions, FrameMode, LineRateError};
+use pneudrive_host::bus::{Bus, BusOptions, FormatPolicy, LineRateError};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::Narrator;
 use pneudrive_host::poller::{
@@ -122,7 +122,7 @@ fn at_the_end_all_are_back_for_whoever_comes_next() {
     assert_eq!(run.polling.make_safe(), Ok(vec![]));
     assert_eq!(run.baud(), 1_000_000);
     let wire = run.polling.into_bus().into_line().line;
-    let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+    let options = BusOptions { frames: FormatPolicy::Unchecked, ..BusOptions::default() };
     let mut next = Bus::new(wire, options).unwrap();
     for board in 0..2 {
         assert!(next.ping(board).is_ok(), "board {board}, at once and in the original's format");

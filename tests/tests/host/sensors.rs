@@ -4,7 +4,7 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardSensors, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, Supply, VENTED,
+    BoardSensors, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SourceStatus, VENTED,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
@@ -68,7 +68,7 @@ fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
     }
@@ -83,8 +83,8 @@ fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
 struct Nothing;
 
 impl pneudrive_host::poller::CommandSource for Nothing {
-    fn fill(&mut self, _: u64, _: &mut [pneudrive_host::poller::BoardCommand]) -> Supply {
-        Supply::Continues
+    fn fill(&mut self, _: u64, _: &mut [pneudrive_host::poller::BoardCommand]) -> SourceStatus {
+        SourceStatus::Continues
     }
 }
 

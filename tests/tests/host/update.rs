@@ -268,7 +268,8 @@ fn who_cannot_be_updated_says_so() {
     pass(&mut bare, 2.5);
     let refused = bare.update_board(0, &next(), |_| {}).unwrap_err();
     assert!(matches!(refused, UpdateError::NoSession { .. }), "{refused}");
-    let unchecked = BusOptions { frames: pneudrive_host::bus::FrameMode::Unchecked, ..BusOptions::default() };
+    let unchecked =
+        BusOptions { frames: pneudrive_host::bus::FormatPolicy::Unchecked, ..BusOptions::default() };
     let refused = system_tests::virtual_bus::bus(&native, unchecked).update_board(0, &next(), |_| {});
     assert!(matches!(refused, Err(UpdateError::Page(PageError::NotChecked { .. }))), "{refused:?}");
 }

@@ -2,7 +2,7 @@
 
 use super::values::{baud, devices, seconds, spin, unit};
 use clap::{Args, ValueEnum};
-use pneudrive_host::bus::{BusOptions, FrameMode};
+use pneudrive_host::bus::{BusOptions, FormatPolicy};
 use pneudrive_host::line::Spin;
 use pneudrive_host::poller::{BaudChoice, LineRatePolicy};
 use pneudrive_host::real_time::RealTime;
@@ -149,7 +149,7 @@ pub enum SessionsArg {
     Off,
 }
 
-impl From<FramesArg> for FrameMode {
+impl From<FramesArg> for FormatPolicy {
     fn from(arg: FramesArg) -> Self {
         match arg {
             FramesArg::Negotiate => Self::Negotiate,
