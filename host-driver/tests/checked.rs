@@ -5,10 +5,10 @@ use crate::support::{answer, counts};
 use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError};
 use pneudrive_host::line::Line;
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, RequestDecoder};
+use std::time::Duration;
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options =
-        BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: false, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
@@ -142,7 +142,8 @@ fn a_repeated_answer_is_refused() {
     });
     bus.ping(0).unwrap();
     let error = bus.exchange(0, counts(300)).unwrap_err();
-    assert!(matches!(error, ExchangeError::Stale { waited_us: 2_200, .. }), "{error}");
+    assert!(matches!(error, ExchangeError::Stale { .. }), "{error}");
+    assert_eq!(error.waited(), Duration::from_micros(2_200));
 }
 
 /// What the adapter echoes is no answer, even if nobody knew that it echoes.

@@ -10,7 +10,7 @@ use pneudrive_protocol::{Address, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
 
 fn options(frames: FormatPolicy) -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() }
+    BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(frames).sessions(false)
 }
 
 fn bus(frames: FormatPolicy, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {

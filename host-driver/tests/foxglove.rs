@@ -20,11 +20,7 @@ fn topics() -> BTreeMap<String, Vec<String>> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     let line = VirtualLine::new(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 300))]);
-    let options = BusOptions {
-        frames: FormatPolicy::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
     let polled = PollerOptions::for_devices(4);
     let (recorder, tap) = Recorder::create(&file, &polled.boards, SensorScale::ORIGINAL, false).unwrap();
     let bus = Bus::new(line, options).unwrap();

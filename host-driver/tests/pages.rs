@@ -6,9 +6,7 @@ use crate::support::{answer, counts};
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy, PageError};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{
-    Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
-};
+use pneudrive_host::poller::{Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints};
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
@@ -16,8 +14,8 @@ use pneudrive_protocol::pages::{
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-const MS: u64 = 1_000_000;
 const DRIVES: [i16; 4] = [400, -400, 0, 1];
 
 /// A board that checks, and answers page requests unless its firmware is of before pages. Remembers
@@ -54,12 +52,10 @@ fn board(pages: bool, asked: &Arc<Mutex<Vec<Asked>>>) -> impl FnMut(usize, &[u8]
 }
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options = BusOptions {
-        echo: EchoMode::Known(Echo::Absent),
-        frames: FormatPolicy::Negotiate,
-        sessions: false,
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default()
+        .echo(EchoMode::Known(Echo::Absent))
+        .formats(FormatPolicy::Negotiate)
+        .sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
@@ -133,11 +129,9 @@ impl Observer for Told {
 fn poll(pages: bool, share: f64, cycles: usize, more: Option<Box<dyn Observer>>) -> (Told, Vec<Asked>, u64) {
     let asked = Arc::default();
     let told = Told::default();
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: MS, missed: MissedTick::Skip },
-        drives: Some(PageShare::new(share).unwrap()),
-        ..PollerOptions::for_devices(1)
-    };
+    let options = PollerOptions::for_devices(1)
+        .pace(Pace::every(Duration::from_millis(1)))
+        .drives(PageShare::new(share).unwrap());
     let mut observers: Vec<Box<dyn Observer>> = vec![Box::new(told.clone())];
     observers.extend(more);
     let mut polling =

@@ -9,7 +9,7 @@ use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PollerOptions, Polling, SourceStatus, VENTED,
+    BoardCommand, CommandSource, Pace, PollerOptions, Polling, SourceStatus, VENTED,
 };
 use pneudrive_host::record::{Contents, Description, Recorder, RecorderOptions};
 use pneudrive_host::replay::Rows;
@@ -17,6 +17,7 @@ use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
 use std::io::{Cursor, Read};
 use std::path::Path;
+use std::time::Duration;
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
 const PERIOD_NS: u64 = 2_000_000;
@@ -41,13 +42,9 @@ impl CommandSource for Counting {
 /// while.
 fn record(file: &Path) {
     let line = VirtualLine::new(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 300))]);
-    let options = BusOptions {
-        frames: FormatPolicy::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
-    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
+    let pace = Pace::every(Duration::from_nanos(PERIOD_NS));
+    let polled = PollerOptions::for_devices(2).pace(pace);
     let description =
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
     let names = serde_json::json!({ "1": { "board": "elbow", "3": "front left" } });

@@ -11,8 +11,7 @@ use std::sync::{Arc, Mutex};
 const MS: u64 = 1_000_000;
 
 fn bus(frames: FormatPolicy, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options =
-        BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(frames).sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 

@@ -56,7 +56,7 @@ type Shared = Arc<Mutex<Board>>;
 /// A host on a line on which the requests and answers with these numbers, counted from 0, are lost.
 fn host(board: &Shared, lost_requests: &'static [usize], lost_answers: &'static [usize]) -> Bus<VirtualLine> {
     let board = Arc::clone(board);
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(true);
     let line = VirtualLine::new(move |number, request: &[u8]| -> Reply {
         if lost_requests.contains(&number) {
             return Vec::new();
@@ -173,7 +173,7 @@ fn the_number_that_a_host_asks_with_is_a_random_one_of_this_run() {
             vec![(AT_ONCE, board.lock().unwrap().answer(request))]
         });
         line.random = random;
-        let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+        let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent));
         let mut bus = Bus::new(line, options).unwrap();
         bus.ping(0).unwrap();
         assert_eq!(*asked.lock().unwrap(), [expected], "{random}");
@@ -195,7 +195,7 @@ fn a_serial_ports_numbers_are_not_those_of_a_clock() {
 #[test]
 fn a_board_of_before_sessions_is_spoken_to_as_before() {
     let mut ear = RequestDecoder::new(Address::of_board(0));
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(true);
     let line = VirtualLine::new(move |_, request: &[u8]| {
         let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
         let bytes = match heard {

@@ -213,7 +213,8 @@ impl<L: Line> Bus<L> {
         let baud = rate.baud(self.compiled);
         let done = self.line.change_baud(baud)?;
         let now = if done { rate } else { LineRate::Compiled };
-        (self.line_rate, self.options.baud) = (now, now.baud(self.compiled));
+        self.line_rate = now;
+        self.set_baud(now.baud(self.compiled));
         // What comes from the time before is none of it.
         (self.emptied_ns, self.last_byte) = (None, None);
         Ok(done)

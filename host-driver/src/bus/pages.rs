@@ -51,7 +51,7 @@ pub struct PageReply {
 
 impl<L: Line> Bus<L> {
     /// Asks `board` for an entry of a page and waits for it, at most
-    /// [`BusOptions::answer_timeout_ns`](super::BusOptions::answer_timeout_ns).
+    /// [`BusOptions::answer_timeout`](super::BusOptions::answer_timeout).
     ///
     /// Nothing is commanded: the board goes on with the set points it has, and its command timeout
     /// runs on. A board of which nothing is known is asked in checked packets; one of the original

@@ -254,12 +254,13 @@ mod tests {
     use super::*;
     use crate::bus::FormatPolicy;
     use pneudrive_protocol::Address;
+    use std::time::Duration;
 
     const TIMEOUT: u64 = 2_200_000;
     const LIMIT: u64 = 10_000_000;
 
     fn silent() -> ExchangeError {
-        ExchangeError::NoAnswer { asked: Address::of_board(0), waited_us: 2_200 }
+        ExchangeError::NoAnswer { asked: Address::of_board(0), waited: Duration::from_micros(2_200) }
     }
 
     #[test]

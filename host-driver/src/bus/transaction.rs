@@ -8,6 +8,7 @@ use pneudrive_protocol::{
     Address, AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo, FrameFinder, Heard, PACKET_LEN, Packet,
     PacketFormat, PageRequest, Session,
 };
+use std::time::Duration;
 
 /// Bytes looked at in one go: a whole echo and answer, what noise may add, and all answers that an
 /// adapter may have held back. Of those the last one counts, so they must be seen together.
@@ -58,7 +59,7 @@ impl<L: Line> Bus<L> {
         if let Some(delay_ns) = self.peers[usize::from(asked.board())].usual_delay.ns() {
             self.line.expect_answer_at(sent_ns + delay_ns);
         }
-        let deadline = sent_ns + self.options.answer_timeout_ns();
+        let deadline = sent_ns + self.times.answer_timeout_ns();
         let mut wanted = expected_bytes(self.echo);
         loop {
             let mut bytes = [0; BUFFER];
@@ -71,9 +72,8 @@ impl<L: Line> Bus<L> {
                 }
             }
             if let Some(pressures) = ear.believable_answer() {
-                if now_ns - sent_ns > self.options.oldest_answer_ns() {
-                    let waited_us = (now_ns - sent_ns) / 1000;
-                    return Err(ExchangeError::TooOld { asked, waited_us });
+                if now_ns - sent_ns > self.times.oldest_answer_ns() {
+                    return Err(ExchangeError::TooOld { asked, waited: waited(sent_ns, now_ns) });
                 }
                 if let Some(window) = doubt.filter(|_| question.is_unchecked()) {
                     return self.answer_in_doubt(ear, window, sent_ns, now_ns);
@@ -82,11 +82,10 @@ impl<L: Line> Bus<L> {
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
             }
             if ear.decoder.answered_unchecked() && self.format(asked.board()) == BoardFormat::Unknown {
-                let waited_us = (now_ns - sent_ns) / 1000;
-                return Err(ExchangeError::OriginalFormat { asked, waited_us });
+                return Err(ExchangeError::OriginalFormat { asked, waited: waited(sent_ns, now_ns) });
             }
             if now_ns >= deadline {
-                return Err(ear.what_went_wrong((now_ns - sent_ns) / 1000));
+                return Err(ear.what_went_wrong(waited(sent_ns, now_ns)));
             }
             wanted = 1;
         }
@@ -103,7 +102,7 @@ impl<L: Line> Bus<L> {
         mut answered_ns: u64,
     ) -> Result<Answer, ExchangeError> {
         let asked = ear.asked;
-        let limit_ns = sent_ns + self.options.drain_limit_ns();
+        let limit_ns = sent_ns + self.times.drain_limit_ns();
         loop {
             let until_ns = (answered_ns + window.to_ns).min(limit_ns);
             let mut bytes = [0; BUFFER];
@@ -125,7 +124,7 @@ impl<L: Line> Bus<L> {
             Some(pressures) if window.contains(answered_ns - sent_ns) => {
                 Ok(Answer { pressures, sent_ns, answered_ns })
             }
-            _ => Err(ExchangeError::Stale { asked, waited_us: (self.line.now_ns() - sent_ns) / 1000 }),
+            _ => Err(ExchangeError::Stale { asked, waited: waited(sent_ns, self.line.now_ns()) }),
         }
     }
 
@@ -134,7 +133,7 @@ impl<L: Line> Bus<L> {
     /// Right after an answer there is nothing to look for: since the line was read empty, no
     /// character has had the time to come.
     pub(super) fn expect_silence(&mut self) -> Result<(), ExchangeError> {
-        let character_ns = self.options.baud.characters_ns(1);
+        let character_ns = self.times.baud.characters_ns(1);
         let emptied_ns = self.emptied_ns.take();
         if emptied_ns.is_some_and(|then| self.line.now_ns() - then < character_ns) {
             return Ok(());
@@ -156,15 +155,15 @@ impl<L: Line> Bus<L> {
 
     fn drain_into(&mut self, stray: &mut Stray) -> Result<(), ExchangeError> {
         let started_ns = self.line.now_ns();
-        let limit_ns = started_ns + self.options.drain_limit_ns();
+        let limit_ns = started_ns + self.times.drain_limit_ns();
         loop {
             let mut bytes = [0; BUFFER];
             let now_ns = self.line.now_ns();
             if now_ns >= limit_ns {
-                let waited_us = (now_ns - started_ns) / 1000;
-                return Err(ExchangeError::LineBusy { heard: stray.heard, waited_us });
+                let waited = waited(started_ns, now_ns);
+                return Err(ExchangeError::LineBusy { heard: stray.heard, waited });
             }
-            match self.line.receive(&mut bytes, 1, now_ns + self.options.idle_ns())? {
+            match self.line.receive(&mut bytes, 1, now_ns + self.times.idle_ns())? {
                 0 => return Ok(()),
                 count => self.discard(stray, &bytes[..count]),
             }
@@ -195,6 +194,10 @@ impl<L: Line> Bus<L> {
             }
         }
     }
+}
+
+fn waited(since_ns: u64, now_ns: u64) -> Duration {
+    Duration::from_nanos(now_ns - since_ns)
 }
 
 /// What is heard in one exchange.
@@ -252,27 +255,27 @@ impl Ear {
         self.answer.filter(|_| !self.decoder.echo_damaged())
     }
 
-    fn what_went_wrong(&self, waited_us: u64) -> ExchangeError {
+    fn what_went_wrong(&self, waited: Duration) -> ExchangeError {
         let (asked, heard) = (self.asked, self.heard);
         if heard.count() == 0 {
-            return ExchangeError::NoAnswer { asked, waited_us };
+            return ExchangeError::NoAnswer { asked, waited };
         }
         if self.decoder.echo_damaged() {
-            return ExchangeError::EchoDamaged { asked, heard, waited_us };
+            return ExchangeError::EchoDamaged { asked, heard, waited };
         }
         match self.decoder.echo_left() {
             0 => {}
-            missing => return ExchangeError::EchoMissing { asked, missing, heard, waited_us },
+            missing => return ExchangeError::EchoMissing { asked, missing, heard, waited },
         }
         if self.other.is_some_and(|other| other.address == asked) {
-            return ExchangeError::Stale { asked, waited_us };
+            return ExchangeError::Stale { asked, waited };
         }
         if let Some(other) = self.other {
-            return ExchangeError::OtherBoard { asked, answered: other.address, waited_us };
+            return ExchangeError::OtherBoard { asked, answered: other.address, waited };
         }
         match self.decoder.stray_bytes() {
-            0 => ExchangeError::NoAnswer { asked, waited_us },
-            _ => ExchangeError::Garbled { asked, heard, waited_us },
+            0 => ExchangeError::NoAnswer { asked, waited },
+            _ => ExchangeError::Garbled { asked, heard, waited },
         }
     }
 }

@@ -79,7 +79,7 @@ fn measure(
         asked += 1;
         match bus.ping(board) {
             Ok(answer) => {
-                times_us.push(answer.round_trip_ns() as f64 * 1e-3);
+                times_us.push(answer.round_trip().as_nanos() as f64 * 1e-3);
                 last = Some(calibration.kpa(board, answer.pressures));
             }
             Err(refused) => {

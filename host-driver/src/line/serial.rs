@@ -5,6 +5,7 @@ use super::open::{open_exclusive, set_baud, unlock, wake_at};
 use super::spin::{Lead, Spin};
 use super::way::{Trial, Way};
 use super::{Clock, Line, LineError, OpenError};
+use crate::time::saturating_ns;
 use pneudrive_protocol::Baud;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::{Errno, ioctl_fionread, read, write};
@@ -14,15 +15,31 @@ use rustix::thread::{ClockId, clock_nanosleep_absolute, sched_yield, set_current
 use std::num::NonZeroU64;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Settings of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct SerialOptions {
     /// Line rate; 8 data bits, no parity, one stop bit always.
     pub baud: Baud,
     /// Whether to look for bytes without sleeping: it saves the time that the kernel needs to wake
     /// a thread, at the price of that much CPU in each exchange.
     pub spin: Spin,
+}
+
+impl SerialOptions {
+    /// Line rate.
+    #[must_use]
+    pub fn baud(self, baud: Baud) -> Self {
+        Self { baud, ..self }
+    }
+
+    /// Whether to look for bytes without sleeping.
+    #[must_use]
+    pub fn spin(self, spin: Spin) -> Self {
+        Self { spin, ..self }
+    }
 }
 
 /// A serial port or pty, opened for this process alone. Its clock is CLOCK_MONOTONIC.
@@ -129,7 +146,7 @@ impl SerialPort {
     fn spin(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let end_ns = match (self.options.spin, self.due_ns) {
             (Spin::Never, _) | (Spin::Auto, None) => return Ok(0),
-            (Spin::BeforeSleep { ns }, _) => self.now_ns().saturating_add(ns),
+            (Spin::BeforeSleep(duration), _) => self.now_ns() + saturating_ns(duration),
             (Spin::Auto, Some(_)) if self.trial.way() == Way::Sleep => return Ok(0),
             (Spin::Auto, Some(_)) if self.trial.way() == Way::Look => deadline_ns,
             (Spin::Auto, Some(due_ns)) => {
@@ -209,9 +226,10 @@ impl Line for SerialPort {
                 Ok(count) => left = &left[count..],
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) => {
-                    let waited = self.now_ns() - started;
-                    if waited >= Self::SEND_PATIENCE_NS {
-                        return Err(LineError::Stuck { port: self.path.clone(), waited_us: waited / 1000 });
+                    let waited_ns = self.now_ns() - started;
+                    if waited_ns >= Self::SEND_PATIENCE_NS {
+                        let waited = Duration::from_nanos(waited_ns);
+                        return Err(LineError::Stuck { port: self.path.clone(), waited });
                     }
                     self.wait(PollFlags::OUT, started + Self::SEND_PATIENCE_NS)?;
                 }

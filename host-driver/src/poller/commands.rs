@@ -1,5 +1,6 @@
 //! Where a cycle's commands come from.
 
+use crate::time::saturating_ns;
 use pneudrive_protocol::{CHANNELS, Counts};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -63,7 +64,7 @@ impl SetPoints {
     /// poller.
     #[must_use]
     pub fn vent_after(self, timeout: Duration) -> Self {
-        Self { good_for_ns: Some(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)), ..self }
+        Self { good_for_ns: Some(saturating_ns(timeout)), ..self }
     }
 
     /// Sets the four commands of the board at `index` in the poller's order, from its next exchange

@@ -129,7 +129,7 @@ impl BoardStatistics {
             lost: counters.lost(),
             rejected: counters.rejected(),
             state: row.state,
-            age_us: row.reading.map(|reading| reading.age_ns(now_ns) / 1000),
+            age_us: row.reading.map(|reading| reading.age(now_ns).as_micros() as u64),
             rows_without_reading,
             frames,
             zero_kpa_confirmed: None,

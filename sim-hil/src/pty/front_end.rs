@@ -15,17 +15,16 @@ use std::time::Duration;
 pub struct PtyOptions {
     /// A symbolic link to make to the port, removed at the end.
     pub link: Option<PathBuf>,
-    /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at
+    /// What requests are dated back by, at most 80 % of a packet's time; `None` measures it at
     /// start.
-    pub pty_latency_us: Option<u64>,
+    pub pty_latency: Option<Duration>,
     /// Whether requests are dated back at all: `false` puts each on the wire when it is seen, as a
     /// plain responder would. Then a client pays for the pty's detour and for the simulator's own
     /// delay. Default true.
     pub dates_back: bool,
-    /// So many us are waited in a loop instead of asleep before an answer is due, and after it for
-    /// the next request: 0 to
-    /// 1000. Default 20.
-    pub spin_us: u64,
+    /// For so long it is waited in a loop instead of asleep before an answer is due, and after it
+    /// for the next request: 0 to 1 ms. Default 20 us.
+    pub spin: Duration,
     /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one
     /// piece.
     pub fifo: usize,
@@ -39,9 +38,9 @@ impl Default for PtyOptions {
     fn default() -> Self {
         Self {
             link: None,
-            pty_latency_us: None,
+            pty_latency: None,
             dates_back: true,
-            spin_us: 20,
+            spin: Duration::from_micros(20),
             fifo: 16,
             past_power_up: false,
         }
@@ -77,6 +76,8 @@ const BEHIND_MAX_NS: u64 = 20_000_000;
 /// The plant works ahead while a run of characters is under way, and on a bus that has been quiet
 /// for this long, ns: between two exchanges of a busy bus a client's next request comes first.
 const WORK_AFTER_QUIET_NS: u64 = 300_000;
+/// Longer than this nothing is waited for in a loop.
+const LONGEST_SPIN: Duration = Duration::from_millis(1);
 /// How far ahead of the wall clock an exchange that takes no time may be simulated, ns.
 const INSTANT_AHEAD_NS: u64 = 1_000;
 
@@ -91,10 +92,10 @@ impl FrontEnd {
             bus.run_until(rig.follow_after_ns());
         }
         let dates_back = options.dates_back && rig.timing == Timing::Wire;
-        let round_trip_ns = match options.pty_latency_us {
+        let round_trip_ns = match options.pty_latency {
             _ if !dates_back => 0,
-            Some(us) => us.saturating_mul(1_000),
-            None => measure_round_trip_ns(options.spin_us > 0)?,
+            Some(latency) => saturating_ns(latency),
+            None => measure_round_trip_ns(!options.spin.is_zero())?,
         };
         // An answer must still be under way when the request before it has been dated back.
         let limit_ns = if dates_back { bus.line().characters_ns(8) } else { 0 };
@@ -105,7 +106,7 @@ impl FrontEnd {
             timing: rig.timing,
             stretch_ns: if rig.firmware.is_some() { CHIP_STRETCH_NS } else { u64::MAX },
             dating,
-            spin_ns: options.spin_us.min(1_000) * 1_000,
+            spin_ns: saturating_ns(options.spin.min(LONGEST_SPIN)),
             hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
             clock: PacedClock::start_at(0),
             quiet_since_ns: 0,
@@ -113,6 +114,11 @@ impl FrontEnd {
             client_present: false,
             report: PaceReport::default(),
         })
+    }
+
+    /// What requests are dated back by.
+    pub(super) fn round_trip(&self) -> Duration {
+        Duration::from_nanos(self.dating.round_trip_ns)
     }
 
     /// The path that clients open.

@@ -6,7 +6,7 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PageShare, PollerOptions, Polling, SourceStatus,
+    BoardCommand, CommandSource, Pace, PageShare, PollerOptions, Polling, SourceStatus,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
@@ -16,6 +16,7 @@ use pneudrive_protocol::SensorScale;
 use pneudrive_sim::plant::Nuisances;
 use pneudrive_sim::record::{Excitation, SetPoints};
 use pneudrive_sim::rig::RigOptions;
+use std::time::Duration;
 use system_tests::blind::score::named;
 use system_tests::virtual_bus;
 
@@ -45,11 +46,9 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     let mut stated = rig.clone();
     stated.control.kp = GAINS[1];
 
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip },
-        drives: measured.then(|| PageShare::new(1.0).unwrap()),
-        ..PollerOptions::for_devices(1)
-    };
+    let options = PollerOptions::for_devices(1)
+        .pace(Pace::every(Duration::from_millis(2)))
+        .drives(measured.then(|| PageShare::new(1.0).unwrap()));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
     let pages = PageColumns { drives: measured, sensors: false };

@@ -30,7 +30,7 @@ fn struck(polling: &mut Polling<VirtualBus>, fault: &str) -> u64 {
 #[test]
 fn set_points_that_look_like_addresses_disturb_nobody() {
     for frames in [FormatPolicy::Unchecked, FormatPolicy::Negotiate] {
-        let options = BusOptions { frames, ..BusOptions::default() };
+        let options = BusOptions::default().formats(frames);
         let mut polling =
             poll(bus(&RigOptions { boards: 2, strict: true, ..RigOptions::default() }, options), 2, 511, 1.0);
         let statistics = polling.finish();
@@ -72,7 +72,7 @@ fn sixteen_boards_are_polled_like_four() {
 #[test]
 fn a_late_answer_costs_a_few_exchanges() {
     for frames in [FormatPolicy::Unchecked, FormatPolicy::Checked] {
-        let options = BusOptions { frames, ..BusOptions::default() };
+        let options = BusOptions::default().formats(frames);
         for (late_ms, most_lost, least_exchanges) in [("3.2", 4, 9_000), ("30", 20, 7_000)] {
             let fault = format!("delay@1.0,on=answers,ms={late_ms}");
             let (statistics, mut polling) = run(2, &[&fault], options);
@@ -145,7 +145,7 @@ fn a_babbling_board_stops_nobody_for_longer_than_it_babbles() {
 fn impossible_jumps(frames: FormatPolicy) -> usize {
     let faults = vec!["bit_flip=0.005,on=answers".parse().unwrap()];
     let rig = RigOptions { boards: 1, faults, ..RigOptions::default() };
-    let mut bus = bus(&rig, BusOptions { frames, ..BusOptions::default() });
+    let mut bus = bus(&rig, BusOptions::default().formats(frames));
     let (mut before, mut answered, mut jumps) = (None, 0, 0);
     for _ in 0..5_000 {
         let Ok(answer) = bus.exchange(0, [Counts::new(511).unwrap(); 4]) else { continue };

@@ -87,7 +87,7 @@ fn set_points_that_end_in_0xff_are_followed_on_every_mixed_bus() {
 #[test]
 fn unchecked_packets_alone_call_nobody_by_a_false_name() {
     for original in BUSES {
-        let options = BusOptions { frames: FormatPolicy::Unchecked, ..BusOptions::default() };
+        let options = BusOptions::default().formats(FormatPolicy::Unchecked);
         let (mut polling, points) = polling(original, &[], options);
         let before = polling.bus_mut().line().counters().violations();
         command_all(&points, 511);
@@ -129,7 +129,7 @@ fn a_board_that_drops_its_last_commands_is_named() {
     // Another host's bus, which does not guard: all that it sends is preceded by 0xFF.
     line.before_each_request(&[0xFF]);
     let echo = EchoMode::Known(Echo::Absent);
-    let options = BusOptions { frames: FormatPolicy::Unchecked, echo, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(echo);
     let mut bus = Bus::new(line, options).unwrap();
     bus.exchange(0, [Counts::saturating(500); 4]).unwrap();
     let from_ns = bus.line().now_ns();
@@ -147,7 +147,7 @@ fn an_unchecked_client_is_obeyed_as_soon_as_the_host_has_ended() {
     run(&mut polling, 1.0);
     assert_eq!(polling.make_safe(), Ok(Vec::new()));
     let line = polling.into_bus().into_line();
-    let options = BusOptions { frames: FormatPolicy::Unchecked, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked);
     let mut client = Bus::new(line, options).unwrap();
     for board in 0..4 {
         client.exchange(board, [Counts::saturating(300); 4]).unwrap();
