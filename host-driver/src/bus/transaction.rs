@@ -51,7 +51,8 @@ impl<L: Line> Bus<L> {
         let guard_echo_due = self.prepare()?;
         let asked = question.address();
         let session = self.peers[usize::from(asked.board())].session.current();
-        let (bytes, mut ear) = Ear::for_answer_to(question, session, self.echo, guard_echo_due);
+        let (bytes, mut receiver) =
+            AnswerReceiver::for_question(question, session, self.echo, guard_echo_due);
         let sent_ns = self.line.now_ns();
         let doubt = self.peers[usize::from(asked.board())].doubt(sent_ns);
         self.line.send(&bytes)?;
@@ -67,25 +68,25 @@ impl<L: Line> Bus<L> {
             let now_ns = self.line.now_ns();
             self.last_byte = bytes[..count].last().copied().or(self.last_byte);
             for &byte in &bytes[..count] {
-                if let Some(packet) = ear.push(byte) {
+                if let Some(packet) = receiver.push(byte) {
                     self.peers[usize::from(packet.address.board())].heard_late(now_ns);
                 }
             }
-            if let Some(pressures) = ear.believable_answer() {
+            if let Some(pressures) = receiver.accepted_answer() {
                 if now_ns - sent_ns > self.times.oldest_answer_ns() {
                     return Err(ExchangeError::TooOld { asked, waited: waited(sent_ns, now_ns) });
                 }
                 if let Some(window) = doubt.filter(|_| question.is_unchecked()) {
-                    return self.answer_in_doubt(ear, window, sent_ns, now_ns);
+                    return self.answer_in_doubt(receiver, window, sent_ns, now_ns);
                 }
                 self.emptied_ns = (count < BUFFER).then_some(now_ns);
                 return Ok(Answer { pressures, sent_ns, answered_ns: now_ns });
             }
-            if ear.decoder.answered_unchecked() && self.format(asked.board()) == BoardFormat::Unknown {
+            if receiver.decoder.answered_unchecked() && self.format(asked.board()) == BoardFormat::Unknown {
                 return Err(ExchangeError::OriginalFormat { asked, waited: waited(sent_ns, now_ns) });
             }
             if now_ns >= deadline {
-                return Err(ear.what_went_wrong(waited(sent_ns, now_ns)));
+                return Err(receiver.failure(waited(sent_ns, now_ns)));
             }
             wanted = 1;
         }
@@ -96,12 +97,12 @@ impl<L: Line> Bus<L> {
     /// earlier one. The last answer is believed, if it came when this board's answers come.
     fn answer_in_doubt(
         &mut self,
-        mut ear: Ear,
+        mut receiver: AnswerReceiver,
         window: Window,
         sent_ns: u64,
         mut answered_ns: u64,
     ) -> Result<Answer, ExchangeError> {
-        let asked = ear.asked;
+        let asked = receiver.asked;
         let limit_ns = sent_ns + self.times.drain_limit_ns();
         loop {
             let until_ns = (answered_ns + window.to_ns).min(limit_ns);
@@ -110,7 +111,7 @@ impl<L: Line> Bus<L> {
             let now_ns = self.line.now_ns();
             self.last_byte = bytes[..count].last().copied().or(self.last_byte);
             for &byte in &bytes[..count] {
-                let Some(packet) = ear.push(byte) else { continue };
+                let Some(packet) = receiver.push(byte) else { continue };
                 self.peers[usize::from(packet.address.board())].heard_late(now_ns);
                 if packet.address == asked {
                     answered_ns = now_ns;
@@ -120,7 +121,7 @@ impl<L: Line> Bus<L> {
                 break;
             }
         }
-        match ear.believable_answer() {
+        match receiver.accepted_answer() {
             Some(pressures) if window.contains(answered_ns - sent_ns) => {
                 Ok(Answer { pressures, sent_ns, answered_ns })
             }
@@ -143,17 +144,17 @@ impl<L: Line> Bus<L> {
         if count == 0 {
             return Ok(());
         }
-        let mut stray = Stray::new();
-        self.discard(&mut stray, &bytes[..count]);
-        self.drain_into(&mut stray)
+        let mut unsolicited = UnsolicitedReceiver::new();
+        self.discard(&mut unsolicited, &bytes[..count]);
+        self.drain_into(&mut unsolicited)
     }
 
     /// Listens, and discards, until the line has been idle.
     pub(super) fn drain(&mut self) -> Result<(), ExchangeError> {
-        self.drain_into(&mut Stray::new())
+        self.drain_into(&mut UnsolicitedReceiver::new())
     }
 
-    fn drain_into(&mut self, stray: &mut Stray) -> Result<(), ExchangeError> {
+    fn drain_into(&mut self, unsolicited: &mut UnsolicitedReceiver) -> Result<(), ExchangeError> {
         let started_ns = self.line.now_ns();
         let limit_ns = started_ns + self.times.drain_limit_ns();
         loop {
@@ -161,18 +162,18 @@ impl<L: Line> Bus<L> {
             let now_ns = self.line.now_ns();
             if now_ns >= limit_ns {
                 let waited = waited(started_ns, now_ns);
-                return Err(ExchangeError::LineBusy { heard: stray.heard, waited });
+                return Err(ExchangeError::LineBusy { heard: unsolicited.heard, waited });
             }
             match self.line.receive(&mut bytes, 1, now_ns + self.times.idle_ns())? {
                 0 => return Ok(()),
-                count => self.discard(stray, &bytes[..count]),
+                count => self.discard(unsolicited, &bytes[..count]),
             }
         }
     }
 
     /// Listens until `board`'s late answer can no longer come.
     pub(super) fn wait_until_quiet(&mut self, board: u8) -> Result<(), LineError> {
-        let mut stray = Stray::new();
+        let mut unsolicited = UnsolicitedReceiver::new();
         loop {
             let until_ns = self.ready_at_ns(board);
             if self.line.now_ns() >= until_ns {
@@ -180,16 +181,16 @@ impl<L: Line> Bus<L> {
             }
             let mut bytes = [0; BUFFER];
             let count = self.line.receive(&mut bytes, BUFFER, until_ns)?;
-            self.discard(&mut stray, &bytes[..count]);
+            self.discard(&mut unsolicited, &bytes[..count]);
         }
     }
 
-    fn discard(&mut self, stray: &mut Stray, bytes: &[u8]) {
+    fn discard(&mut self, unsolicited: &mut UnsolicitedReceiver, bytes: &[u8]) {
         let now_ns = self.line.now_ns();
         self.unsolicited_bytes += bytes.len() as u64;
         self.last_byte = bytes.last().copied().or(self.last_byte);
         for &byte in bytes {
-            if let Some(packet) = stray.push(byte) {
+            if let Some(packet) = unsolicited.push(byte) {
                 self.peers[usize::from(packet.address.board())].heard_late(now_ns);
             }
         }
@@ -201,7 +202,7 @@ fn waited(since_ns: u64, now_ns: u64) -> Duration {
 }
 
 /// What is heard in one exchange.
-struct Ear {
+struct AnswerReceiver {
     asked: Address,
     decoder: AnswerDecoder,
     heard: HeardBytes,
@@ -209,9 +210,9 @@ struct Ear {
     other: Option<Packet>,
 }
 
-impl Ear {
-    /// The request's bytes, and the ear for what follows them.
-    fn for_answer_to(
+impl AnswerReceiver {
+    /// The request's bytes, and the receiver of what follows them.
+    fn for_question(
         question: Question,
         session: Option<Session>,
         echo: Echo,
@@ -251,11 +252,11 @@ impl Ear {
         }
     }
 
-    fn believable_answer(&self) -> Option<[Counts; CHANNELS]> {
+    fn accepted_answer(&self) -> Option<[Counts; CHANNELS]> {
         self.answer.filter(|_| !self.decoder.echo_damaged())
     }
 
-    fn what_went_wrong(&self, waited: Duration) -> ExchangeError {
+    fn failure(&self, waited: Duration) -> ExchangeError {
         let (asked, heard) = (self.asked, self.heard);
         if heard.count() == 0 {
             return ExchangeError::NoAnswer { asked, waited };
@@ -281,12 +282,12 @@ impl Ear {
 }
 
 /// What is heard while nobody has been asked.
-struct Stray {
+struct UnsolicitedReceiver {
     heard: HeardBytes,
     finder: FrameFinder,
 }
 
-impl Stray {
+impl UnsolicitedReceiver {
     fn new() -> Self {
         Self { heard: HeardBytes::default(), finder: FrameFinder::new() }
     }

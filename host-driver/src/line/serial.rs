@@ -1,9 +1,9 @@
+use super::backoff::Backoff;
 use super::clock::timespec;
 use super::name::Name;
-use super::naps::Naps;
 use super::open::{open_exclusive, set_baud, unlock, wake_at};
 use super::spin::{Lead, Spin};
-use super::way::{Trial, Way};
+use super::wait_strategy::{Trial, WaitStrategy};
 use super::{Clock, Line, LineError, OpenError};
 use crate::time::saturating_ns;
 use pneudrive_protocol::Baud;
@@ -147,8 +147,8 @@ impl SerialPort {
         let end_ns = match (self.options.spin, self.due_ns) {
             (Spin::Never, _) | (Spin::Auto, None) => return Ok(0),
             (Spin::BeforeSleep(duration), _) => self.now_ns() + saturating_ns(duration),
-            (Spin::Auto, Some(_)) if self.trial.way() == Way::Sleep => return Ok(0),
-            (Spin::Auto, Some(_)) if self.trial.way() == Way::Look => deadline_ns,
+            (Spin::Auto, Some(_)) if self.trial.way() == WaitStrategy::Sleep => return Ok(0),
+            (Spin::Auto, Some(_)) if self.trial.way() == WaitStrategy::BusyPoll => deadline_ns,
             (Spin::Auto, Some(due_ns)) => {
                 let wake_ns = due_ns.saturating_sub(self.lead.ns()).min(deadline_ns);
                 if self.now_ns() < wake_ns {
@@ -241,7 +241,7 @@ impl Line for SerialPort {
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let wanted = wanted.min(into.len());
-        let mut naps = Naps::new(self.baud.characters_ns(1));
+        let mut backoff = Backoff::new(self.baud.characters_ns(1));
         let mut have = self.spin(into, wanted, deadline_ns)?;
         let due_ns = self.due_ns.take();
         if self.now_ns() >= deadline_ns {
@@ -251,7 +251,7 @@ impl Line for SerialPort {
             if wanted - have >= self.wakes_at {
                 self.wait(PollFlags::IN, deadline_ns)?;
             } else {
-                let end = naps.next_end(self.now_ns(), deadline_ns);
+                let end = backoff.next_end(self.now_ns(), deadline_ns);
                 self.sleep_until(end);
             }
             have += self.look(&mut into[have..])?;
@@ -290,7 +290,7 @@ impl Line for SerialPort {
     }
 
     fn can_reopen(&self) -> bool {
-        self.name != Name::Passing || self.is_alive()
+        self.name != Name::Reassigned || self.is_alive()
     }
 
     fn reopen(&mut self) -> Result<(), OpenError> {
@@ -307,7 +307,7 @@ impl Line for SerialPort {
         self.close();
         let port = || self.path.clone();
         match self.name {
-            Name::Passing => return Err(OpenError::NameGivenAway { port: port() }),
+            Name::Reassigned => return Err(OpenError::NameGivenAway { port: port() }),
             name if !name.is_back(&self.path) => return Err(OpenError::NotFound { port: port() }),
             _ => {}
         }

@@ -139,15 +139,15 @@ impl<L: Line> Polling<L> {
             return now_ns;
         };
         let scheduled = self.schedule.next_start(now_ns);
-        self.due_ns = scheduled.max(self.askable_from_ns());
+        self.due_ns = scheduled.max(self.next_ready_ns());
         self.due_ns
     }
 
     /// When a board can be asked, or the line be opened again.
-    pub(super) fn askable_from_ns(&self) -> u64 {
+    pub(super) fn next_ready_ns(&self) -> u64 {
         match &self.outage {
             Some(outage) => outage.next_try_ns(),
-            None => (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0),
+            None => (0..self.rows.len()).map(|index| self.ready_at_ns(index)).min().unwrap_or(0),
         }
     }
 

@@ -8,14 +8,14 @@ use crate::line::{Line, LineError};
 impl<L: Line> Polling<L> {
     /// When the board at `index` can be asked: not while it is missing and not probed, nor while it
     /// may still answer.
-    pub(super) fn askable_ns(&self, index: usize) -> u64 {
+    pub(super) fn ready_at_ns(&self, index: usize) -> u64 {
         self.presence[index].due_ns().max(self.bus.ready_at_ns(self.rows[index].board))
     }
 
     pub(super) fn visit(&mut self, index: usize) -> Result<(), LineError> {
         self.rows[index].drives = None;
         self.rows[index].sensors.grow_old();
-        if self.askable_ns(index) > self.bus.line().now_ns() {
+        if self.ready_at_ns(index) > self.bus.line().now_ns() {
             self.rows[index].outcome = Outcome::NotAsked;
             return Ok(());
         }

@@ -1,8 +1,8 @@
 use super::clock::{PacedClock, saturating_ns};
-use super::hand_over::HandOver;
-use super::labour::Labour;
+use super::output_fifo::OutputFifo;
 use super::port::{VirtualPort, Wake};
-use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
+use super::step_cost::StepCost;
+use super::{PaceReport, RequestBackdating, SimError, SimReport, measure_round_trip_ns};
 use crate::bus::Bus;
 use crate::rig::{RigOptions, Timing};
 use std::path::{Path, PathBuf};
@@ -53,12 +53,12 @@ pub struct FrontEnd {
     port: VirtualPort,
     timing: Timing,
     stretch_ns: u64,
-    dating: RequestDating,
+    dating: RequestBackdating,
     spin_ns: u64,
-    hand_over: HandOver,
+    output: OutputFifo,
     clock: PacedClock,
     quiet_since_ns: u64,
-    labour: Labour,
+    step_cost: StepCost,
     client_present: bool,
     report: PaceReport,
 }
@@ -99,7 +99,7 @@ impl FrontEnd {
         };
         // An answer must still be under way when the request before it has been dated back.
         let limit_ns = if dates_back { bus.line().characters_ns(8) } else { 0 };
-        let dating = RequestDating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
+        let dating = RequestBackdating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
         Ok(Self {
             bus,
             port: VirtualPort::open(options.link.as_deref())?,
@@ -107,10 +107,10 @@ impl FrontEnd {
             stretch_ns: if rig.firmware.is_some() { CHIP_STRETCH_NS } else { u64::MAX },
             dating,
             spin_ns: saturating_ns(options.spin.min(LONGEST_SPIN)),
-            hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
+            output: OutputFifo::new(options.fifo.clamp(1, 4096)),
             clock: PacedClock::start_at(0),
             quiet_since_ns: 0,
-            labour: Labour::default(),
+            step_cost: StepCost::default(),
             client_present: false,
             report: PaceReport::default(),
         })
@@ -140,7 +140,7 @@ impl FrontEnd {
         while !stop.load(Ordering::Relaxed) && self.bus.now_ns() < end_ns {
             self.catch_up();
             let clock = &self.clock;
-            self.hand_over.step(&mut self.bus, &self.port, &mut self.report, || clock.now_ns())?;
+            self.output.step(&mut self.bus, &self.port, &mut self.report, || clock.now_ns())?;
             self.wait()?;
         }
         Ok(())
@@ -173,7 +173,7 @@ impl FrontEnd {
 
     fn horizon_ns(&self, now_ns: u64) -> u64 {
         match (self.bus.is_quiet(), self.timing) {
-            (true, _) => self.dating.quiet_horizon_ns(now_ns, self.hand_over.last()),
+            (true, _) => self.dating.quiet_horizon_ns(now_ns, self.output.last()),
             (false, Timing::Wire) => now_ns,
             (false, Timing::Instant) => now_ns + INSTANT_AHEAD_NS,
         }
@@ -198,8 +198,8 @@ impl FrontEnd {
         if !self.client_present {
             thread::sleep(NO_CLIENT_NAP);
         }
-        if self.bus.is_quiet() && self.hand_over.last().at_ns > 0 {
-            let until_ns = self.hand_over.last().at_ns + self.spin_ns;
+        if self.bus.is_quiet() && self.output.last().at_ns > 0 {
+            let until_ns = self.output.last().at_ns + self.spin_ns;
             while self.clock.now_ns() < until_ns {
                 if self.look(0)? {
                     return Ok(());
@@ -212,7 +212,7 @@ impl FrontEnd {
             let now_ns = self.clock.now_ns();
             let left_ns = deadline_ns.saturating_sub(now_ns);
             let may_work = close || now_ns.saturating_sub(self.quiet_since_ns) > WORK_AFTER_QUIET_NS;
-            let worked = may_work && self.labour.fits(left_ns) && self.work_ahead(now_ns);
+            let worked = may_work && self.step_cost.fits(left_ns) && self.work_ahead(now_ns);
             let sleep_ns = if worked { 0 } else { left_ns.saturating_sub(spin_ns).min(NAP_NS) };
             if self.look(sleep_ns)? {
                 return Ok(());
@@ -232,7 +232,7 @@ impl FrontEnd {
     /// A part of the plant's work; says whether any is left.
     fn work_ahead(&mut self, now_ns: u64) -> bool {
         let more = self.bus.work_ahead();
-        self.labour.took(self.clock.now_ns().saturating_sub(now_ns));
+        self.step_cost.took(self.clock.now_ns().saturating_sub(now_ns));
         more
     }
 
@@ -256,7 +256,7 @@ impl FrontEnd {
             Some(count) => {
                 self.client_present = true;
                 self.bus.set_host_baud(self.port.raised_baud().map_err(SimError::pty("look at"))?);
-                let start_ns = self.dating.start_ns(seen_ns, self.hand_over.last(), self.bus.now_ns());
+                let start_ns = self.dating.start_ns(seen_ns, self.output.last(), self.bus.now_ns());
                 self.bus.send(start_ns, &buffer[..count]);
                 Ok(())
             }
@@ -270,7 +270,7 @@ impl FrontEnd {
             self.report.clients_gone += 1;
             self.port.forget_unread().map_err(SimError::pty("reset"))?;
         }
-        self.hand_over.forget();
+        self.output.forget();
         Ok(())
     }
 }
