@@ -16,6 +16,7 @@ use thiserror::Error;
     "a request to {asked}, which should not exist, was followed by {heard}, which is neither silence nor an echo; \
      another host on the bus, a babbling board, or another baud rate"
 )]
+#[non_exhaustive]
 pub struct EchoError {
     /// The board that should not exist.
     pub asked: Address,

@@ -116,6 +116,7 @@ impl CommandSource for SetPoints {
 /// A board that is not polled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("no board {index}: {boards} boards are polled, counted from 0")]
+#[non_exhaustive]
 pub struct NoSuchBoard {
     /// The index that was asked for.
     pub index: usize,
