@@ -39,8 +39,8 @@
 //! Everything blocks, nothing is async: one thread has nothing else to do than the bus.
 //!
 //! Durations are [`Duration`](std::time::Duration); those of more than 73 years count as 73 years.
-//! Time stamps are integers: ns on the clock of the bus's [`Line`](line::Line), under names that end
-//! in `_ns`.
+//! Time stamps are integers: ns on the clock of the bus's [`Line`](line::Line), under names that
+//! end in `_ns`.
 #![forbid(unsafe_code)]
 
 pub mod bus;

@@ -1,11 +1,11 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
-//! A board is spoken to in checked packets if it understands them ([`FormatPolicy::Negotiate`]): a CRC
-//! guards the values, and a sequence number tells whose answer an answer is (it repeats after 16
-//! requests; no board answers the first of them after the last). A board that knows sessions gives
-//! one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the
-//! original kind answer unchecked packets, which do not say which request they belong to. With
-//! those, three rules keep a late answer from being taken for that to a later request:
+//! A board is spoken to in checked packets if it understands them ([`FormatPolicy::Negotiate`]): a
+//! CRC guards the values, and a sequence number tells whose answer an answer is (it repeats after
+//! 16 requests; no board answers the first of them after the last). A board that knows sessions
+//! gives one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards
+//! of the original kind answer unchecked packets, which do not say which request they belong to.
+//! With those, three rules keep a late answer from being taken for that to a later request:
 //!
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the
 //!    line is idle.

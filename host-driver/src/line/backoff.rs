@@ -1,7 +1,7 @@
 //! How long to sleep between looks at a line that holds fewer bytes than it can wake the host for.
 
-/// Backoff that grow from one character time to a limit: the rest of a packet is there soon, or not at
-/// all.
+/// Sleeps that grow from one character time to a limit: the rest of a packet is there soon, or not
+/// at all.
 #[derive(Debug, Clone)]
 pub(super) struct Backoff {
     next_ns: u64,

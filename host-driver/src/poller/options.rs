@@ -18,7 +18,8 @@ pub struct PollerOptions {
     pub pace: Pace,
     /// What counts mean.
     pub calibration: Calibration,
-    /// Low-pass on the pressures in [`Reading::kpa`](super::Reading::kpa); recordings hold what the boards sent.
+    /// Low-pass on the pressures in [`Reading::kpa`](super::Reading::kpa); recordings hold what the
+    /// boards sent.
     pub filter: Option<PressureFilter>,
     /// When a board counts as missing.
     pub presence: PresencePolicy,

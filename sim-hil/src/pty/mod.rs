@@ -14,8 +14,8 @@
 //!    sleeping and scheduling add makes them late, never early; [`PaceReport`] says by how much.
 //! 2. **The pty's detour is charged once, to nobody.** Its round trip (write, other side wakes and
 //!    writes back, this side sees it) is measured at start, and a request is dated back by its
-//!    median: [`RequestBackdating`]. So the first start bit falls when a client on a UART would have
-//!    had it fall, as far as the simulator can know.
+//!    median: [`RequestBackdating`]. So the first start bit falls when a client on a UART would
+//!    have had it fall, as far as the simulator can know.
 //! 3. **The simulator's own delay is the simulator's.** An answer that it hands over late (it woke
 //!    late, or was busy with the plant) makes the client late by as much. The request that follows
 //!    is dated back by that delay too: by what this one answer was late, not by an average, and
