@@ -21,7 +21,7 @@ const DIFFERENCE_KPA: f64 = 40.0;
 /// Of the integrator, 1/s.
 const GAIN: f64 = 2.0;
 /// An older reading is not acted on.
-const OLDEST_NS: u64 = 100_000_000;
+const OLDEST: Duration = Duration::from_millis(100);
 
 fn main() -> Result<(), Box<dyn Error>> {
     let port = std::env::args().nth(1).ok_or("expected PORT")?;
@@ -42,7 +42,7 @@ pub fn run(bus: Bus, duration: Duration) -> Result<f64, Box<dyn Error>> {
     let (began, mut due) = (Instant::now(), Instant::now());
     let (mut half_kpa, mut difference_kpa) = (0.0, 0.0);
     while began.elapsed() < duration && !poller.is_finished() {
-        if let Some(reading) = poller.latest().reading(0, Clock.now_ns(), OLDEST_NS) {
+        if let Some(reading) = poller.latest().reading(0, Clock.now_ns(), OLDEST) {
             difference_kpa = reading.kpa[0] - reading.kpa[1];
             half_kpa += GAIN * (DIFFERENCE_KPA - difference_kpa) / 2.0 * period.as_secs_f64();
             half_kpa = f64::clamp(half_kpa, -MEAN_KPA, MEAN_KPA);

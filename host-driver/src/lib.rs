@@ -37,6 +37,10 @@
 //! ```
 //!
 //! Everything blocks, nothing is async: one thread has nothing else to do than the bus.
+//!
+//! Durations are [`Duration`](std::time::Duration); those of more than 73 years count as 73 years.
+//! Time stamps are integers: ns on the clock of the bus's [`Line`](line::Line), under names that
+//! end in `_ns`.
 #![forbid(unsafe_code)]
 
 pub mod bus;
@@ -62,6 +66,7 @@ pub mod statistics;
 #[cfg(feature = "trajectory")]
 mod stored;
 pub mod stream;
+mod time;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
 mod unix_time;

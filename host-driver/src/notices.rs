@@ -6,6 +6,7 @@ use crate::poller::{BoardCommand, BoardState, Event};
 use pneudrive_protocol::CHANNELS;
 use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus};
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -151,15 +152,15 @@ impl Narrator {
     pub fn notice(&mut self, event: &Event<'_>) -> Option<Notice> {
         let new = |kind, text: String| Some(Notice::new(kind, text));
         match event {
-            Event::Board { board, state: BoardState::Missing, error, host_late_ns }
+            Event::Board { board, state: BoardState::Missing, error, host_late }
                 if self.missing.insert(*board) =>
             {
-                let why = match (error, host_late_ns) {
+                let why = match (error, host_late) {
                     // Not a word of wires, where it is the host that did not listen.
-                    (Some(ExchangeError::NoAnswer { .. } | ExchangeError::TooOld { .. }), Some(late_ns)) => {
+                    (Some(ExchangeError::NoAnswer { .. } | ExchangeError::TooOld { .. }), Some(late)) => {
                         format!(
                             " (no answer, but the host was late by {:.2} s in the same second: close other programs, or use --realtime)",
-                            seconds(*late_ns)
+                            late.as_secs_f64()
                         )
                     }
                     (Some(error), _) => format!(" ({error})"),
@@ -193,27 +194,28 @@ impl Narrator {
             Event::LineRateRaised { baud } => {
                 new(NoticeKind::LineRate, format!("all boards have gone to {} baud", baud.get()))
             }
-            Event::LineRateKept { baud, error, pause_ns } => new(
+            Event::LineRateKept { baud, error, pause } => new(
                 NoticeKind::LineRate,
                 format!(
                     "the line rate stays at {} baud: {error}; asked again after {:.0} s",
                     baud.get(),
-                    seconds(*pause_ns)
+                    pause.as_secs_f64()
                 ),
             ),
-            Event::LineRateTooSlowPace { baud, period_ms } => new(
+            Event::LineRateTooSlowPace { baud, period } => new(
                 NoticeKind::LineRate,
                 format!(
-                    "the line rate stays at {} baud: a cycle every {period_ms} ms would lose a faster one, which boards keep for 100 ms",
-                    baud.get()
+                    "the line rate stays at {} baud: a cycle every {} ms would lose a faster one, which boards keep for 100 ms",
+                    baud.get(),
+                    period.as_millis()
                 ),
             ),
-            Event::LineRateLowered { from, to, silent, lost, pause_ns } => {
+            Event::LineRateLowered { from, to, silent, lost, pause } => {
                 let why = match silent {
                     Some(board) => format!("board {board} did not answer any more"),
                     None => format!("{lost} exchanges were lost within a second"),
                 };
-                let (from, to, pause) = (from.get(), to.get(), seconds(*pause_ns));
+                let (from, to, pause) = (from.get(), to.get(), pause.as_secs_f64());
                 let text = format!("back from {from} to {to} baud: {why}; asked again after {pause:.0} s");
                 Some(Notice { kind: NoticeKind::LineRateLowered, board: *silent, text })
             }
@@ -221,19 +223,19 @@ impl Narrator {
             Event::LineNotBack { error } => {
                 new(NoticeKind::LineNotBack, format!("the port cannot be used yet: {error}"))
             }
-            Event::LineBack { gone_ns } => new(
+            Event::LineBack { gone } => new(
                 NoticeKind::LineBack,
-                format!("the port is back after {:.1} s, polling goes on", seconds(*gone_ns)),
+                format!("the port is back after {:.1} s, polling goes on", gone.as_secs_f64()),
             ),
-            Event::Stalled { by_ns } => new(
+            Event::Stalled { by } => new(
                 NoticeKind::Stalled,
                 format!(
                     "the host stood still for {:.1} s: it was stopped, or the machine is overloaded",
-                    seconds(*by_ns)
+                    by.as_secs_f64()
                 ),
             ),
-            Event::Paused { boards, unheard_ns, host_late_ns } => {
-                new(NoticeKind::Paused, paused(boards, *unheard_ns, *host_late_ns))
+            Event::Paused { boards, unheard, host_late } => {
+                new(NoticeKind::Paused, paused(boards, *unheard, *host_late))
             }
             Event::CommandsStale => {
                 new(NoticeKind::CommandsStale, "nobody renews the commands: 0 kPa is commanded".to_owned())
@@ -283,9 +285,9 @@ fn line_lost(error: &LineError, holding: &[u8]) -> String {
     )
 }
 
-fn paused(boards: &[u8], unheard_ns: u64, host_late_ns: Option<u64>) -> String {
-    let why = match host_late_ns {
-        Some(late_ns) => format!("the host was late by {:.2} s, and ", seconds(late_ns)),
+fn paused(boards: &[u8], unheard: Duration, host_late: Option<Duration>) -> String {
+    let why = match host_late {
+        Some(late) => format!("the host was late by {:.2} s, and ", late.as_secs_f64()),
         None => String::new(),
     };
     let boards: Vec<_> = boards.iter().map(u8::to_string).collect();
@@ -293,7 +295,7 @@ fn paused(boards: &[u8], unheard_ns: u64, host_late_ns: Option<u64>) -> String {
         "{why}board(s) {} had not answered for {:.2} s and may have vented: 0 kPa was sent, from the next answer on set points \
          return by a ramp",
         boards.join(", "),
-        seconds(unheard_ns)
+        unheard.as_secs_f64()
     )
 }
 
@@ -308,10 +310,6 @@ fn lowered(board: u8, wanted: &BoardCommand, sent: &BoardCommand) -> String {
     )
 }
 
-fn seconds(ns: u64) -> f64 {
-    ns as f64 * 1e-9
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,7 +318,7 @@ mod tests {
     fn a_board_is_news_when_it_stays_away_and_when_it_is_back() {
         let mut narrator = Narrator::default();
         let mut tell = |state| {
-            let notice = narrator.notice(&Event::Board { board: 2, state, error: None, host_late_ns: None });
+            let notice = narrator.notice(&Event::Board { board: 2, state, error: None, host_late: None });
             notice.map(|notice| (notice.kind.name(), notice.board, notice.text))
         };
         assert_eq!(tell(BoardState::Present), None);
@@ -334,8 +332,11 @@ mod tests {
 
     #[test]
     fn a_pause_after_which_zero_kpa_was_sent_is_news() {
-        let event =
-            Event::Paused { boards: &[0, 2], unheard_ns: 430_000_000, host_late_ns: Some(188_000_000) };
+        let event = Event::Paused {
+            boards: &[0, 2],
+            unheard: Duration::from_millis(430),
+            host_late: Some(Duration::from_millis(188)),
+        };
         let notice = Narrator::default().notice(&event).unwrap();
         assert!(notice.kind.is_warning() && notice.kind.name() == "paused");
         assert_eq!(
@@ -349,14 +350,13 @@ mod tests {
     #[test]
     fn a_board_that_a_late_host_missed_is_not_said_to_be_badly_wired() {
         let asked = pneudrive_protocol::Address::of_board(2);
-        let error = ExchangeError::NoAnswer { asked, waited_us: 2_000 };
-        let text = |host_late_ns| {
-            let event =
-                Event::Board { board: 2, state: BoardState::Missing, error: Some(&error), host_late_ns };
+        let error = ExchangeError::NoAnswer { asked, waited: Duration::from_millis(2) };
+        let text = |host_late| {
+            let event = Event::Board { board: 2, state: BoardState::Missing, error: Some(&error), host_late };
             Narrator::default().notice(&event).unwrap().text
         };
         assert!(text(None).contains("the two wires"), "{}", text(None));
-        let late = text(Some(700_000_000));
+        let late = text(Some(Duration::from_millis(700)));
         assert!(late.contains("the host was late by 0.70 s") && !late.contains("wires"), "{late}");
     }
 }

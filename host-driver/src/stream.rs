@@ -24,6 +24,7 @@ pub struct UdpStream {
 /// An address that cannot be sent to.
 #[derive(Debug, Error)]
 #[error("{address}: {reason}")]
+#[non_exhaustive]
 pub struct StreamError {
     /// As given.
     pub address: String,

@@ -2,13 +2,13 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError};
 use pneudrive_host::line::Line;
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, RequestDecoder};
+use std::time::Duration;
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options =
-        BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: false, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
@@ -32,13 +32,17 @@ fn original(request: &[u8]) -> Vec<u8> {
 fn boards_that_check_and_original_ones_are_told_apart_by_a_ping() {
     let mut checks = board(|_| 7);
     let mut modern = bus(move |number, request| vec![(AT_ONCE, checks(number, request))]);
-    assert_eq!(modern.frames(0), Frames::Unknown);
+    assert_eq!(modern.format(0), BoardFormat::Unknown);
     assert_eq!(modern.ping(0).unwrap().pressures, counts(7));
-    assert_eq!((modern.frames(0), modern.counters(0).lost()), (Frames::Checked, 0));
+    assert_eq!((modern.format(0), modern.counters(0).lost()), (BoardFormat::Checked, 0));
 
     let mut old = bus(|_, request| vec![(AT_ONCE, original(request))]);
     assert_eq!(old.ping(0).unwrap().pressures, counts(7));
-    assert_eq!((old.frames(0), old.counters(0).lost()), (Frames::Unchecked, 1), "its first answer tells");
+    assert_eq!(
+        (old.format(0), old.counters(0).lost()),
+        (BoardFormat::Unchecked, 1),
+        "its first answer tells"
+    );
     assert!((0..100).all(|_| old.exchange(0, counts(300)).is_ok()));
 }
 
@@ -59,7 +63,7 @@ fn a_damaged_answer_makes_no_board_an_original_one_for_long() {
         believed.len() > 5 && believed.iter().all(|answer| answer.pressures == counts(7)),
         "{believed:?}"
     );
-    assert_eq!(bus.frames(0), Frames::Checked);
+    assert_eq!(bus.format(0), BoardFormat::Checked);
 }
 
 /// One ping lost to noise does not make a board count as original.
@@ -71,7 +75,7 @@ fn one_lost_packet_does_not_decide_the_format() {
         if number == 0 { Vec::new() } else { vec![(AT_ONCE, answer)] }
     });
     bus.ping(0).unwrap();
-    assert_eq!(bus.frames(0), Frames::Checked);
+    assert_eq!(bus.format(0), BoardFormat::Checked);
 }
 
 /// Original: 40 of 80 single-bit flips in an answer were accepted.
@@ -138,7 +142,8 @@ fn a_repeated_answer_is_refused() {
     });
     bus.ping(0).unwrap();
     let error = bus.exchange(0, counts(300)).unwrap_err();
-    assert!(matches!(error, ExchangeError::Stale { waited_us: 2_200, .. }), "{error}");
+    assert!(matches!(error, ExchangeError::Stale { .. }), "{error}");
+    assert_eq!(error.waited(), Duration::from_micros(2_200));
 }
 
 /// What the adapter echoes is no answer, even if nobody knew that it echoes.
@@ -147,7 +152,7 @@ fn an_unexpected_echo_is_no_answer() {
     let mut bus = bus(|_, request| vec![(0, request.to_vec())]);
     let error = bus.exchange(0, [Counts::ATMOSPHERE; 4]).unwrap_err();
     assert!(!matches!(error, ExchangeError::Line(_)), "{error}");
-    assert_eq!(bus.frames(0), Frames::Unknown);
+    assert_eq!(bus.format(0), BoardFormat::Unknown);
 }
 
 /// Unchecked answers of a board that checks are not believed: they can only be damaged.

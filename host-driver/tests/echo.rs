@@ -2,8 +2,9 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FrameMode, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, ExchangeError, FormatPolicy, OpenBusError};
 use pneudrive_protocol::Echo;
+use std::time::Duration;
 
 /// An echo and, from board 0, an answer of the very same bytes: what content cannot tell apart.
 fn echoing(request: &[u8]) -> Reply {
@@ -17,7 +18,7 @@ fn echoing(request: &[u8]) -> Reply {
 fn open(
     script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static,
 ) -> Result<Bus<VirtualLine>, OpenBusError> {
-    Bus::new(VirtualLine::new(script), BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() })
+    Bus::new(VirtualLine::new(script), BusOptions::default().formats(FormatPolicy::Unchecked))
 }
 
 #[test]
@@ -87,11 +88,9 @@ fn the_echo_of_a_guard_byte_is_no_part_of_the_requests_echo() {
             reply
         });
         line.guards_echo_after_ns = Some(late_ns);
-        let options = BusOptions {
-            frames: FrameMode::Unchecked,
-            answer_allowance_ns: 10_000_000,
-            ..BusOptions::default()
-        };
+        let options = BusOptions::default()
+            .formats(FormatPolicy::Unchecked)
+            .answer_allowance(Duration::from_millis(10));
         let mut bus = Bus::new(line, options).unwrap();
         assert_eq!(bus.echo(), Echo::Present);
         for turn in 0..10 {

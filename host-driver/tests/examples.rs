@@ -29,7 +29,7 @@ mod trajectory;
 fn boards(boards: u16) -> (VirtualBoards, Bus) {
     let sim = VirtualBoards::start(&VirtualOptions::new(boards, Baud::ORIGINAL)).unwrap();
     let echo = EchoMode::Known(Echo::Absent);
-    let options = BusOptions { answer_allowance_ns: 1_000_000_000, echo, ..BusOptions::default() };
+    let options = BusOptions::default().answer_allowance(Duration::from_secs(1)).echo(echo);
     let bus = Bus::open(sim.path(), options).unwrap();
     (sim, bus)
 }

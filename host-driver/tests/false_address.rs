@@ -3,17 +3,17 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, Frames};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardCommand, Event, Observer, PollerOptions, Polling, Row, SetPoints};
 use pneudrive_protocol::{Address, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
 
-fn options(frames: FrameMode) -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() }
+fn options(frames: FormatPolicy) -> BusOptions {
+    BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(frames).sessions(false)
 }
 
-fn bus(frames: FrameMode, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
+fn bus(frames: FormatPolicy, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
     Bus::new(VirtualLine::new(script), options(frames)).unwrap()
 }
 
@@ -40,7 +40,7 @@ fn boards(first: u8, pressure: u16) -> impl FnMut(usize, &[u8]) -> Reply {
 
 #[test]
 fn a_request_after_an_answer_that_ends_in_0xff_comes_behind_a_guard_byte() {
-    let mut bus = bus(FrameMode::Unchecked, ends_in_0xff);
+    let mut bus = bus(FormatPolicy::Unchecked, ends_in_0xff);
     for turn in 0..20 {
         bus.exchange(turn % 4, counts(300)).unwrap();
     }
@@ -55,7 +55,7 @@ fn a_request_after_an_answer_that_ends_in_0xff_comes_behind_a_guard_byte() {
 
 #[test]
 fn a_request_after_anything_else_needs_none() {
-    let mut bus = bus(FrameMode::Unchecked, |_, request| vec![(AT_ONCE, answer(0xFF - request[1], 510))]);
+    let mut bus = bus(FormatPolicy::Unchecked, |_, request| vec![(AT_ONCE, answer(0xFF - request[1], 510))]);
     for turn in 0..20 {
         bus.exchange(turn % 4, counts(511)).unwrap();
     }
@@ -65,7 +65,7 @@ fn a_request_after_anything_else_needs_none() {
 /// What failed, and what came unasked, may have been heard otherwise by a board.
 #[test]
 fn a_request_after_a_disturbance_comes_behind_a_guard_byte() {
-    let mut bus = bus(FrameMode::Unchecked, |number, request| match number {
+    let mut bus = bus(FormatPolicy::Unchecked, |number, request| match number {
         1 => vec![(AT_ONCE, vec![0x12; 7])],
         4 => Vec::new(),
         _ => vec![(AT_ONCE, answer(0xFF - request[1], 500))],
@@ -86,9 +86,9 @@ fn a_request_after_a_disturbance_comes_behind_a_guard_byte() {
 #[test]
 fn set_points_that_end_in_0xff_are_sent_one_count_lower_as_long_as_board_0_may_be_of_the_original_kind() {
     // Board 0 is of the original kind.
-    let mut mixed = bus(FrameMode::Negotiate, boards(1, 500));
+    let mut mixed = bus(FormatPolicy::Negotiate, boards(1, 500));
     (0..4).for_each(|board| drop(mixed.ping(board)));
-    assert_eq!(mixed.frames(3), Frames::Checked);
+    assert_eq!(mixed.format(3), BoardFormat::Checked);
     for (wanted, sent) in [(255, 254), (511, 510), (767, 766), (1023, 1022), (510, 510), (512, 512)] {
         let all = counts(wanted);
         let lower = [all[0], all[1], all[2], Counts::new(sent).unwrap()];
@@ -100,7 +100,7 @@ fn set_points_that_end_in_0xff_are_sent_one_count_lower_as_long_as_board_0_may_b
         }
     }
     // All check.
-    let mut checked = bus(FrameMode::Negotiate, boards(0, 511));
+    let mut checked = bus(FormatPolicy::Negotiate, boards(0, 511));
     for board in 0..4 {
         checked.ping(board).unwrap();
     }
@@ -110,7 +110,7 @@ fn set_points_that_end_in_0xff_are_sent_one_count_lower_as_long_as_board_0_may_b
         assert_eq!(checked.line().requests.last().unwrap().1[9], 0xFF);
     }
     assert_eq!((guards, checked.line().guards.len()), (1, 1), "only while nothing was known of board 0");
-    assert_eq!(bus(FrameMode::Checked, boards(0, 511)).commands_on_the_wire(counts(511)), counts(511));
+    assert_eq!(bus(FormatPolicy::Checked, boards(0, 511)).commands_on_the_wire(counts(511)), counts(511));
 }
 
 /// What an observer is told.
@@ -134,7 +134,7 @@ impl Observer for Told {
 
 #[test]
 fn the_row_has_what_was_sent_and_it_is_told_once() {
-    let bus = bus(FrameMode::Unchecked, ends_in_0xff);
+    let bus = bus(FormatPolicy::Unchecked, ends_in_0xff);
     let points = SetPoints::new(2);
     points.set(1, counts(511)).unwrap();
     let told = Told::default();

@@ -5,9 +5,9 @@
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use byteorder::LittleEndian;
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::messages::JointState;
-use pneudrive_host::poller::{PollerOptions, Polling, SetPoints, Supply};
+use pneudrive_host::poller::{PollerOptions, Polling, SetPoints, SourceStatus};
 use pneudrive_host::record::Recorder;
 use pneudrive_protocol::{Echo, SensorScale};
 use serde_json::Value;
@@ -20,16 +20,12 @@ fn topics() -> BTreeMap<String, Vec<String>> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     let line = VirtualLine::new(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 300))]);
-    let options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
     let polled = PollerOptions::for_devices(4);
     let (recorder, tap) = Recorder::create(&file, &polled.boards, SensorScale::ORIGINAL, false).unwrap();
     let bus = Bus::new(line, options).unwrap();
     let mut polling = Polling::new(bus, polled, Box::new(SetPoints::new(4)), vec![tap]);
-    (0..5).for_each(|_| assert_eq!(polling.cycle().unwrap(), Supply::Continues));
+    (0..5).for_each(|_| assert_eq!(polling.cycle().unwrap(), SourceStatus::Continues));
     drop(polling);
     recorder.finish().unwrap();
     let stored = std::fs::read(&file).unwrap();

@@ -2,14 +2,15 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardCommand, ChannelLimit, CommandSource, Limits, Override, PollerOptions, Polling, SetPoints, Supply,
-    VENTED,
+    BoardCommand, ChannelLimit, CommandSource, Limits, Override, PollerOptions, Polling, SetPoints,
+    SourceStatus, VENTED,
 };
 use pneudrive_protocol::{Echo, Packet};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -23,11 +24,8 @@ fn followers() -> impl FnMut(usize, &[u8]) -> Reply + Send {
 }
 
 fn polling(options: PollerOptions, source: Box<dyn CommandSource>) -> Polling<VirtualLine> {
-    let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
+    let bus_options =
+        BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
     let bus = Bus::new(VirtualLine::new(followers()), bus_options).unwrap();
     Polling::new(bus, options, source, Vec::new())
 }
@@ -68,15 +66,15 @@ fn no_source_gets_past_the_maximum() {
     /// Wants more and more.
     struct Rising(u16);
     impl CommandSource for Rising {
-        fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> Supply {
+        fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> SourceStatus {
             self.0 = (self.0 + 1) % 1024;
             commands.fill(counts(self.0));
-            Supply::Continues
+            SourceStatus::Continues
         }
     }
     let mut limits = everywhere(300.0, f64::INFINITY);
     limits.set(0, 3, ChannelLimit { max_kpa: 100.0, max_rate_kpa_s: f64::INFINITY }).unwrap();
-    let options = PollerOptions { limits, ..PollerOptions::for_devices(1) };
+    let options = PollerOptions::for_devices(1).limits(limits);
     let mut polling = polling(options, Box::new(Rising(0)));
     run(&mut polling, SECOND);
     let sent = sent(&mut polling);
@@ -88,11 +86,8 @@ fn no_source_gets_past_the_maximum() {
 #[test]
 fn a_rate_limit_holds_and_a_vent_does_not_wait_for_it() {
     let handle = Override::manual(&[counts(511)]);
-    let options = PollerOptions {
-        vent: handle.latch(),
-        limits: everywhere(f64::INFINITY, 84.1645),
-        ..PollerOptions::for_devices(1)
-    };
+    let options =
+        PollerOptions::for_devices(1).vent(handle.latch()).limits(everywhere(f64::INFINITY, 84.1645));
     let mut polling = polling(options, handle.over(Box::new(set_points(counts(511)))));
     assert_eq!(run(&mut polling, SECOND), 202, "100 counts in the first second");
     let values: Vec<_> = sent(&mut polling).iter().map(|command| command[2].get()).collect();
@@ -132,7 +127,7 @@ fn after_a_port_comes_back_boards_vent_until_they_are_released() {
 fn the_release_after_an_outage_returns_to_the_source_and_that_of_a_vent_by_hand_does_not() {
     for (by_hand, expected) in [(false, 340), (true, VENTED[0].get())] {
         let handle = Override::following(1);
-        let options = PollerOptions { vent: handle.latch(), ..PollerOptions::for_devices(1) };
+        let options = PollerOptions::for_devices(1).vent(handle.latch());
         let mut polling = polling(options, handle.over(Box::new(set_points(counts(340)))));
         unplug(&mut polling);
         assert_eq!(run(&mut polling, 4 * SECOND), VENTED[0].get());
@@ -149,7 +144,7 @@ fn the_release_after_an_outage_returns_to_the_source_and_that_of_a_vent_by_hand_
 
 #[test]
 fn with_resume_set_points_return_by_a_ramp() {
-    let options = PollerOptions { resume: true, ..PollerOptions::for_devices(1) };
+    let options = PollerOptions::for_devices(1).resume(true);
     let latch = options.vent.clone();
     // The board has vented meanwhile: it reports 0 kPa until it is commanded otherwise.
     let mut polling = polling(options, Box::new(set_points(counts(340))));
@@ -173,11 +168,8 @@ fn a_board_that_was_away_returns_by_a_ramp() {
         true => follow(n, request),
         false => Vec::new(),
     };
-    let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
+    let bus_options =
+        BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
     let bus = Bus::new(VirtualLine::new(script), bus_options).unwrap();
     let source = Box::new(set_points(counts(340)));
     let mut polling = Polling::new(bus, PollerOptions::for_devices(1), source, Vec::new());
@@ -200,12 +192,10 @@ fn a_missing_board_does_not_keep_the_others_from_their_set_points() {
         let packet = Packet::decode(request[request.len() - 10..].try_into().unwrap()).unwrap();
         if packet.address.board() == 0 { followers()(n, request) } else { Vec::new() }
     };
-    let bus_options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        answer_allowance_ns: SECOND / 2,
-        ..BusOptions::default()
-    };
+    let bus_options = BusOptions::default()
+        .formats(FormatPolicy::Unchecked)
+        .echo(EchoMode::Known(Echo::Absent))
+        .answer_allowance(Duration::from_nanos(SECOND / 2));
     let bus = Bus::new(VirtualLine::new(script), bus_options).unwrap();
     let points = SetPoints::new(2);
     points.set(0, counts(340)).unwrap();

@@ -51,7 +51,7 @@ fn host(firmware: Firmware) -> (Bus<VirtualLine>, AskedFor) {
         };
         vec![(AT_ONCE, bytes)]
     });
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent));
     let mut bus = Bus::new(line, options).unwrap();
     bus.ping(0).unwrap();
     // A session begins with its first command.

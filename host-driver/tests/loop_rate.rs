@@ -3,22 +3,19 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::poller::{Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{CHANNELS, Counts, Echo};
+use std::time::Duration;
 
 /// `cycles` cycles of one board, and the run ends as soon as the last one's exchange is over.
 fn run(pace: Pace, cycles: u64, answers: bool) -> Statistics {
     let line =
         VirtualLine::new(move |_, _| if answers { vec![(AT_ONCE, answer(0, 300))] } else { Vec::new() });
-    let options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(1) };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
+    let polled = PollerOptions::for_devices(1).pace(pace);
     let mut bus = Bus::new(line, options).unwrap();
     // Before a bus's first request goes a guard byte, which takes its time once.
     let _ = bus.exchange(0, [Counts::ATMOSPHERE; CHANNELS]);
@@ -33,7 +30,7 @@ fn run(pace: Pace, cycles: u64, answers: bool) -> Statistics {
 
 #[test]
 fn the_last_cycle_of_a_run_with_a_rate_has_no_period() {
-    let pace = Pace::Every { period_ns: 50_000_000, missed: MissedTick::Skip };
+    let pace = Pace::every(Duration::from_millis(50));
     let statistics = run(pace, 21, true);
     let rate = statistics.loop_hz;
     assert!((rate.mean - 20.0).abs() < 1e-9 && rate.std < 1e-6, "{rate:?}");

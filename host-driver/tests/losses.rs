@@ -3,20 +3,17 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::poller::{Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::Echo;
+use std::time::Duration;
 
 const MS: u64 = 1_000_000;
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options = BusOptions {
-        echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Unchecked,
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(FormatPolicy::Unchecked);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
@@ -44,8 +41,8 @@ fn run(one_in: u64) -> Statistics {
         }
         vec![(AT_ONCE + late(number), answer(board, 500))]
     });
-    let pace = Pace::Every { period_ns: 4 * MS, missed: MissedTick::Skip };
-    let options = PollerOptions { pace, ..PollerOptions::for_devices(2) };
+    let pace = Pace::every(Duration::from_millis(4));
+    let options = PollerOptions::for_devices(2).pace(pace);
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(2)), Vec::new());
     while polling.bus_mut().line().now_ns() < 60_000 * MS {
         let at_ns = polling.next_cycle_ns();

@@ -3,7 +3,7 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     BoardState, Event, Observer, PollerOptions, Polling, PressureFilter, Row, SetPoints, VENTED,
@@ -24,7 +24,7 @@ fn boards(_: usize, request: &[u8]) -> Reply {
 }
 
 fn options() -> BusOptions {
-    BusOptions { frames: FrameMode::Unchecked, echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() }
+    BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent))
 }
 
 /// What observers were told, in words.
@@ -44,14 +44,14 @@ impl Observer for Told {
 
     fn event(&mut self, event: &Event<'_>) {
         let text = match event {
-            Event::Board { board, state, host_late_ns: Some(late_ns), .. } => {
-                format!("board {board} {state:?}, host late by {} ms", late_ns / 1_000_000)
+            Event::Board { board, state, host_late: Some(late), .. } => {
+                format!("board {board} {state:?}, host late by {} ms", late.as_millis())
             }
             Event::Board { board, state, .. } => format!("board {board} {state:?}"),
             Event::LineLost { error, .. } => format!("lost: {error}"),
             Event::LineNotBack { error } => format!("not back: {error}"),
-            Event::LineBack { gone_ns } => format!("back after {} ms", gone_ns / 1_000_000),
-            Event::Stalled { by_ns } => format!("stalled for {} ms", by_ns / 1_000_000),
+            Event::LineBack { gone } => format!("back after {} ms", gone.as_millis()),
+            Event::Stalled { by } => format!("stalled for {} ms", by.as_millis()),
             other => format!("{other:?}"),
         };
         self.lines.lock().unwrap().push(text);
@@ -72,7 +72,7 @@ impl Told {
 fn polling(line: VirtualLine, devices: u16) -> (Polling<VirtualLine>, Told) {
     let told = Told::default();
     let filter = Some(PressureFilter::ORIGINAL);
-    let options_of_poller = PollerOptions { filter, ..PollerOptions::for_devices(devices) };
+    let options_of_poller = PollerOptions::for_devices(devices).filter(filter);
     let bus = Bus::new(line, options()).unwrap();
     let points = SetPoints::new(usize::from(devices));
     let polling = Polling::new(bus, options_of_poller, Box::new(points), vec![Box::new(told.clone())]);
@@ -181,8 +181,8 @@ fn an_answer_read_much_too_late_is_not_fresh() {
     // request.
     bus.line_mut().stops_for_ns = 2 * SECOND;
     let refused = bus.exchange(0, counts(300)).unwrap_err();
-    let ExchangeError::TooOld { waited_us, .. } = refused else { panic!("{refused}") };
-    assert_eq!(waited_us / 1_000, 2_000);
+    let ExchangeError::TooOld { waited, .. } = refused else { panic!("{refused}") };
+    assert_eq!(waited.as_millis(), 2_000);
     assert_eq!(bus.counters(0).stale, 1);
     bus.exchange(0, counts(300)).unwrap();
 }

@@ -4,11 +4,9 @@
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
 use pneudrive_host::Calibration;
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode, Frames, PageError};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy, PageError};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{
-    Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
-};
+use pneudrive_host::poller::{Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints};
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
@@ -16,8 +14,8 @@ use pneudrive_protocol::pages::{
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-const MS: u64 = 1_000_000;
 const DRIVES: [i16; 4] = [400, -400, 0, 1];
 
 /// A board that checks, and answers page requests unless its firmware is of before pages. Remembers
@@ -54,12 +52,10 @@ fn board(pages: bool, asked: &Arc<Mutex<Vec<Asked>>>) -> impl FnMut(usize, &[u8]
 }
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options = BusOptions {
-        echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Negotiate,
-        sessions: false,
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default()
+        .echo(EchoMode::Known(Echo::Absent))
+        .formats(FormatPolicy::Negotiate)
+        .sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
@@ -68,7 +64,7 @@ fn a_board_of_which_nothing_is_known_tells_everything_and_is_commanded_nothing()
     let asked = Arc::default();
     let mut bus = bus(board(true, &asked));
     assert_eq!(bus.about(0).unwrap(), About { chip: ChipKind::Rp2040, version: [1, 2, 3] });
-    assert_eq!(bus.frames(0), Frames::Checked);
+    assert_eq!(bus.format(0), BoardFormat::Checked);
     assert_eq!(bus.board_state(0).unwrap().board, StateNow::Running);
     assert_eq!(bus.drives(0).unwrap().0.counts(), DRIVES);
     assert_eq!(bus.counter(0, Counter::UptimeS).unwrap(), 1_000_000_012);
@@ -133,11 +129,9 @@ impl Observer for Told {
 fn poll(pages: bool, share: f64, cycles: usize, more: Option<Box<dyn Observer>>) -> (Told, Vec<Asked>, u64) {
     let asked = Arc::default();
     let told = Told::default();
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: MS, missed: MissedTick::Skip },
-        drives: Some(PageShare::new(share).unwrap()),
-        ..PollerOptions::for_devices(1)
-    };
+    let options = PollerOptions::for_devices(1)
+        .pace(Pace::every(Duration::from_millis(1)))
+        .drives(PageShare::new(share).unwrap());
     let mut observers: Vec<Box<dyn Observer>> = vec![Box::new(told.clone())];
     observers.extend(more);
     let mut polling =

@@ -3,7 +3,7 @@
 use crate::support::pty::PtyBoards;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, OpenBusError};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy, OpenBusError};
 use pneudrive_host::line::{Line, OpenError, SerialOptions, SerialPort};
 use pneudrive_host::poller::{
     BoardState, Outcome, Poller, PollerOptions, PollerPanicked, SetPoints, StartError,
@@ -27,7 +27,7 @@ fn until(what: &str, mut done: impl FnMut() -> bool) {
 fn commands_and_pressures_cross_a_pty() {
     let boards = PtyBoards::start(2);
     // The machine that runs the tests may be busy with others.
-    let patient = BusOptions { answer_allowance_ns: 1_000_000_000, ..BusOptions::default() };
+    let patient = BusOptions::default().answer_allowance(Duration::from_secs(1));
     let mut bus = Bus::open(boards.path(), patient).unwrap();
     for value in [1, 102, 0xFF, 511, 1023] {
         for board in [0, 1] {
@@ -109,8 +109,8 @@ fn the_poller_loses_a_board_and_finds_it_again() {
 fn a_poller_that_cannot_have_what_it_asks_for_does_not_start() {
     let boards = PtyBoards::start(1);
     let bus = Bus::open(boards.path(), BusOptions::default()).unwrap();
-    let real_time = RealTime { core: Some(100_000), ..RealTime::default() };
-    let options = PollerOptions { real_time, ..PollerOptions::for_devices(1) };
+    let real_time = RealTime::default().core(100_000);
+    let options = PollerOptions::for_devices(1).real_time(real_time);
     let points = SetPoints::new(1);
     points.set(0, counts(300)).unwrap();
     let error = Poller::start(bus, options, Box::new(points), Vec::new()).unwrap_err();
@@ -154,21 +154,18 @@ fn a_snapshot_gives_no_reading_that_is_too_old() {
     until("the board", || poller.latest().boards.first().is_some_and(|row| row.fresh().is_some()));
     let snapshot = poller.latest();
     let asked_ns = snapshot.boards[0].reading.unwrap().asked_ns;
-    assert!(snapshot.reading(0, asked_ns + 1_000, 1_000).is_some());
-    assert!(snapshot.reading(0, asked_ns + 1_001, 1_000).is_none());
-    assert_eq!(snapshot.reading(1, asked_ns, u64::MAX), None);
-    assert!(snapshot.age_ns(clock.now_ns()).is_some_and(|age_ns| age_ns > 0));
+    let oldest = Duration::from_micros(1);
+    assert!(snapshot.reading(0, asked_ns + 1_000, oldest).is_some());
+    assert!(snapshot.reading(0, asked_ns + 1_001, oldest).is_none());
+    assert_eq!(snapshot.reading(1, asked_ns, Duration::MAX), None);
+    assert!(snapshot.age(clock.now_ns()).is_some_and(|age| !age.is_zero()));
 }
 
 /// With fewer boards than are polled, what comes late or damaged from others falls into the time of
 /// one that does not exist.
 #[test]
 fn bytes_that_are_refused_do_not_make_a_board_one_that_is_there() {
-    let options = BusOptions {
-        echo: EchoMode::Known(Echo::Absent),
-        frames: FrameMode::Unchecked,
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(FormatPolicy::Unchecked);
     let finished = |points: SetPoints| {
         let line = VirtualLine::new(|_, request| match 0xFF - request[1] {
             0 => vec![(AT_ONCE, answer(0, 102))],

@@ -3,12 +3,13 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::poller::{BoardState, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::Echo;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 const MS: u64 = 1_000_000;
 const TIMEOUT_NS: u64 = 2_200_000;
@@ -34,14 +35,12 @@ impl Rig {
         });
         // No wait for late answers: with checked packets there is none, and it would hide the
         // pauses.
-        let options = BusOptions {
-            echo: EchoMode::Known(Echo::Absent),
-            frames: FrameMode::Unchecked,
-            late_answer_limit_ns: 0,
-            ..BusOptions::default()
-        };
-        let pace = Pace::Every { period_ns: MS, missed: MissedTick::Skip };
-        let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
+        let options = BusOptions::default()
+            .echo(EchoMode::Known(Echo::Absent))
+            .formats(FormatPolicy::Unchecked)
+            .late_answer_limit(Duration::ZERO);
+        let pace = Pace::every(Duration::from_millis(1));
+        let polled = PollerOptions::for_devices(2).pace(pace);
         let bus = Bus::new(line, options).unwrap();
         let polling = Polling::new(bus, polled, Box::new(SetPoints::new(2)), Vec::new());
         Self { polling, silent, states: Vec::new() }

@@ -61,7 +61,7 @@ fn the_bus_thread_gets_what_it_is_given_and_no_other_does() {
     let boards = PtyBoards::start(1);
     let allowed = sched_getaffinity(None).unwrap();
     let core = (0..CpuSet::MAX_CPU).find(|&core| allowed.is_set(core)).unwrap();
-    let may_have_priority = RealTime { priority: Some(7), ..RealTime::default() }.check().is_ok();
+    let may_have_priority = RealTime::default().priority(7).check().is_ok();
     let mut command = Command::new(env!("CARGO_BIN_EXE_pneudrive-host"));
     command.arg("--port").arg(boards.path()).arg(format!("--pin-core={core}"));
     if may_have_priority {

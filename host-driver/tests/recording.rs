@@ -5,11 +5,11 @@
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PollerOptions, Polling, Supply, VENTED,
+    BoardCommand, CommandSource, Pace, PollerOptions, Polling, SourceStatus, VENTED,
 };
 use pneudrive_host::record::{Contents, Description, Recorder, RecorderOptions};
 use pneudrive_host::replay::Rows;
@@ -17,6 +17,7 @@ use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::{Counts, Echo, SensorScale};
 use std::io::{Cursor, Read};
 use std::path::Path;
+use std::time::Duration;
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
 const PERIOD_NS: u64 = 2_000_000;
@@ -26,14 +27,14 @@ const FORMATS: [&str; 4] = ["run.csv", "run.csv.gz", "run.csv.zst", "run.mcap"];
 struct Counting(u16);
 
 impl CommandSource for Counting {
-    fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, _: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         self.0 += 1;
         for (board, command) in commands.iter_mut().enumerate() {
             *command = std::array::from_fn(|k| {
                 Counts::new(270 + self.0 + 10 * k as u16 + 40 * board as u16).unwrap()
             });
         }
-        Supply::Continues
+        SourceStatus::Continues
     }
 }
 
@@ -41,13 +42,9 @@ impl CommandSource for Counting {
 /// while.
 fn record(file: &Path) {
     let line = VirtualLine::new(|_, request| vec![(AT_ONCE, answer(0xFF - request[1], 300))]);
-    let options = BusOptions {
-        frames: FrameMode::Unchecked,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
-    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(2) };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(EchoMode::Known(Echo::Absent));
+    let pace = Pace::every(Duration::from_nanos(PERIOD_NS));
+    let polled = PollerOptions::for_devices(2).pace(pace);
     let description =
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
     let names = serde_json::json!({ "1": { "board": "elbow", "3": "front left" } });

@@ -2,16 +2,17 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::false_address::guard_pause_ns;
 use pneudrive_protocol::{Baud, Counts, Echo};
+use std::time::Duration;
 
 const TIMEOUT_NS: u64 = 2_200_000;
 
 fn options() -> BusOptions {
-    BusOptions { echo: EchoMode::Known(Echo::Absent), frames: FrameMode::Unchecked, ..BusOptions::default() }
+    BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(FormatPolicy::Unchecked)
 }
 
 fn bus(script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
@@ -257,8 +258,8 @@ fn a_babbling_board_is_reported() {
 fn another_boards_answer_is_named() {
     let mut bus = bus(|_, _| vec![(AT_ONCE, answer(3, 7))]);
     let error = bus.exchange(1, counts(102)).unwrap_err();
-    let ExchangeError::OtherBoard { asked, answered, waited_us } = error else { panic!("{error}") };
-    assert_eq!((asked.board(), answered.board(), waited_us), (1, 3, 2_200));
+    let ExchangeError::OtherBoard { asked, answered, waited } = error else { panic!("{error}") };
+    assert_eq!((asked.board(), answered.board(), waited), (1, 3, Duration::from_micros(2_200)));
 }
 
 #[test]

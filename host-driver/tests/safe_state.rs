@@ -3,23 +3,22 @@
 
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use crate::support::{answer, counts};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
 
 const MS: u64 = 1_000_000;
 
-fn bus(frames: FrameMode, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
-    let options =
-        BusOptions { echo: EchoMode::Known(Echo::Absent), frames, sessions: false, ..BusOptions::default() };
+fn bus(frames: FormatPolicy, script: impl FnMut(usize, &[u8]) -> Reply + Send + 'static) -> Bus<VirtualLine> {
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).formats(frames).sessions(false);
     Bus::new(VirtualLine::new(script), options).unwrap()
 }
 
 /// A bus of boards of the original kind that read what `pressure` says for (board, the how manieth
 /// request).
 fn originals(mut pressure: impl FnMut(u8, usize) -> u16 + Send + 'static) -> Bus<VirtualLine> {
-    bus(FrameMode::Unchecked, move |number, request| {
+    bus(FormatPolicy::Unchecked, move |number, request| {
         let board = 0xFF - request[1];
         vec![(AT_ONCE, answer(board, pressure(board, number)))]
     })
@@ -96,7 +95,7 @@ fn boards_that_were_never_pressurised_are_confirmed_at_once() {
 fn a_board_that_falls_silent_is_named() {
     let silent = Arc::new(Mutex::new(false));
     let theirs = Arc::clone(&silent);
-    let mut bus = bus(FrameMode::Negotiate, move |_, request| {
+    let mut bus = bus(FormatPolicy::Negotiate, move |_, request| {
         let checked = CheckedPacket::decode(request.try_into().unwrap(), Direction::Request).is_ok();
         let answers = !checked && !*theirs.lock().unwrap();
         if answers { vec![(AT_ONCE, answer(0xFF - request[1], 300))] } else { Vec::new() }
@@ -113,7 +112,7 @@ fn a_board_that_falls_silent_is_named() {
 #[test]
 fn boards_that_check_confirm_at_once_and_are_left() {
     let mut ears: Vec<_> = (0..2).map(|board| RequestDecoder::new(Address::of_board(board))).collect();
-    let mut bus = bus(FrameMode::Negotiate, move |number, request| {
+    let mut bus = bus(FormatPolicy::Negotiate, move |number, request| {
         let board = 0xFF - request[1];
         let ear = &mut ears[usize::from(board)];
         let heard = request.iter().filter_map(|&byte| ear.push(byte)?.pressures()).last();
@@ -143,7 +142,7 @@ fn boards_that_check_confirm_at_once_and_are_left() {
 #[test]
 fn commands_of_zero_counts_are_no_farewell() {
     let ear = Mutex::new(RequestDecoder::new(Address::of_board(0)));
-    let mut bus = bus(FrameMode::Checked, move |_, request| {
+    let mut bus = bus(FormatPolicy::Checked, move |_, request| {
         let heard =
             request.iter().filter_map(|&byte| ear.lock().unwrap().push(byte)?.pressures()).last().unwrap();
         vec![(AT_ONCE, heard.answer(Address::of_board(0), counts(102)).to_vec())]

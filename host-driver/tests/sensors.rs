@@ -8,7 +8,7 @@ use pneudrive_host::bus::{Bus, BusOptions, EchoMode, PageError};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::Narrator;
 use pneudrive_host::poller::{
-    BoardSensors, Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
+    BoardSensors, Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
@@ -17,8 +17,8 @@ use pneudrive_protocol::pages::{
 };
 use pneudrive_protocol::{Address, Asked, Echo, RequestDecoder};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-const MS: u64 = 1_000_000;
 const BOTH: SensorStatus = SensorStatus {
     supply: SensorPart::Ads1115,
     supply_state: SensorState::Live,
@@ -96,8 +96,7 @@ impl Board {
 }
 
 fn bus(board: &Board) -> Bus<VirtualLine> {
-    let options =
-        BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: false, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(false);
     Bus::new(VirtualLine::new(board.script()), options).unwrap()
 }
 
@@ -141,11 +140,9 @@ struct Run {
 impl Run {
     /// One board at 1 kHz, asked for a sensor's page after this share of the polls.
     fn start(board: &Board, share: f64, more: Option<Box<dyn Observer>>) -> Self {
-        let options = PollerOptions {
-            pace: Pace::Every { period_ns: MS, missed: MissedTick::Skip },
-            sensors: Some(PageShare::new(share).unwrap()),
-            ..PollerOptions::for_devices(1)
-        };
+        let options = PollerOptions::for_devices(1)
+            .pace(Pace::every(Duration::from_millis(1)))
+            .sensors(PageShare::new(share).unwrap());
         let told = Told::default();
         let mut observers: Vec<Box<dyn Observer>> = vec![Box::new(told.clone())];
         observers.extend(more);
@@ -204,7 +201,7 @@ fn a_share_of_the_polls_is_followed_by_a_page_of_what_there_is() {
     assert_eq!((figures.supply_kpa, figures.chip_c, figures.rail_v), (Some(549.66), Some(30.0), Some(4.98)));
     assert_eq!(figures.angular_rate_rad_s, Some([1.0, -0.0025, 0.0]));
     let now_ns = run.polling.bus_mut().line().now_ns();
-    assert!((5 * MS..35 * MS).contains(&supply.age_ns(now_ns)), "{} ns", supply.age_ns(now_ns));
+    assert!((5..35).contains(&supply.age(now_ns).as_millis()), "{:?}", supply.age(now_ns));
     assert_eq!(run.told.lines(), ["sensors: board 0: supply sensor ADS1115 live, IMU BMI323 live"]);
 }
 

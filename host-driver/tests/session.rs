@@ -4,10 +4,10 @@
 use crate::support::counts;
 use crate::support::pty::PtyBoards;
 use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, ExchangeError, Frames, PageError};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, PageError};
 use pneudrive_host::line::{Line, SerialOptions, SerialPort};
 use pneudrive_protocol::pages::{PageEntry, SessionOffer};
-use pneudrive_protocol::{Address, Asked, Echo, Format, RequestDecoder};
+use pneudrive_protocol::{Address, Asked, Echo, PacketFormat, RequestDecoder};
 use std::sync::{Arc, Mutex};
 
 /// A board that knows sessions.
@@ -42,8 +42,8 @@ impl Board {
             }
             Some(Asked::Pressures(request)) => {
                 self.obeyed.push(match request.format {
-                    Format::Sealed(seal) => Some(seal.number().get()),
-                    Format::Unchecked | Format::Checked(_) => None,
+                    PacketFormat::Sealed(seal) => Some(seal.number().get()),
+                    PacketFormat::Unchecked | PacketFormat::Checked(_) => None,
                 });
                 request.answer(self.ear.address(), counts(7)).to_vec()
             }
@@ -56,7 +56,7 @@ type Shared = Arc<Mutex<Board>>;
 /// A host on a line on which the requests and answers with these numbers, counted from 0, are lost.
 fn host(board: &Shared, lost_requests: &'static [usize], lost_answers: &'static [usize]) -> Bus<VirtualLine> {
     let board = Arc::clone(board);
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(true);
     let line = VirtualLine::new(move |number, request: &[u8]| -> Reply {
         if lost_requests.contains(&number) {
             return Vec::new();
@@ -80,7 +80,7 @@ fn a_board_that_knows_sessions_is_in_one_after_its_ping() {
     let board = board();
     let mut bus = host(&board, &[], &[]);
     bus.ping(0).unwrap();
-    assert!(bus.in_session(0) && bus.frames(0) == Frames::Checked);
+    assert!(bus.in_session(0) && bus.format(0) == BoardFormat::Checked);
     (0..20).for_each(|_| assert!(bus.exchange(0, counts(300)).is_ok()));
     assert!(bus.in_session(0));
     let expected: Vec<_> = [None].into_iter().chain((1..=20).map(Some)).collect();
@@ -173,7 +173,7 @@ fn the_number_that_a_host_asks_with_is_a_random_one_of_this_run() {
             vec![(AT_ONCE, board.lock().unwrap().answer(request))]
         });
         line.random = random;
-        let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+        let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent));
         let mut bus = Bus::new(line, options).unwrap();
         bus.ping(0).unwrap();
         assert_eq!(*asked.lock().unwrap(), [expected], "{random}");
@@ -195,7 +195,7 @@ fn a_serial_ports_numbers_are_not_those_of_a_clock() {
 #[test]
 fn a_board_of_before_sessions_is_spoken_to_as_before() {
     let mut ear = RequestDecoder::new(Address::of_board(0));
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), sessions: true, ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent)).sessions(true);
     let line = VirtualLine::new(move |_, request: &[u8]| {
         let heard = request.iter().filter_map(|&byte| ear.push(byte)).last();
         let bytes = match heard {

@@ -65,7 +65,7 @@ pub use counts::{Counts, CountsError};
 pub use frame::{Frame, FrameFinder, FrameStatistics};
 pub use packet::{CHANNELS, PACKET_LEN, Packet, PacketError};
 pub use pages::{PageAnswer, PageRequest};
-pub use request_decoder::{Asked, Format, Request, RequestDecoder};
+pub use request_decoder::{Asked, PacketFormat, Request, RequestDecoder};
 pub use scale::{PressureError, ScaleError, SensorScale};
 pub use sequence::Sequence;
 pub use session::{RequestNumber, Seal, Session};

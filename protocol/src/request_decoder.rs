@@ -6,7 +6,7 @@ use crate::{
 
 /// In which format a request came, and its answer goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Format {
+pub enum PacketFormat {
     /// The original's: nothing guards the values.
     Unchecked,
     /// With a CRC and this sequence number.
@@ -40,13 +40,13 @@ pub struct Request {
     /// Commands of channels 0 to 3.
     pub commands: [Counts; CHANNELS],
     /// The format that the answer must have, too.
-    pub format: Format,
+    pub format: PacketFormat,
 }
 
 impl Request {
     /// Whether the host says with it that it leaves: see [`CheckedPacket::leave`].
     pub fn is_leave(&self) -> bool {
-        self.format != Format::Unchecked && self.commands == CheckedPacket::LEAVE
+        self.format != PacketFormat::Unchecked && self.commands == CheckedPacket::LEAVE
     }
 
     /// The ten bytes of the answer to it: the board's pressures, in the request's own format and
@@ -54,9 +54,9 @@ impl Request {
     pub fn answer(&self, address: Address, pressures: [Counts; CHANNELS]) -> [u8; PACKET_LEN] {
         let packet = Packet { address, values: pressures };
         match self.format {
-            Format::Unchecked => packet.encode(),
-            Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Answer),
-            Format::Sealed(seal) => {
+            PacketFormat::Unchecked => packet.encode(),
+            PacketFormat::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Answer),
+            PacketFormat::Sealed(seal) => {
                 let sequence = seal.number().sequence();
                 CheckedPacket { packet, sequence }.encode_sealed(Direction::Answer, seal)
             }
@@ -131,17 +131,17 @@ impl RequestDecoder {
         }
         let format = match frame {
             Frame::Unchecked(_) if self.host_checks => return None,
-            Frame::Unchecked(_) => Format::Unchecked,
+            Frame::Unchecked(_) => PacketFormat::Unchecked,
             Frame::Checked(_, Direction::Request) if self.in_session() => return None,
             Frame::Checked(checked, Direction::Request) => {
                 self.host_checks = !checked.is_leave();
-                Format::Checked(checked.sequence)
+                PacketFormat::Checked(checked.sequence)
             }
             Frame::Sealed(checked, Direction::Request, seal) => {
                 self.host_checks = !checked.is_leave();
                 let session = held.filter(|_| !checked.is_leave());
                 self.session = session.map(|held| HeldSession { last: seal.number(), begun: true, ..held });
-                Format::Sealed(seal)
+                PacketFormat::Sealed(seal)
             }
             Frame::PageRequest(request) => return self.page(request),
             Frame::Checked(_, Direction::Answer)

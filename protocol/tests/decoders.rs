@@ -2,8 +2,8 @@
 
 use pneudrive_protocol::pages::PageEntry;
 use pneudrive_protocol::{
-    Address, AnswerDecoder, Asked, CHANNELS, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet,
-    PageRequest, Request, RequestDecoder, Sequence,
+    Address, AnswerDecoder, Asked, CHANNELS, CheckedPacket, Counts, Direction, Echo, Heard, Packet,
+    PacketFormat, PageRequest, Request, RequestDecoder, Sequence,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -103,8 +103,8 @@ proptest! {
         for (packet, sequence, kind) in frames {
             let to_me = packet.address == own;
             let format = match kind {
-                0 => { bytes.extend(packet.encode()); Format::Unchecked }
-                1 => { bytes.extend(checked(packet, sequence, Direction::Request)); Format::Checked(Sequence::new(sequence)) }
+                0 => { bytes.extend(packet.encode()); PacketFormat::Unchecked }
+                1 => { bytes.extend(checked(packet, sequence, Direction::Request)); PacketFormat::Checked(Sequence::new(sequence)) }
                 2 => { bytes.extend(checked(packet, sequence, Direction::Answer)); continue }
                 3 => {
                     let page = PageRequest::new(packet.address, PageEntry::State, Sequence::new(sequence));
@@ -118,8 +118,8 @@ proptest! {
                     continue;
                 }
             };
-            if to_me && !(host_checks && format == Format::Unchecked) {
-                host_checks |= format != Format::Unchecked;
+            if to_me && !(host_checks && format == PacketFormat::Unchecked) {
+                host_checks |= format != PacketFormat::Unchecked;
                 mine.push(Asked::Pressures(Request { commands: packet.values, format }));
             }
         }

@@ -7,8 +7,8 @@ use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, StateNow,
 };
 use pneudrive_protocol::{
-    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet, PageAnswer,
-    PageRequest, RequestDecoder, Sequence,
+    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Heard, Packet, PacketFormat,
+    PageAnswer, PageRequest, RequestDecoder, Sequence,
 };
 use proptest::prelude::*;
 
@@ -181,7 +181,7 @@ fn a_page_request_says_nothing_of_who_commands() {
     assert!(FROZEN_REQUEST.iter().any(|&byte| decoder.push(byte).is_some()));
     let unchecked = Packet { address: Address::of_board(2), values: [Counts::ATMOSPHERE; 4] };
     let heard: Vec<_> = unchecked.encode().into_iter().filter_map(|byte| decoder.push(byte)).collect();
-    assert!(matches!(heard[..], [Asked::Pressures(request)] if request.format == Format::Unchecked));
+    assert!(matches!(heard[..], [Asked::Pressures(request)] if request.format == PacketFormat::Unchecked));
 }
 
 /// The host takes only the answer to this very page request.

@@ -5,7 +5,7 @@
 
 use pneudrive_protocol::pages::{Drives, PageEntry, SessionOffer};
 use pneudrive_protocol::{
-    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Format, Heard, Packet,
+    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Heard, Packet, PacketFormat,
     PageRequest, Request, RequestDecoder, RequestNumber, Sequence, Session,
 };
 
@@ -167,7 +167,10 @@ fn until_its_first_command_an_offered_session_changes_nothing() {
     let page = PageRequest::new(address(2), PageEntry::State, Sequence::new(1));
     assert_eq!(ask(&mut board, page.sealed(seal).encode()), None, "a session begins with a command");
     let packet = Packet { address: address(2), values: [Counts::ATMOSPHERE; 4] };
-    assert!(matches!(obeys(&mut board, packet.encode()), Some(Request { format: Format::Unchecked, .. })));
+    assert!(matches!(
+        obeys(&mut board, packet.encode()),
+        Some(Request { format: PacketFormat::Unchecked, .. })
+    ));
     assert!(board.offer(NUMBER), "the offer was lost: it is asked for again");
     assert!(obeys(&mut board, request(1)).is_some());
     assert!(matches!(ask(&mut board, page.encode()), Some(Asked::Page(_))), "anybody may ask for pages");

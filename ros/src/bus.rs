@@ -9,7 +9,7 @@ use crate::publish::PublishCounters;
 use crate::tap::{State, Tap};
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::notices::Notice;
-use pneudrive_host::poller::{MissedTick, Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};
+use pneudrive_host::poller::{Observer, Pace, Poller, PollerOptions, SetPoints, VentLatch};
 use pneudrive_host::record::Notes;
 use pneudrive_host::watch::{Watch, WatchOptions};
 use pneudrive_protocol::Baud;
@@ -77,13 +77,12 @@ impl OpenBus {
                 )));
             }
             None if limit_hz < USUAL_HZ => Pace::AsFastAsPossible,
-            rate_hz => Pace::Every {
-                period_ns: (1e9 / rate_hz.unwrap_or(USUAL_HZ)).round() as u64,
-                missed: MissedTick::Skip,
-            },
+            rate_hz => {
+                let period_ns = (1e9 / rate_hz.unwrap_or(USUAL_HZ)).round() as u64;
+                Pace::every(Duration::from_nanos(period_ns))
+            }
         };
-        let bus_options =
-            BusOptions { baud, answer_allowance_ns: flags.allowance_us() * 1_000, ..BusOptions::default() };
+        let bus_options = BusOptions::default().baud(baud).answer_allowance(flags.allowance());
         let bus_options =
             bus_options.calibrated(&settings.calibration, &PollerOptions::for_devices(devices).boards);
         let port = &flags.port[index];
@@ -94,15 +93,13 @@ impl OpenBus {
             pneudrive_host::bus::OpenBusError::Port(error) => Failure::input(error),
             other => Failure::running(other),
         })?;
-        let options = PollerOptions {
-            pace,
-            calibration: settings.calibration.clone(),
-            limits: settings.limits.clone(),
-            resume: flags.resume,
-            line_rate: settings.baud().policy(),
-            sensors: flags.sensors,
-            ..PollerOptions::for_devices(devices)
-        };
+        let options = PollerOptions::for_devices(devices)
+            .pace(pace)
+            .calibration(settings.calibration.clone())
+            .limits(settings.limits.clone())
+            .resume(flags.resume)
+            .line_rate(settings.baud().policy())
+            .sensors(flags.sensors);
         let port = port.display().to_string();
         let watchdog_ns = (flags.watchdog_s * 1e9).round() as u64;
         let of =

@@ -4,6 +4,7 @@ use clap::Parser;
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::poller::{BaudChoice, PageShare};
 use std::path::PathBuf;
+use std::time::Duration;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -117,15 +118,15 @@ pub struct Flags {
 }
 
 impl Flags {
-    /// How long a board may take to answer beyond the wire time, us: what was asked for, or what
-    /// its kind needs.
-    pub fn allowance_us(&self) -> u64 {
+    /// How long a board may take to answer beyond the wire time: what was asked for, or what its
+    /// kind needs.
+    pub fn allowance(&self) -> Duration {
         let virtual_boards = self.port.iter().any(|port| pneudrive_virtual::is_sim(port));
-        self.allowance_us.unwrap_or(if virtual_boards {
-            BusOptions::VIRTUAL_ALLOWANCE_NS / 1_000
-        } else {
-            BusOptions::ANSWER_ALLOWANCE_NS / 1_000
-        })
+        match self.allowance_us {
+            Some(allowance_us) => Duration::from_micros(allowance_us),
+            None if virtual_boards => BusOptions::VIRTUAL_ALLOWANCE,
+            None => BusOptions::ANSWER_ALLOWANCE,
+        }
     }
 }
 

@@ -29,7 +29,10 @@ pub fn initial(settings: &Settings) -> Initial {
         ("max_devices", ParameterValue::Integer(flags.max_devices.into())),
         ("first_joint", ParameterValue::Integer(flags.first_joint.into())),
         ("baud", baud(settings.baud())),
-        ("allowance_us", ParameterValue::Integer(flags.allowance_us().try_into().unwrap_or(i64::MAX))),
+        (
+            "allowance_us",
+            ParameterValue::Integer(flags.allowance().as_micros().try_into().unwrap_or(i64::MAX)),
+        ),
         // 0: as fast as possible, or 1000 where the wire allows it.
         ("rate_hz", ParameterValue::Double(flags.rate_hz.unwrap_or(0.0))),
         ("publish_rate_hz", ParameterValue::Double(flags.publish_rate_hz)),

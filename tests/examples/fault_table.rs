@@ -8,7 +8,7 @@
 //! `--only TEXT` runs the faults whose name contains it, `--strangers` the second table alone.
 //! Virtual time and fixed seeds: equal code gives an equal table.
 
-use pneudrive_host::bus::FrameMode;
+use pneudrive_host::bus::FormatPolicy;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -62,7 +62,7 @@ fn made_by_all_cores(rows: &[(Boards, Case)]) -> Vec<String> {
     let made = Mutex::new(vec![String::new(); rows.len()]);
     let work = || {
         while let Some(&(boards, case)) = rows.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let [unchecked, checked] = [FrameMode::Unchecked, FrameMode::Checked]
+            let [unchecked, checked] = [FormatPolicy::Unchecked, FormatPolicy::Checked]
                 .map(|frames| run(Setting { boards, frames, sessions: false, case }));
             let row = row(case, boards, &unchecked, &checked);
             let mut made = made.lock().unwrap_or_else(PoisonError::into_inner);

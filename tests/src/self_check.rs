@@ -10,11 +10,12 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict};
 use pneudrive_host::line::{Line, LineError};
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, Supply};
+use pneudrive_host::poller::{Pace, PollerOptions, Polling, SourceStatus};
 use pneudrive_sim::plant::Effect;
 use pneudrive_sim::rig::RigOptions;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::time::Duration;
 
 /// Highest set point of the checks, kPa: the program's default.
 pub const LEVEL_KPA: f64 = 150.0;
@@ -73,13 +74,13 @@ fn check_line<L: Line>(bus: Bus<L>, earlier: Option<&Report>) -> Report {
     let plan = Plan::new([LEVEL_KPA; 4], 1.0).unwrap();
     let calibration = Calibration::default();
     let (test, source, watch) = SelfTest::new(vec![BoardPlan { board: 0, index: 0, plan }], &calibration);
-    let pace = Pace::Every { period_ns: (1e9 / RATE_HZ) as u64, missed: MissedTick::Skip };
-    let options = PollerOptions { pace, reopen: None, ..PollerOptions::for_devices(1) };
+    let pace = Pace::every(Duration::from_nanos((1e9 / RATE_HZ) as u64));
+    let options = PollerOptions::for_devices(1).pace(pace).reopen(None);
     let mut polling = Polling::new(bus, options, source, vec![watch]);
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
     }

@@ -9,13 +9,14 @@ use std::path::Path;
 
 use pneudrive_host::bus::{BusOptions, Counters};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PageShare, PollerOptions, Polling, Supply, VENTED};
+use pneudrive_host::poller::{Pace, PageShare, PollerOptions, Polling, SourceStatus, VENTED};
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::SensorScale;
 use pneudrive_sim::rig::RigOptions;
 
 use crate::virtual_bus;
+use std::time::Duration;
 
 const SCALE: SensorScale = SensorScale::ORIGINAL;
 /// Rows that may wait for the disk: a recorder that is behind by 250 batches loses rows, and the
@@ -54,11 +55,9 @@ impl Take<'_> {
     pub fn record(&self, rig: &RigOptions, file: &Path) -> Taken {
         let boards = u8::try_from(rig.boards).unwrap();
         let period_ns = 1_000_000_000 / u64::from(self.rate_hz);
-        let options = PollerOptions {
-            pace: Pace::Every { period_ns, missed: MissedTick::Skip },
-            drives: self.drives.then(|| PageShare::new(1.0).unwrap()),
-            ..PollerOptions::for_devices(u16::from(boards))
-        };
+        let options = PollerOptions::for_devices(u16::from(boards))
+            .pace(Pace::every(Duration::from_nanos(period_ns)))
+            .drives(self.drives.then(|| PageShare::new(1.0).unwrap()));
         let trajectory =
             Trajectory::parse("commands.csv", self.commands.as_bytes(), rig.boards, SCALE).unwrap();
         let vented = vec![VENTED; rig.boards];
@@ -72,7 +71,7 @@ impl Take<'_> {
         loop {
             let due = polling.next_cycle_ns();
             polling.bus_mut().line_mut().sleep_until(due);
-            if polling.cycle().unwrap() == Supply::Ended {
+            if polling.cycle().unwrap() == SourceStatus::Ended {
                 break;
             }
             while recorder.rows_waiting() > MOST_WAITING {

@@ -7,6 +7,7 @@ use crate::server::Shared;
 use pneudrive_protocol::CHANNELS;
 use serde::Serialize;
 use std::path::Path;
+use std::time::Duration;
 
 /// What does not change: the first thing a client gets.
 #[derive(Debug, Serialize)]
@@ -89,28 +90,28 @@ pub(crate) struct BoardPicture {
 
 impl Picture {
     pub(crate) fn new(moment: &Moment, hz: Option<f64>, deadman: bool) -> Self {
-        let old_ns = old_after_ns(hz);
+        let old = old_after(hz);
         Self {
-            t: (seconds(moment.since_start_ns + moment.age_ns) * 1e3).round() / 1e3,
-            late: (seconds(moment.age_ns) * 1e3).round() / 1e3,
+            t: ((Duration::from_nanos(moment.since_start_ns) + moment.age).as_secs_f64() * 1e3).round() / 1e3,
+            late: (moment.age.as_secs_f64() * 1e3).round() / 1e3,
             hz: hz.map(round),
             commanding: moment.commanding,
             returns: moment.release_returns,
             deadman,
-            boards: moment.boards.iter().map(|board| BoardPicture::new(board, old_ns)).collect(),
+            boards: moment.boards.iter().map(|board| BoardPicture::new(board, old)).collect(),
         }
     }
 }
 
 impl BoardPicture {
-    fn new(board: &BoardMoment, old_ns: u64) -> Self {
-        let fresh = board.reading.filter(|reading| reading.age_ns <= old_ns);
+    fn new(board: &BoardMoment, old: Duration) -> Self {
+        let fresh = board.reading.filter(|reading| reading.age <= old);
         let faulty = fresh.map_or([false; CHANNELS], |reading| reading.faulty);
         let pressure =
             |channel: usize| fresh.filter(|_| !faulty[channel]).map(|reading| round(reading.kpa[channel]));
         Self {
             state: board.state,
-            age: board.reading.map(|reading| (seconds(reading.age_ns) * 1e2).round() / 1e2),
+            age: board.reading.map(|reading| (reading.age.as_secs_f64() * 1e2).round() / 1e2),
             c: board.command_kpa.map(round),
             s: board.target_kpa.map(round),
             p: std::array::from_fn(pressure),
@@ -121,14 +122,11 @@ impl BoardPicture {
     }
 }
 
-/// A reading older than this is none, ns: 0.1 s, or three cycles where those are longer.
-fn old_after_ns(hz: Option<f64>) -> u64 {
-    const SHORTEST_NS: f64 = 1e8;
-    hz.filter(|hz| *hz > 0.0).map_or(SHORTEST_NS, |hz| (3e9 / hz).max(SHORTEST_NS)) as u64
-}
-
-fn seconds(ns: u64) -> f64 {
-    ns as f64 * 1e-9
+/// A reading older than this is none: 0.1 s, or three cycles where those are longer.
+fn old_after(hz: Option<f64>) -> Duration {
+    const SHORTEST: Duration = Duration::from_millis(100);
+    let cycles = hz.and_then(|hz| Duration::try_from_secs_f64(3.0 / hz).ok());
+    cycles.map_or(SHORTEST, |cycles| cycles.max(SHORTEST))
 }
 
 /// To a tenth.
@@ -141,22 +139,22 @@ mod tests {
     use super::*;
     use crate::run::ReadingMoment;
 
-    fn picture(age_ns: u64, faulty: [bool; CHANNELS], hz: Option<f64>) -> String {
+    fn picture(age: Duration, faulty: [bool; CHANNELS], hz: Option<f64>) -> String {
         let board = BoardMoment {
             state: BoardState::Present,
             command_kpa: [0.0, 99.816, 0.0, 774.8],
             target_kpa: [0.0, 150.0, 0.0, 774.8],
             supply_kpa: None,
             chip_c: None,
-            reading: Some(ReadingMoment { age_ns, kpa: [-0.34, 99.82, 199.97, 689.8], faulty }),
+            reading: Some(ReadingMoment { age, kpa: [-0.34, 99.82, 199.97, 689.8], faulty }),
         };
-        serde_json::to_string(&BoardPicture::new(&board, old_after_ns(hz))).unwrap()
+        serde_json::to_string(&BoardPicture::new(&board, old_after(hz))).unwrap()
     }
 
     #[test]
     fn commands_set_points_and_pressures_in_kpa() {
         assert_eq!(
-            picture(4_000_000, [false; 4], Some(1000.0)),
+            picture(Duration::from_millis(4), [false; 4], Some(1000.0)),
             r#"{"state":"present","age":0.0,"c":[0.0,99.8,0.0,774.8],"s":[0.0,150.0,0.0,774.8],"p":[-0.3,99.8,200.0,689.8],"fault":[false,false,false,false]}"#
         );
     }
@@ -171,17 +169,17 @@ mod tests {
             chip_c: Some(41.28),
             reading: None,
         };
-        let text = serde_json::to_string(&BoardPicture::new(&board, 0)).unwrap();
+        let text = serde_json::to_string(&BoardPicture::new(&board, Duration::ZERO)).unwrap();
         assert!(text.ends_with(r#","supply":549.7,"chip_c":41.3}"#), "{text}");
     }
 
     #[test]
     fn old_readings_and_faulty_sensors_are_no_pressures() {
-        let old = picture(200_000_000, [false; 4], Some(1000.0));
+        let old = picture(Duration::from_millis(200), [false; 4], Some(1000.0));
         assert!(old.contains(r#""age":0.2,"#) && old.contains(r#""p":[null,null,null,null]"#), "{old}");
-        let slow = picture(200_000_000, [false; 4], Some(10.0));
+        let slow = picture(Duration::from_millis(200), [false; 4], Some(10.0));
         assert!(slow.contains(r#""p":[-0.3,"#), "{slow}");
-        let faulty = picture(0, [true, false, true, false], Some(1000.0));
+        let faulty = picture(Duration::ZERO, [true, false, true, false], Some(1000.0));
         assert!(faulty.contains(r#""p":[null,99.8,null,689.8],"fault":[true,false,true,false]"#), "{faulty}");
     }
 }

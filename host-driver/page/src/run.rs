@@ -2,6 +2,7 @@
 
 use pneudrive_protocol::CHANNELS;
 use serde::{Deserialize, Serialize};
+use std::time::Duration;
 
 /// A run that is looked at and acted on. Methods are called on the page's own threads.
 pub trait Run: Send + Sync + 'static {
@@ -76,8 +77,8 @@ pub struct Moment {
     pub cycle: u64,
     /// Start of the cycle after that of the run's first cycle, ns.
     pub since_start_ns: u64,
-    /// How long ago the cycle started, ns.
-    pub age_ns: u64,
+    /// How long ago the cycle started.
+    pub age: Duration,
     /// Whose commands the boards get.
     pub commanding: Commanding,
     /// Whether a release returns to the set points of before: nobody vented the boards, the port
@@ -109,8 +110,8 @@ pub struct BoardMoment {
 /// What a board has answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReadingMoment {
-    /// How old it is, ns.
-    pub age_ns: u64,
+    /// How old it is.
+    pub age: Duration,
     /// Pressures, kPa gauge.
     pub kpa: [f64; CHANNELS],
     /// Channels whose sensor the board calls faulty.

@@ -3,7 +3,8 @@
 //! Content cannot tell: a board that holds its set points answers with the very bytes of the
 //! request. So a board is asked that does not exist; whatever comes back then is an echo.
 
-use super::{BusOptions, FrameMode, HeardBytes, OpenBusError};
+use super::options::BusTimes;
+use super::{BusOptions, FormatPolicy, HeardBytes, OpenBusError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::false_address::{GUARD, guard_pause_ns};
 use pneudrive_protocol::{Address, CHANNELS, Counts, Echo, PACKET_LEN, Packet};
@@ -15,6 +16,7 @@ use thiserror::Error;
     "a request to {asked}, which should not exist, was followed by {heard}, which is neither silence nor an echo; \
      another host on the bus, a babbling board, or another baud rate"
 )]
+#[non_exhaustive]
 pub struct EchoError {
     /// The board that should not exist.
     pub asked: Address,
@@ -30,18 +32,19 @@ const TRIES: usize = 3;
 pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> Result<Echo, OpenBusError> {
     let asked = Address::of_board(unused);
     let request = Packet { address: asked, values: [Counts::ATMOSPHERE; CHANNELS] }.encode();
+    let times = options.times();
     let mut heard = HeardBytes::default();
     for _ in 0..TRIES {
-        if options.frames != FrameMode::Checked {
+        if options.formats != FormatPolicy::Checked {
             // What was last on the wire is not known, and boards of the original kind may be there.
             line.send(&[GUARD])?;
             let until_ns = line.now_ns() + guard_pause_ns(options.baud);
             line.sleep_until(until_ns);
         }
-        let wait_ns = options.answer_timeout_ns() + ADAPTER_DELAY_NS;
+        let wait_ns = times.answer_timeout_ns() + ADAPTER_DELAY_NS;
         line.send(&request)?;
         let deadline = line.now_ns() + wait_ns;
-        heard = listen(line, deadline, options)?;
+        heard = listen(line, deadline, &times)?;
         if heard.count() == 0 {
             return Ok(Echo::Absent);
         }
@@ -55,9 +58,9 @@ pub(super) fn detect(line: &mut impl Line, options: &BusOptions, unused: u8) -> 
 }
 
 /// Everything until the line is idle: until `deadline` for the first byte, then until a gap.
-fn listen(line: &mut impl Line, deadline: u64, options: &BusOptions) -> Result<HeardBytes, LineError> {
+fn listen(line: &mut impl Line, deadline: u64, times: &BusTimes) -> Result<HeardBytes, LineError> {
     let mut heard = HeardBytes::default();
-    let limit = deadline + options.drain_limit_ns();
+    let limit = deadline + times.drain_limit_ns();
     let mut until = deadline;
     while line.now_ns() < limit {
         let mut bytes = [0; 64];
@@ -66,7 +69,7 @@ fn listen(line: &mut impl Line, deadline: u64, options: &BusOptions) -> Result<H
             break;
         }
         heard.extend(bytes[..count].iter().copied());
-        until = (line.now_ns() + options.idle_ns()).max(deadline);
+        until = (line.now_ns() + times.idle_ns()).max(deadline);
     }
     Ok(heard)
 }

@@ -1,6 +1,7 @@
 use super::{EchoError, HeardBytes};
 use crate::line::{LineError, OpenError};
 use pneudrive_protocol::{Address, PACKET_LEN};
+use std::time::Duration;
 use thiserror::Error;
 
 /// A bus that cannot be used.
@@ -23,25 +24,28 @@ pub enum OpenBusError {
 #[non_exhaustive]
 pub enum ExchangeError {
     /// Nothing came.
-    #[error("{asked}: no answer after {waited_us} us; check its power, the two wires and its address switch")]
+    #[error("{asked}: no answer after {waited} us; check its power, the two wires and its address switch",
+        waited = .waited.as_micros()
+    )]
     NoAnswer {
         /// The board that was asked.
         asked: Address,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// Something came that is no packet.
     #[error(
-        "{asked}: expected {expected} bytes, got {heard}, which hold no packet, in {waited_us} us; noise, or another baud rate",
-        expected = PACKET_LEN
+        "{asked}: expected {expected} bytes, got {heard}, which hold no packet, in {waited} us; noise, or another baud rate",
+        expected = PACKET_LEN,
+        waited = .waited.as_micros()
     )]
     Garbled {
         /// The board that was asked.
         asked: Address,
         /// What came (without a whole echo).
         heard: HeardBytes,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// The host's own bytes came back changed: somebody spoke at the same time, or the line is
     /// noisy. An answer is not believed, because the board may have heard something else than was
@@ -52,12 +56,13 @@ pub enum ExchangeError {
         asked: Address,
         /// What came.
         heard: HeardBytes,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// The adapter echoed at the start, and now does not.
     #[error(
-        "{asked}: {missing} bytes of the request's echo are missing after {waited_us} us; noise, or the adapter was changed"
+        "{asked}: {missing} bytes of the request's echo are missing after {waited} us; noise, or the adapter was changed",
+        waited = .waited.as_micros()
     )]
     EchoMissing {
         /// The board that was asked.
@@ -66,28 +71,29 @@ pub enum ExchangeError {
         missing: usize,
         /// What came.
         heard: HeardBytes,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// Only another board answered.
     #[error(
-        "{asked}: {answered} answered instead, nothing else in {waited_us} us; a late answer, or two boards with one address"
+        "{asked}: {answered} answered instead, nothing else in {waited} us; a late answer, or two boards with one address",
+        waited = .waited.as_micros()
     )]
     OtherBoard {
         /// The board that was asked.
         asked: Address,
         /// The board that answered.
         answered: Address,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// The board answered an earlier request, or in the other packet format, and nothing else.
-    #[error("{asked}: only an answer to an earlier request came in {waited_us} us")]
+    #[error("{asked}: only an answer to an earlier request came in {waited} us", waited = .waited.as_micros())]
     Stale {
         /// The board that was asked.
         asked: Address,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// A board of which nothing was known was asked in checked packets and answered in the
     /// original's format: it is of the original kind, and has dropped the commands.
@@ -97,8 +103,8 @@ pub enum ExchangeError {
     OriginalFormat {
         /// The board that was asked.
         asked: Address,
-        /// From the request until the answer, us.
-        waited_us: u64,
+        /// From the request until the answer.
+        waited: Duration,
     },
     /// The board is in a session, with another host or with this one before it was started anew,
     /// and obeys nobody else.
@@ -113,23 +119,25 @@ pub enum ExchangeError {
     /// The answer came, but the host read it only now: it was stopped, or the machine is
     /// overloaded. Its pressures are history.
     #[error(
-        "{asked}: its answer was read only after {waited_us} us, too old to be used; the host was stopped, or the machine is overloaded"
+        "{asked}: its answer was read only after {waited} us, too old to be used; the host was stopped, or the machine is overloaded",
+        waited = .waited.as_micros()
     )]
     TooOld {
         /// The board that was asked.
         asked: Address,
-        /// From the request until the answer was read, us.
-        waited_us: u64,
+        /// From the request until the answer was read.
+        waited: Duration,
     },
     /// Somebody does not stop talking, so that nothing can be asked.
     #[error(
-        "the line is not idle after {waited_us} us ({heard}); a board or another host does not stop sending"
+        "the line is not idle after {waited} us ({heard}); a board or another host does not stop sending",
+        waited = .waited.as_micros()
     )]
     LineBusy {
         /// What came.
         heard: HeardBytes,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// The port failed.
     #[error(transparent)]
@@ -137,19 +145,19 @@ pub enum ExchangeError {
 }
 
 impl ExchangeError {
-    /// How long it was waited for the answer, us; 0 where the port failed.
-    pub fn waited_us(&self) -> u64 {
+    /// How long it was waited for the answer; 0 where nothing was asked, or the port failed.
+    pub fn waited(&self) -> Duration {
         match self {
-            Self::NoAnswer { waited_us, .. }
-            | Self::Garbled { waited_us, .. }
-            | Self::EchoDamaged { waited_us, .. }
-            | Self::EchoMissing { waited_us, .. }
-            | Self::OtherBoard { waited_us, .. }
-            | Self::Stale { waited_us, .. }
-            | Self::OriginalFormat { waited_us, .. }
-            | Self::TooOld { waited_us, .. }
-            | Self::LineBusy { waited_us, .. } => *waited_us,
-            Self::InSession { .. } | Self::Line(_) => 0,
+            Self::NoAnswer { waited, .. }
+            | Self::Garbled { waited, .. }
+            | Self::EchoDamaged { waited, .. }
+            | Self::EchoMissing { waited, .. }
+            | Self::OtherBoard { waited, .. }
+            | Self::Stale { waited, .. }
+            | Self::OriginalFormat { waited, .. }
+            | Self::TooOld { waited, .. }
+            | Self::LineBusy { waited, .. } => *waited,
+            Self::InSession { .. } | Self::Line(_) => Duration::ZERO,
         }
     }
 

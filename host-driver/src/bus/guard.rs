@@ -1,6 +1,6 @@
 //! What keeps a board 0 of the original kind from hearing its address where it is not meant.
 
-use super::{Bus, ExchangeError, Frames};
+use super::{BoardFormat, Bus, ExchangeError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::false_address::{self, GUARD};
 use pneudrive_protocol::{AnswerDecoder, CHANNELS, CheckedPacket, Counts, Echo};
@@ -26,7 +26,7 @@ impl<L: Line> Bus<L> {
     /// Whether board 0 may be of the original kind: only a board that has answered in checked
     /// packets is not.
     fn board_0_may_misread(&self) -> bool {
-        self.frames(0) != Frames::Checked
+        self.format(0) != BoardFormat::Checked
     }
 
     /// Makes the line ready for a request: nothing that came unasked is left, and no 0xFF stands

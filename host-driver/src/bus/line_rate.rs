@@ -5,7 +5,7 @@
 //! whatever is lost on the way, everybody is at the compiled rate again after that time. Nothing of
 //! it commands anything: set points stay, and a board's command timeout runs on.
 
-use super::{Bus, ExchangeError, Frames, PageError};
+use super::{BoardFormat, Bus, ExchangeError, PageError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::{LineRate, LineRateAnswer, LineRateState, PageEntry};
 use pneudrive_protocol::{Address, Baud};
@@ -213,7 +213,8 @@ impl<L: Line> Bus<L> {
         let baud = rate.baud(self.compiled);
         let done = self.line.change_baud(baud)?;
         let now = if done { rate } else { LineRate::Compiled };
-        (self.line_rate, self.options.baud) = (now, now.baud(self.compiled));
+        self.line_rate = now;
+        self.set_baud(now.baud(self.compiled));
         // What comes from the time before is none of it.
         (self.emptied_ns, self.last_byte) = (None, None);
         Ok(done)
@@ -228,7 +229,7 @@ impl<L: Line> Bus<L> {
         for _ in 1..TRIES {
             match &result {
                 Err(PageError::Exchange(error)) if !matches!(error, ExchangeError::Line(_)) => {
-                    if self.frames(board) == Frames::Unchecked {
+                    if self.format(board) == BoardFormat::Unchecked {
                         return Err(PageError::NotChecked { asked: Address::of_board(board) });
                     }
                     result = self.line_rate_once(board);

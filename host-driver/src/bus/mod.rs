@@ -1,17 +1,17 @@
 //! One exchange with one board, and what keeps the next one right when it fails.
 //!
-//! A board is spoken to in checked packets if it understands them ([`FrameMode::Negotiate`]): a CRC
-//! guards the values, and a sequence number tells whose answer an answer is (it repeats after 16
-//! requests; no board answers the first of them after the last). A board that knows sessions gives
-//! one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards of the
-//! original kind answer unchecked packets, which do not say which request they belong to. With
-//! those, three rules keep a late answer from being taken for that to a later request:
+//! A board is spoken to in checked packets if it understands them ([`FormatPolicy::Negotiate`]): a
+//! CRC guards the values, and a sequence number tells whose answer an answer is (it repeats after
+//! 16 requests; no board answers the first of them after the last). A board that knows sessions
+//! gives one, in which it obeys each request once, and no other host ([`Bus::in_session`]). Boards
+//! of the original kind answer unchecked packets, which do not say which request they belong to.
+//! With those, three rules keep a late answer from being taken for that to a later request:
 //!
 //! 1. Before a request the line is looked at; bytes that nobody asked for are discarded until the
 //!    line is idle.
 //! 2. After a failed exchange, what still comes is discarded until the line is idle.
 //! 3. A board that did not answer may still do so: it is left alone until its answer would be too
-//!    late to be believed ([`BusOptions::late_answer_limit_ns`]; twice the longest delay seen from
+//!    late to be believed ([`BusOptions::late_answer_limit`]; twice the longest delay seen from
 //!    this board lately, if that is more). Other boards can be asked meanwhile, because answers
 //!    carry their board's address. When 100 answers have told how late this board's answers really
 //!    are, it is asked again within that time. As long as the limit lasts, its answers are then
@@ -25,9 +25,9 @@
 //! before a request that would follow 0xFF.
 
 mod delays;
-mod dialect;
 mod echo;
 mod error;
+mod format;
 mod guard;
 mod heard;
 mod line_rate;
@@ -41,9 +41,9 @@ mod transaction;
 mod update;
 mod usual_delay;
 
-pub use dialect::{FrameMode, Frames};
 pub use echo::EchoError;
 pub use error::{ExchangeError, OpenBusError};
+pub use format::{BoardFormat, FormatPolicy};
 pub use heard::HeardBytes;
 pub use line_rate::LineRateError;
 pub use options::{BusOptions, EchoMode};
@@ -54,11 +54,13 @@ pub use safe_state::SafeStateOptions;
 pub use update::{UpdateError, UpdateProgress, Updated};
 
 use crate::line::{Line, SerialPort};
-use dialect::Dialect;
+use format::FormatNegotiation;
+use options::BusTimes;
 use peer::Peer;
 use pneudrive_protocol::pages::{LineRate, SessionOffer};
-use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, Echo, Format, Packet, Sequence};
+use pneudrive_protocol::{Address, Baud, CHANNELS, Counts, Echo, Packet, PacketFormat, Sequence};
 use std::path::Path;
+use std::time::Duration;
 use transaction::Question;
 
 /// What a board answered.
@@ -74,8 +76,12 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// Time from request to answer as the host saw it, ns.
-    pub fn round_trip_ns(&self) -> u64 {
+    /// Time from request to answer as the host saw it.
+    pub fn round_trip(&self) -> Duration {
+        Duration::from_nanos(self.round_trip_ns())
+    }
+
+    pub(crate) fn round_trip_ns(&self) -> u64 {
         self.answered_ns - self.sent_ns
     }
 }
@@ -86,6 +92,8 @@ pub struct Bus<L: Line = SerialPort> {
     line: L,
     /// Its `baud` is that of the rate in effect.
     options: BusOptions,
+    /// Those of `options`.
+    times: BusTimes,
     /// The rate that the boards were compiled for.
     compiled: Baud,
     line_rate: LineRate,
@@ -121,7 +129,9 @@ impl<L: Line> Bus<L> {
             EchoMode::Detect { unused_board } => echo::detect(&mut line, &options, unused_board)?,
         };
         line.expect_bytes(transaction::expected_bytes(echo));
-        let peer = Peer::new(options.late_answer_limit_ns, Dialect::new(options.frames), options.sessions);
+        let times = options.times();
+        let peer =
+            Peer::new(times.late_answer_limit_ns, FormatNegotiation::new(options.formats), options.sessions);
         let peers = vec![peer; usize::from(u8::MAX) + 1];
         let host_number = (line.random() % u32::from(SessionOffer::HOST_NUMBERS)) as u8;
         Ok(Self {
@@ -129,6 +139,7 @@ impl<L: Line> Bus<L> {
             compiled: options.baud,
             line_rate: LineRate::Compiled,
             options,
+            times,
             echo,
             peers,
             unsolicited_bytes: 0,
@@ -146,7 +157,8 @@ impl<L: Line> Bus<L> {
     /// As for [`new`](Self::new); it can be tried again.
     pub fn reopen(&mut self) -> Result<(), OpenBusError> {
         self.line.reopen()?;
-        (self.line_rate, self.options.baud) = (LineRate::Compiled, self.compiled);
+        self.line_rate = LineRate::Compiled;
+        self.set_baud(self.compiled);
         if let EchoMode::Detect { unused_board } = self.options.echo {
             self.echo = echo::detect(&mut self.line, &self.options, unused_board)?;
         }
@@ -154,7 +166,7 @@ impl<L: Line> Bus<L> {
         self.emptied_ns = None;
         self.last_byte = None;
         for peer in &mut self.peers {
-            peer.renew(Dialect::new(self.options.frames), self.options.sessions);
+            peer.renew(FormatNegotiation::new(self.options.formats), self.options.sessions);
         }
         Ok(())
     }
@@ -167,11 +179,11 @@ impl<L: Line> Bus<L> {
     /// As for [`exchange`](Self::exchange).
     pub fn ping(&mut self, board: u8) -> Result<Answer, ExchangeError> {
         let mut result = self.exchange(board, [self.options.vent; CHANNELS]);
-        for _ in 0..Dialect::CHECKED_TRIES {
+        for _ in 0..FormatNegotiation::CHECKED_TRIES {
             let again = match &result {
                 Ok(_) | Err(ExchangeError::Line(_)) => false,
                 Err(ExchangeError::OriginalFormat { .. }) => true,
-                Err(_) => self.frames(board) == Frames::Unknown,
+                Err(_) => self.format(board) == BoardFormat::Unknown,
             };
             if !again {
                 break;
@@ -188,7 +200,7 @@ impl<L: Line> Bus<L> {
     }
 
     /// Sends four commands to `board` and waits for its four pressures, at most
-    /// [`BusOptions::answer_timeout_ns`]. What is sent are the
+    /// [`BusOptions::answer_timeout`]. What is sent are the
     /// [`commands_on_the_wire`](Self::commands_on_the_wire).
     ///
     /// Waits first where the board may still answer an earlier request;
@@ -211,10 +223,10 @@ impl<L: Line> Bus<L> {
             Ok(()) => {
                 let peer = &mut self.peers[usize::from(board)];
                 let seal = peer.session.seal_request(started_ns);
-                let format = seal.map_or_else(|| peer.dialect.next(), Format::Sealed);
+                let format = seal.map_or_else(|| peer.negotiation.next(), PacketFormat::Sealed);
                 (format, self.transact(Question::Pressures(request, format)))
             }
-            Err(error) => (Format::Checked(Sequence::default()), Err(error)),
+            Err(error) => (PacketFormat::Checked(Sequence::default()), Err(error)),
         };
         let peer = &mut self.peers[usize::from(board)];
         match &result {
@@ -223,8 +235,8 @@ impl<L: Line> Bus<L> {
             }
             Err(error) => {
                 // A late checked answer is known by its number.
-                let owes = format == Format::Unchecked && !error.answer_consumed();
-                peer.failed(error, owes.then_some(started_ns), self.options.answer_timeout_ns());
+                let owes = format == PacketFormat::Unchecked && !error.answer_consumed();
+                peer.failed(error, owes.then_some(started_ns), self.times.answer_timeout_ns());
                 if error.something_came() {
                     self.drain()?;
                 }
@@ -243,8 +255,8 @@ impl<L: Line> Bus<L> {
     }
 
     /// Which packets `board` understands.
-    pub fn frames(&self, board: u8) -> Frames {
-        self.peers[usize::from(board)].dialect.frames()
+    pub fn format(&self, board: u8) -> BoardFormat {
+        self.peers[usize::from(board)].negotiation.known()
     }
 
     /// What has happened between host and `board` so far.
@@ -271,6 +283,16 @@ impl<L: Line> Bus<L> {
     /// The settings it was made with, and the line rate in effect.
     pub fn options(&self) -> &BusOptions {
         &self.options
+    }
+
+    /// The times of its settings at the line rate in effect.
+    pub(crate) fn times(&self) -> &BusTimes {
+        &self.times
+    }
+
+    fn set_baud(&mut self, baud: Baud) {
+        self.options.baud = baud;
+        self.times = self.options.times();
     }
 
     /// The line below.

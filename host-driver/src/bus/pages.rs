@@ -1,13 +1,13 @@
 //! Page requests: what a board can be asked besides its pressures. They command nothing.
 
 use super::transaction::Question;
-use super::{Bus, ExchangeError, Frames};
+use super::{BoardFormat, Bus, ExchangeError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::{
     About, Acceleration, AngularRate, Counter, Drives, Electronics, Entry, NO_SUCH_ENTRY, NowState,
     PageEntry, PostMortem, SensorEntry, SensorStatus, SupplyReading, number_in,
 };
-use pneudrive_protocol::{Address, Format, PageRequest};
+use pneudrive_protocol::{Address, PacketFormat, PageRequest};
 use thiserror::Error;
 
 /// A page request that brought no entry.
@@ -51,7 +51,7 @@ pub struct PageReply {
 
 impl<L: Line> Bus<L> {
     /// Asks `board` for an entry of a page and waits for it, at most
-    /// [`BusOptions::answer_timeout_ns`](super::BusOptions::answer_timeout_ns).
+    /// [`BusOptions::answer_timeout`](super::BusOptions::answer_timeout).
     ///
     /// Nothing is commanded: the board goes on with the set points it has, and its command timeout
     /// runs on. A board of which nothing is known is asked in checked packets; one of the original
@@ -62,13 +62,13 @@ impl<L: Line> Bus<L> {
     /// have the entry. Firmware of before pages does not answer.
     pub fn page(&mut self, board: u8, entry: PageEntry) -> Result<PageReply, PageError> {
         let asked = Address::of_board(board);
-        if self.frames(board) == Frames::Unchecked {
+        if self.format(board) == BoardFormat::Unchecked {
             return Err(PageError::NotChecked { asked });
         }
         self.wait_until_quiet(board)?;
         let now_ns = self.line.now_ns();
         let peer = &mut self.peers[usize::from(board)];
-        let sequence = peer.dialect.next_sequence();
+        let sequence = peer.negotiation.next_sequence();
         let plain = PageRequest::new(asked, entry, sequence);
         let request = peer.session.seal_page(now_ns).map_or(plain, |seal| plain.sealed(seal));
         let result = self.transact(Question::Page(request));
@@ -79,7 +79,7 @@ impl<L: Line> Bus<L> {
         }
         match result {
             Ok(answer) => {
-                peer.dialect.answered(Format::Checked(sequence));
+                peer.negotiation.answered(PacketFormat::Checked(sequence));
                 match answer.pressures {
                     NO_SUCH_ENTRY => Err(PageError::NoSuchEntry { asked, entry }),
                     words => Ok(PageReply { words, sent_ns: answer.sent_ns }),
@@ -87,7 +87,7 @@ impl<L: Line> Bus<L> {
             }
             Err(error) => {
                 if matches!(error, ExchangeError::OriginalFormat { .. }) {
-                    peer.dialect.answered(Format::Unchecked);
+                    peer.negotiation.answered(PacketFormat::Unchecked);
                 }
                 // A late answer is known by its number, so the board is not left alone for it.
                 if error.something_came() {

@@ -1,9 +1,9 @@
 use super::ExchangeError;
 use super::delays::{Delays, Window};
-use super::dialect::Dialect;
+use super::format::FormatNegotiation;
 use super::session::HostSession;
 use super::usual_delay::UsualDelay;
-use pneudrive_protocol::{CHANNELS, Counts, Format};
+use pneudrive_protocol::{CHANNELS, Counts, PacketFormat};
 
 /// What has happened between the host and one board. Every request is in `asked`, and in exactly
 /// one of the seven below it.
@@ -51,7 +51,7 @@ impl Counters {
 /// What the host remembers of a board.
 #[derive(Debug, Clone)]
 pub(super) struct Peer {
-    pub(super) dialect: Dialect,
+    pub(super) negotiation: FormatNegotiation,
     pub(super) session: HostSession,
     pub(super) usual_delay: UsualDelay,
     counters: Counters,
@@ -85,9 +85,9 @@ impl Peer {
     /// lost packet.
     const EARLY_TRIES: u32 = 3;
 
-    pub(super) fn new(late_limit_ns: u64, dialect: Dialect, sessions: bool) -> Self {
+    pub(super) fn new(late_limit_ns: u64, negotiation: FormatNegotiation, sessions: bool) -> Self {
         Self {
-            dialect,
+            negotiation,
             session: HostSession::new(sessions),
             usual_delay: UsualDelay::default(),
             counters: Counters::default(),
@@ -105,12 +105,12 @@ impl Peer {
     }
 
     /// Forgets everything but the counters, that it is there, and that it may hold a set point.
-    pub(super) fn renew(&mut self, dialect: Dialect, sessions: bool) {
+    pub(super) fn renew(&mut self, negotiation: FormatNegotiation, sessions: bool) {
         *self = Self {
             counters: self.counters,
             pressurised: self.pressurised,
             seen: self.seen,
-            ..Self::new(self.usual_late_limit_ns, dialect, sessions)
+            ..Self::new(self.usual_late_limit_ns, negotiation, sessions)
         };
     }
 
@@ -151,9 +151,9 @@ impl Peer {
     }
 
     /// It answered a request in `format`, so long after it.
-    pub(super) fn answered(&mut self, format: Format, delay_ns: u64) {
-        self.dialect.answered(format);
-        if let Format::Sealed(seal) = format {
+    pub(super) fn answered(&mut self, format: PacketFormat, delay_ns: u64) {
+        self.negotiation.answered(format);
+        if let PacketFormat::Sealed(seal) = format {
             self.session.was_answered(seal.number());
         }
         self.delays.seen(delay_ns);
@@ -186,8 +186,8 @@ impl Peer {
         };
         *counter += 1;
         match error {
-            ExchangeError::OriginalFormat { .. } => self.dialect.answered(Format::Unchecked),
-            _ => self.dialect.failed(),
+            ExchangeError::OriginalFormat { .. } => self.negotiation.answered(PacketFormat::Unchecked),
+            _ => self.negotiation.failed(),
         }
         self.session.failed();
         self.prompt = 0;
@@ -252,19 +252,20 @@ impl std::ops::Sub for Counters {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bus::FrameMode;
+    use crate::bus::FormatPolicy;
     use pneudrive_protocol::Address;
+    use std::time::Duration;
 
     const TIMEOUT: u64 = 2_200_000;
     const LIMIT: u64 = 10_000_000;
 
     fn silent() -> ExchangeError {
-        ExchangeError::NoAnswer { asked: Address::of_board(0), waited_us: 2_200 }
+        ExchangeError::NoAnswer { asked: Address::of_board(0), waited: Duration::from_micros(2_200) }
     }
 
     #[test]
     fn a_silent_board_is_left_alone_for_the_limit() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
+        let mut peer = Peer::new(LIMIT, FormatNegotiation::new(FormatPolicy::Unchecked), false);
         peer.failed(&silent(), Some(1_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 1_000 + TIMEOUT + LIMIT);
         peer.heard_late(3_200_000);
@@ -273,13 +274,13 @@ mod tests {
 
     #[test]
     fn the_limit_follows_a_board_that_is_later_than_expected() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
+        let mut peer = Peer::new(LIMIT, FormatNegotiation::new(FormatPolicy::Unchecked), false);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(11_000_000);
         assert_eq!(peer.quiet_until_ns(), 22_000_000);
         peer.failed(&silent(), Some(50_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 50_000_000 + TIMEOUT + 22_000_000);
-        (0..100).for_each(|_| peer.answered(Format::Unchecked, 300_000));
+        (0..100).for_each(|_| peer.answered(PacketFormat::Unchecked, 300_000));
         peer.failed(&silent(), Some(200_000_000), TIMEOUT);
         assert_eq!(peer.quiet_until_ns(), 200_000_000 + TIMEOUT + LIMIT, "forgiven after 100 prompt answers");
     }
@@ -288,8 +289,8 @@ mod tests {
     /// limit as before.
     #[test]
     fn a_board_whose_delays_are_known_is_asked_again_soon() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
-        (0..500).for_each(|_| peer.answered(Format::Unchecked, 1_060_000));
+        let mut peer = Peer::new(LIMIT, FormatNegotiation::new(FormatPolicy::Unchecked), false);
+        (0..500).for_each(|_| peer.answered(PacketFormat::Unchecked, 1_060_000));
         let mut since_ns = 0;
         for _ in 0..3 {
             assert_eq!(peer.doubt(since_ns).is_some(), since_ns > 0);
@@ -304,8 +305,8 @@ mod tests {
 
     #[test]
     fn every_request_is_counted_once() {
-        let mut peer = Peer::new(LIMIT, Dialect::new(FrameMode::Unchecked), false);
-        peer.answered(Format::Unchecked, 300_000);
+        let mut peer = Peer::new(LIMIT, FormatNegotiation::new(FormatPolicy::Unchecked), false);
+        peer.answered(PacketFormat::Unchecked, 300_000);
         peer.failed(&silent(), Some(0), TIMEOUT);
         peer.heard_late(3_000_000);
         let counters = peer.counters();

@@ -10,37 +10,39 @@
 //! - A board that this bus has never commanded anything but 0 kPa has nothing of this host's in it:
 //!   its answer is enough.
 
-use super::{Bus, BusOptions, ExchangeError, Frames};
+use super::{BoardFormat, Bus, BusOptions, ExchangeError};
 use crate::line::{Line, LineError};
+use crate::time::saturating_ns;
 use pneudrive_protocol::pages::LineRate;
 use pneudrive_protocol::{CHANNELS, CheckedPacket, Counts};
+use std::time::Duration;
 
 /// When a board of the original kind counts as vented at the end, and how long is waited for it.
-/// Times are ns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SafeStateOptions {
     /// The highest reading of a vented channel, ADC counts. Default 114: just below 10 kPa on the
     /// original's sensor.
     pub vented: Counts,
     /// How long all channels have to read so, and not to rise: as long as a set point that is still
     /// regulated would need to be seen in a chamber. Default 0.2 s.
-    pub settled_ns: u64,
+    pub settled: Duration,
     /// A board of which no channel has fallen by a count for so long is given up. Default 1 s.
-    pub stalled_ns: u64,
+    pub stalled: Duration,
     /// So is every board after this time. Default 10 s.
-    pub limit_ns: u64,
+    pub limit: Duration,
     /// Time between two commands to the boards that are waited for. Default 5 ms.
-    pub every_ns: u64,
+    pub every: Duration,
 }
 
 impl Default for SafeStateOptions {
     fn default() -> Self {
         Self {
             vented: Counts::saturating(114),
-            settled_ns: 200_000_000,
-            stalled_ns: 1_000_000_000,
-            limit_ns: 10_000_000_000,
-            every_ns: 5_000_000,
+            settled: Duration::from_millis(200),
+            stalled: Duration::from_secs(1),
+            limit: Duration::from_secs(10),
+            every: Duration::from_millis(5),
         }
     }
 }
@@ -59,7 +61,7 @@ struct Venting {
 
 impl Venting {
     /// What a reading goes up and down by of itself, ADC counts. A chamber that fills rises by more
-    /// in [`SafeStateOptions::settled_ns`].
+    /// in [`SafeStateOptions::settled`].
     const NOISE: u16 = 3;
 
     fn new(board: u8, now_ns: u64) -> Self {
@@ -91,14 +93,14 @@ impl Venting {
             return;
         }
         let since_ns = *self.vented_since_ns.get_or_insert(now_ns);
-        self.confirmed |= now_ns - since_ns >= options.settled_ns;
+        self.confirmed |= now_ns - since_ns >= saturating_ns(options.settled);
     }
 
     /// Whether it is to be commanded on.
     fn is_waited_for(&self, started_ns: u64, now_ns: u64, options: &SafeStateOptions) -> bool {
         let settles = self.vented_since_ns.is_some();
-        let given_up = (now_ns - self.fell_at_ns >= options.stalled_ns && !settles)
-            || now_ns - started_ns >= options.limit_ns;
+        let given_up = (now_ns - self.fell_at_ns >= saturating_ns(options.stalled) && !settles)
+            || now_ns - started_ns >= saturating_ns(options.limit);
         !self.confirmed && !given_up
     }
 }
@@ -135,7 +137,7 @@ impl<L: Line> Bus<L> {
             if !waiting {
                 break;
             }
-            self.line.sleep_until(now_ns + options.every_ns);
+            self.line.sleep_until(now_ns + saturating_ns(options.every));
         }
         for board in &boards {
             self.leave(board.board)?;
@@ -154,7 +156,7 @@ impl<L: Line> Bus<L> {
     /// # Errors
     /// Only when the line failed.
     pub fn leave(&mut self, board: u8) -> Result<(), LineError> {
-        if self.frames(board) != Frames::Checked {
+        if self.format(board) != BoardFormat::Checked {
             return Ok(());
         }
         for _ in 0..BusOptions::SAFE_STATE_REPEATS {
@@ -174,7 +176,7 @@ impl<L: Line> Bus<L> {
     /// it any more: it has been commanded more than 0 kPa and is not known to check, so it may be
     /// of the original kind, without a command timeout.
     pub fn may_hold_for_ever(&self, board: u8) -> bool {
-        self.peers[usize::from(board)].was_pressurised() && self.frames(board) != Frames::Checked
+        self.peers[usize::from(board)].was_pressurised() && self.format(board) != BoardFormat::Checked
     }
 
     /// Whether `board` may hold a set point of this host whatever it answers: it has answered, and
@@ -205,10 +207,10 @@ mod tests {
 
     const OPTIONS: SafeStateOptions = SafeStateOptions {
         vented: Counts::saturating(114),
-        settled_ns: 200,
-        stalled_ns: 1_000,
-        limit_ns: 10_000,
-        every_ns: 5,
+        settled: Duration::from_nanos(200),
+        stalled: Duration::from_nanos(1_000),
+        limit: Duration::from_nanos(10_000),
+        every: Duration::from_nanos(5),
     };
 
     fn reads(board: &mut Venting, pressure: u16, now_ns: u64) -> bool {

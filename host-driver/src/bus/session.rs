@@ -2,7 +2,7 @@
 //! again when it has not answered.
 
 use super::transaction::Question;
-use super::{Bus, ExchangeError, Frames};
+use super::{BoardFormat, Bus, ExchangeError};
 use crate::line::Line;
 use pneudrive_protocol::pages::{NO_SUCH_ENTRY, PageEntry, SessionOffer};
 use pneudrive_protocol::{Address, PageRequest, RequestNumber, Seal, Session};
@@ -138,7 +138,7 @@ impl<L: Line> Bus<L> {
 
     /// Whether `board` is to be asked for a session before the next request.
     pub(crate) fn session_is_due(&self, board: u8) -> bool {
-        self.frames(board) == Frames::Checked
+        self.format(board) == BoardFormat::Checked
             && self.peers[usize::from(board)].session.is_due(self.line.now_ns())
     }
 
@@ -153,7 +153,7 @@ impl<L: Line> Bus<L> {
         }
         let address = Address::of_board(board);
         let entry = PageEntry::Session(self.host_number);
-        let sequence = self.peers[usize::from(board)].dialect.next_sequence();
+        let sequence = self.peers[usize::from(board)].negotiation.next_sequence();
         let result = self.transact(Question::Page(PageRequest::new(address, entry, sequence)));
         let now_ns = self.line.now_ns();
         let peer = &mut self.peers[usize::from(board)];

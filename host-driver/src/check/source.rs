@@ -1,6 +1,6 @@
 use super::SelfTest;
 use crate::Calibration;
-use crate::poller::{BoardCommand, CommandSource, Supply, VENTED};
+use crate::poller::{BoardCommand, CommandSource, SourceStatus, VENTED};
 use pneudrive_protocol::Counts;
 
 /// The plans' set points.
@@ -16,14 +16,16 @@ impl Source {
 }
 
 impl CommandSource for Source {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         commands.fill(VENTED);
         if self.test.is_aborted() {
-            return Supply::Ended;
+            return SourceStatus::Ended;
         }
-        let Some((number, t_s)) = self.test.at(since_start_ns as f64 * 1e-9) else { return Supply::Ended };
+        let Some((number, t_s)) = self.test.at(since_start_ns as f64 * 1e-9) else {
+            return SourceStatus::Ended;
+        };
         let plan = self.test.plan(number);
-        let Some(command) = commands.get_mut(plan.index) else { return Supply::Continues };
+        let Some(command) = commands.get_mut(plan.index) else { return SourceStatus::Continues };
         let kpa = plan.plan.command_kpa(t_s, &self.test.locked().tries[number].samples);
         for (channel, counts) in command.iter_mut().enumerate() {
             if kpa[channel] > 0.0 {
@@ -32,6 +34,6 @@ impl CommandSource for Source {
                 *counts = scale.counts(kpa[channel]).unwrap_or(Counts::ATMOSPHERE);
             }
         }
-        Supply::Continues
+        SourceStatus::Continues
     }
 }

@@ -83,10 +83,10 @@ impl Observer for Watch {
                 return self.test.fail(self.test.begun(), format!("the port failed: {error}"));
             }
             Event::Vented => "somebody vented the boards".to_owned(),
-            Event::Stalled { by_ns } => {
+            Event::Stalled { by } => {
                 format!(
                     "this program stood still for {:.1} s; try again on a quieter machine",
-                    *by_ns as f64 * 1e-9
+                    by.as_secs_f64()
                 )
             }
             _ => return,

@@ -71,7 +71,7 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
     let real_time = args.real_time();
     real_time.check()?;
     let stop = StopSignal::install(false)?;
-    let RealTime { priority, lock_memory, core } = real_time;
+    let RealTime { priority, lock_memory, core, .. } = real_time;
     let mut report = BenchReport {
         port: String::new(),
         baud: args.baud(),
@@ -96,7 +96,8 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
             };
             scope.spawn(body).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         });
-        let run = BenchRun { dated_back_us: behind.dated_back_us(), ..measured? };
+        let dated_back_us = behind.dated_back().map(|duration| duration.as_nanos() as f64 * 1e-3);
+        let run = BenchRun { dated_back_us, ..measured? };
         if !args.json {
             bench_table::print_row(&run);
         }
@@ -120,7 +121,7 @@ fn measure(
     stop: &StopSignal,
 ) -> Result<BenchRun, Failure> {
     // A port that vanishes is no result.
-    let options = PollerOptions { reopen: None, ..PollerOptions::for_devices(boards) };
+    let options = PollerOptions::for_devices(boards).reopen(None);
     let silent = find_boards::find(&mut bus, &options.boards, wait_s, || stop.came())?;
     if let Some((board, error)) = silent.first() {
         return Err(Failure::running(format!(

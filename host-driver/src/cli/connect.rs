@@ -6,6 +6,7 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_protocol::{Baud, Echo};
 use pneudrive_virtual::{Punctuality, VirtualBoards, VirtualOptions};
+use std::time::Duration;
 
 /// An open bus and, where it is virtual, what is behind it.
 pub struct Connection {
@@ -19,10 +20,10 @@ pub struct Connection {
 pub struct Behind(Option<VirtualBoards>);
 
 impl Behind {
-    /// What virtual boards date requests back by, us. `None` on a real port, and where nothing is
+    /// What virtual boards date requests back by. `None` on a real port, and where nothing is
     /// dated.
-    pub fn dated_back_us(&self) -> Option<f64> {
-        self.0.as_ref().and_then(VirtualBoards::dated_back_us)
+    pub fn dated_back(&self) -> Option<Duration> {
+        self.0.as_ref().and_then(VirtualBoards::dated_back)
     }
 
     /// Ends it. To be called when the bus is closed.
@@ -64,20 +65,20 @@ pub fn bus_options(args: &BusArgs, devices: u16, calibration: &Calibration) -> R
             ));
         }
     };
-    let options = BusOptions {
-        baud: Baud::new(args.baud()).map_err(|error| Failure::input(format!("--baud: {error}")))?,
-        answer_allowance_ns: match args.allowance_us {
-            Some(allowance_us) => allowance_us * 1000,
-            None if is_sim(args) => BusOptions::VIRTUAL_ALLOWANCE_NS,
-            None => BusOptions::ANSWER_ALLOWANCE_NS,
-        },
-        late_answer_limit_ns: args.late_us * 1000,
-        frames: args.frames.into(),
-        sessions: args.sessions == SessionsArg::On,
-        echo,
-        spin: args.spin_us,
-        ..BusOptions::default()
+    let baud = Baud::new(args.baud()).map_err(|error| Failure::input(format!("--baud: {error}")))?;
+    let answer_allowance = match args.allowance_us {
+        Some(allowance_us) => Duration::from_micros(allowance_us),
+        None if is_sim(args) => BusOptions::VIRTUAL_ALLOWANCE,
+        None => BusOptions::ANSWER_ALLOWANCE,
     };
+    let options = BusOptions::default()
+        .baud(baud)
+        .answer_allowance(answer_allowance)
+        .late_answer_limit(Duration::from_micros(args.late_us))
+        .formats(args.frames.into())
+        .sessions(args.sessions == SessionsArg::On)
+        .echo(echo)
+        .spin(args.spin_us);
     Ok(options.calibrated(calibration, &boards))
 }
 
@@ -107,13 +108,13 @@ fn open(
     if !is_sim(args) {
         return Ok(Connection { bus: Bus::open(port, options)?, behind: Behind::default() });
     }
-    let boards = VirtualBoards::start(&VirtualOptions {
-        timing: args.timing.into(),
-        turnaround_us: Some(args.turnaround_us),
-        original: args.sim_original.clone(),
-        punctuality,
-        ..VirtualOptions::new(devices, options.baud)
-    })?;
+    let boards = VirtualBoards::start(
+        &VirtualOptions::new(devices, options.baud)
+            .timing(args.timing.into())
+            .turnaround(Duration::from_micros(args.turnaround_us))
+            .original(args.sim_original.clone())
+            .punctuality(punctuality),
+    )?;
     let bus = Bus::open(boards.path(), options)?;
     Ok(Connection { bus, behind: Behind(Some(boards)) })
 }

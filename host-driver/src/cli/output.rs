@@ -1,5 +1,5 @@
 use crate::cli::failure::Failure;
-use pneudrive_host::bus::Frames;
+use pneudrive_host::bus::BoardFormat;
 use pneudrive_host::statistics::Statistics;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -103,9 +103,9 @@ pub fn statistics_text(statistics: &Statistics) -> String {
     for board in &statistics.boards {
         let state = format!("{:?}", board.state).to_lowercase();
         let frames = match board.frames {
-            Frames::Unknown => "packet format unknown",
-            Frames::Checked => "checked packets",
-            Frames::Unchecked => "original packets",
+            BoardFormat::Unknown => "packet format unknown",
+            BoardFormat::Checked => "checked packets",
+            BoardFormat::Unchecked => "original packets",
         };
         let _ = writeln!(
             text,

@@ -7,7 +7,7 @@ use crate::cli::output::{out, outln};
 use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use pneudrive_host::Calibration;
-use pneudrive_host::bus::{Bus, ExchangeError, Frames};
+use pneudrive_host::bus::{BoardFormat, Bus, ExchangeError};
 use pneudrive_protocol::Echo;
 use serde::Serialize;
 
@@ -23,7 +23,7 @@ struct BoardReport {
     board: u8,
     asked: u32,
     answered: u32,
-    frames: Frames,
+    frames: BoardFormat,
     /// Time from request to answer: fastest, median, slowest, us.
     round_trip_us: Option<[f64; 3]>,
     pressures_kpa: Option<[f64; 4]>,
@@ -79,7 +79,7 @@ fn measure(
         asked += 1;
         match bus.ping(board) {
             Ok(answer) => {
-                times_us.push(answer.round_trip_ns() as f64 * 1e-3);
+                times_us.push(answer.round_trip().as_nanos() as f64 * 1e-3);
                 last = Some(calibration.kpa(board, answer.pressures));
             }
             Err(refused) => {
@@ -102,7 +102,7 @@ fn measure(
         board,
         asked,
         answered,
-        frames: bus.frames(board),
+        frames: bus.format(board),
         round_trip_us,
         pressures_kpa: last,
         error,
@@ -123,9 +123,9 @@ fn print(report: &PingReport, is_sim: bool, setup: &Setup) {
         outln!(
             "{}",
             match board.frames {
-                Frames::Unknown => "",
-                Frames::Checked => ", checked packets",
-                Frames::Unchecked => ", original packets",
+                BoardFormat::Unknown => "",
+                BoardFormat::Checked => ", checked packets",
+                BoardFormat::Unchecked => ", original packets",
             }
         );
         if let Some(error) = &board.error {

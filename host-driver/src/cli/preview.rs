@@ -3,7 +3,7 @@
 use crate::cli::output::outln;
 use crate::cli::setup::Setup;
 use crate::cli::sources::Source;
-use pneudrive_host::poller::{BoardCommand, Limits, Supply, VENTED};
+use pneudrive_host::poller::{BoardCommand, Limits, SourceStatus, VENTED};
 use pneudrive_protocol::CHANNELS;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -69,10 +69,10 @@ fn sampled(source: &mut Source, boards: usize, seconds: f64) -> (Vec<f64>, Vec<V
     for moment in 0..=MOMENTS {
         let t_s = seconds * moment as f64 / MOMENTS as f64;
         let mut now = vec![VENTED; boards];
-        let supply = source.commands.fill((t_s * 1e9) as u64, &mut now);
+        let status = source.commands.fill((t_s * 1e9) as u64, &mut now);
         times.push(t_s);
         commands.push(now);
-        if supply == Supply::Ended {
+        if status == SourceStatus::Ended {
             break;
         }
     }

@@ -21,6 +21,7 @@ use pneudrive_host::watch::Watch;
 use pneudrive_protocol::Baud;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 use std::time::SystemTime;
 
 /// Statistics as the contract has them, what run they are of and how it ended, and where the
@@ -87,19 +88,17 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         super::web::prepare(run, setup, &boards, &limits, Some(&overriding), &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
     let Connection { mut bus, behind } = connect(args, devices, calibration)?;
-    let mut options = PollerOptions {
-        pace,
-        filter: run.filter,
-        real_time: args.real_time(),
-        limits,
-        calibration: calibration.clone(),
-        vent: overriding.latch(),
-        resume: run.resume,
-        drives: run.drives,
-        sensors: run.sensors,
-        line_rate: args.line_rate(),
-        ..PollerOptions::for_devices(devices)
-    };
+    let mut options = PollerOptions::for_devices(devices)
+        .pace(pace)
+        .filter(run.filter)
+        .real_time(args.real_time())
+        .limits(limits)
+        .calibration(calibration.clone())
+        .vent(overriding.latch())
+        .resume(run.resume)
+        .drives(run.drives)
+        .sensors(run.sensors)
+        .line_rate(args.line_rate());
     if run.no_reopen {
         options.reopen = None;
     }
@@ -254,5 +253,5 @@ fn pace(args: &BusArgs, run: &RunArgs, devices: u16) -> Result<Pace, Failure> {
         )));
     }
     let missed = run.missed.map(Into::into).unwrap_or_default();
-    Ok(Pace::Every { period_ns: (1e9 / rate).round() as u64, missed })
+    Ok(Pace::Every { period: Duration::from_nanos((1e9 / rate).round() as u64), missed })
 }

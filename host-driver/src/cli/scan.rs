@@ -5,7 +5,7 @@ use crate::cli::connect::connect;
 use crate::cli::failure::Failure;
 use crate::cli::find_boards;
 use crate::cli::setup::Setup;
-use pneudrive_host::bus::Frames;
+use pneudrive_host::bus::BoardFormat;
 use pneudrive_protocol::{CHANNELS, Counts};
 use serde::Serialize;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub struct FoundBoard {
     /// Its number.
     pub board: u8,
     /// Which packets it answers in, which tells what it is.
-    pub frames: Frames,
+    pub frames: BoardFormat,
     /// The version of its firmware and what that runs on, as its pages say; null where it has none.
     pub firmware: Option<String>,
     /// Pressures of its channels, kPa gauge; null where it calls the sensor faulty.
@@ -27,9 +27,9 @@ impl FoundBoard {
     /// What it is, in words.
     pub fn kind(&self) -> String {
         let frames = match self.frames {
-            Frames::Checked => "PneuDrive firmware, checked packets",
-            Frames::Unchecked => "original firmware, unchecked packets, no command timeout",
-            Frames::Unknown => "unknown firmware",
+            BoardFormat::Checked => "PneuDrive firmware, checked packets",
+            BoardFormat::Unchecked => "original firmware, unchecked packets, no command timeout",
+            BoardFormat::Unknown => "unknown firmware",
         };
         match &self.firmware {
             Some(firmware) => format!("{frames}, {firmware}"),
@@ -79,7 +79,7 @@ pub fn boards(args: &BusArgs, port: &Path, most: u16, setup: &Setup) -> Result<V
         });
         found.push(FoundBoard {
             board,
-            frames: bus.frames(board),
+            frames: bus.format(board),
             firmware,
             pressures_kpa: pressures_kpa.unwrap_or([None; CHANNELS]),
         });

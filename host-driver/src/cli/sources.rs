@@ -4,7 +4,7 @@ use crate::cli::args::RunArgs;
 use crate::cli::failure::Failure;
 use crate::cli::output::errln;
 use pneudrive_host::Calibration;
-use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, Supply};
+use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, SourceStatus};
 use pneudrive_host::trajectory::{AtEnd, Trajectory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,13 +29,13 @@ pub struct Source {
 }
 
 impl CommandSource for Limited {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
-        let supply = self.inner.fill(since_start_ns, commands);
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
+        let status = self.inner.fill(since_start_ns, commands);
         if since_start_ns < self.until_ns {
-            return supply;
+            return status;
         }
         self.over.store(true, Ordering::Relaxed);
-        Supply::Ended
+        SourceStatus::Ended
     }
 }
 

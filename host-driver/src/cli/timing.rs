@@ -39,7 +39,7 @@ pub fn run(args: &BusArgs, timing: &TimingArgs) -> Result<(), Failure> {
         resistor_tolerance_ppm: whole("--resistor-tolerance", timing.resistor_tolerance, 10_000.0)?,
     };
     let ohm = resistor_for(options.baud, parts).map_err(Failure::input)?;
-    let report = report(options.baud, options.answer_timeout_ns(), ohm, pulse(ohm, parts));
+    let report = report(options.baud, options.answer_timeout().as_nanos() as u64, ohm, pulse(ohm, parts));
     if args.json { print_json(&report) } else { print(&report) }
 }
 

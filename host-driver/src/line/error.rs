@@ -1,4 +1,5 @@
 use std::path::PathBuf;
+use std::time::Duration;
 use thiserror::Error;
 
 /// A port that cannot be used.
@@ -74,12 +75,12 @@ pub enum LineError {
         port: PathBuf,
     },
     /// The device takes no more bytes: it stopped sending.
-    #[error("{port}: the device took no bytes for {waited_us} us", port = .port.display())]
+    #[error("{port}: the device took no bytes for {waited} us", port = .port.display(), waited = .waited.as_micros())]
     Stuck {
         /// The port.
         port: PathBuf,
-        /// How long it was waited, us.
-        waited_us: u64,
+        /// How long it was waited.
+        waited: Duration,
     },
     /// Anything else the system said.
     #[error("{port}: {what} failed: {reason}", port = .port.display())]

@@ -1,15 +1,15 @@
 //! Bytes and time: what the bus needs from whatever carries it.
 
+mod backoff;
 mod clock;
 mod error;
 mod low_latency;
 mod name;
-mod naps;
 mod open;
 mod ports;
 mod serial;
 mod spin;
-mod way;
+mod wait_strategy;
 
 pub use clock::Clock;
 pub use error::{LineError, OpenError};

@@ -22,11 +22,11 @@ pub(super) fn is_pty(file: &OwnedFd) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Name {
     /// A device's own name.
-    Lasting,
+    Permanent,
     /// A link to a pseudo-terminal, and which one.
     Link(Link),
-    /// A pseudo-terminal's own name.
-    Passing,
+    /// A pseudo-terminal's own name, which goes to the next one that is opened.
+    Reassigned,
 }
 
 /// Tells a link from another one of the same name.
@@ -49,18 +49,18 @@ impl Name {
     /// What `port` is, which has been opened as `file`.
     pub(super) fn of(port: &Path, file: &OwnedFd) -> Self {
         match (is_pty(file), Link::at(port)) {
-            (false, _) => Self::Lasting,
+            (false, _) => Self::Permanent,
             (true, Some(link)) => Self::Link(link),
-            (true, None) => Self::Passing,
+            (true, None) => Self::Reassigned,
         }
     }
 
     /// Whether the port that is now at `port` can be the lost one.
     pub(super) fn is_back(self, port: &Path) -> bool {
         match self {
-            Self::Lasting => true,
+            Self::Permanent => true,
             Self::Link(before) => Link::at(port).is_some_and(|now| now != before),
-            Self::Passing => false,
+            Self::Reassigned => false,
         }
     }
 }

@@ -1,10 +1,11 @@
+use super::backoff::Backoff;
 use super::clock::timespec;
 use super::name::Name;
-use super::naps::Naps;
 use super::open::{open_exclusive, set_baud, unlock, wake_at};
 use super::spin::{Lead, Spin};
-use super::way::{Trial, Way};
+use super::wait_strategy::{Trial, WaitStrategy};
 use super::{Clock, Line, LineError, OpenError};
+use crate::time::saturating_ns;
 use pneudrive_protocol::Baud;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::{Errno, ioctl_fionread, read, write};
@@ -14,15 +15,31 @@ use rustix::thread::{ClockId, clock_nanosleep_absolute, sched_yield, set_current
 use std::num::NonZeroU64;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Settings of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct SerialOptions {
     /// Line rate; 8 data bits, no parity, one stop bit always.
     pub baud: Baud,
     /// Whether to look for bytes without sleeping: it saves the time that the kernel needs to wake
     /// a thread, at the price of that much CPU in each exchange.
     pub spin: Spin,
+}
+
+impl SerialOptions {
+    /// Line rate.
+    #[must_use]
+    pub fn baud(self, baud: Baud) -> Self {
+        Self { baud, ..self }
+    }
+
+    /// Whether to look for bytes without sleeping.
+    #[must_use]
+    pub fn spin(self, spin: Spin) -> Self {
+        Self { spin, ..self }
+    }
 }
 
 /// A serial port or pty, opened for this process alone. Its clock is CLOCK_MONOTONIC.
@@ -129,9 +146,9 @@ impl SerialPort {
     fn spin(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let end_ns = match (self.options.spin, self.due_ns) {
             (Spin::Never, _) | (Spin::Auto, None) => return Ok(0),
-            (Spin::BeforeSleep { ns }, _) => self.now_ns().saturating_add(ns),
-            (Spin::Auto, Some(_)) if self.trial.way() == Way::Sleep => return Ok(0),
-            (Spin::Auto, Some(_)) if self.trial.way() == Way::Look => deadline_ns,
+            (Spin::BeforeSleep(duration), _) => self.now_ns() + saturating_ns(duration),
+            (Spin::Auto, Some(_)) if self.trial.way() == WaitStrategy::Sleep => return Ok(0),
+            (Spin::Auto, Some(_)) if self.trial.way() == WaitStrategy::BusyPoll => deadline_ns,
             (Spin::Auto, Some(due_ns)) => {
                 let wake_ns = due_ns.saturating_sub(self.lead.ns()).min(deadline_ns);
                 if self.now_ns() < wake_ns {
@@ -209,9 +226,10 @@ impl Line for SerialPort {
                 Ok(count) => left = &left[count..],
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) => {
-                    let waited = self.now_ns() - started;
-                    if waited >= Self::SEND_PATIENCE_NS {
-                        return Err(LineError::Stuck { port: self.path.clone(), waited_us: waited / 1000 });
+                    let waited_ns = self.now_ns() - started;
+                    if waited_ns >= Self::SEND_PATIENCE_NS {
+                        let waited = Duration::from_nanos(waited_ns);
+                        return Err(LineError::Stuck { port: self.path.clone(), waited });
                     }
                     self.wait(PollFlags::OUT, started + Self::SEND_PATIENCE_NS)?;
                 }
@@ -223,7 +241,7 @@ impl Line for SerialPort {
 
     fn receive(&mut self, into: &mut [u8], wanted: usize, deadline_ns: u64) -> Result<usize, LineError> {
         let wanted = wanted.min(into.len());
-        let mut naps = Naps::new(self.baud.characters_ns(1));
+        let mut backoff = Backoff::new(self.baud.characters_ns(1));
         let mut have = self.spin(into, wanted, deadline_ns)?;
         let due_ns = self.due_ns.take();
         if self.now_ns() >= deadline_ns {
@@ -233,7 +251,7 @@ impl Line for SerialPort {
             if wanted - have >= self.wakes_at {
                 self.wait(PollFlags::IN, deadline_ns)?;
             } else {
-                let end = naps.next_end(self.now_ns(), deadline_ns);
+                let end = backoff.next_end(self.now_ns(), deadline_ns);
                 self.sleep_until(end);
             }
             have += self.look(&mut into[have..])?;
@@ -272,7 +290,7 @@ impl Line for SerialPort {
     }
 
     fn can_reopen(&self) -> bool {
-        self.name != Name::Passing || self.is_alive()
+        self.name != Name::Reassigned || self.is_alive()
     }
 
     fn reopen(&mut self) -> Result<(), OpenError> {
@@ -289,7 +307,7 @@ impl Line for SerialPort {
         self.close();
         let port = || self.path.clone();
         match self.name {
-            Name::Passing => return Err(OpenError::NameGivenAway { port: port() }),
+            Name::Reassigned => return Err(OpenError::NameGivenAway { port: port() }),
             name if !name.is_back(&self.path) => return Err(OpenError::NotFound { port: port() }),
             _ => {}
         }

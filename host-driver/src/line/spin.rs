@@ -1,16 +1,15 @@
 //! Looking for bytes without sleeping, where a wake-up would cost more than it saves.
 
+use std::time::Duration;
+
 /// Whether a port's thread looks for bytes without sleeping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Spin {
     /// It sleeps until the kernel wakes it.
     #[default]
     Never,
-    /// It looks for this long before each sleep, ns.
-    BeforeSleep {
-        /// How long, ns.
-        ns: u64,
-    },
+    /// It looks for this long before each sleep.
+    BeforeSleep(Duration),
     /// On the first 3072 answers it tries three ways in turn: to sleep, to sleep until shortly
     /// before an answer is due and look from then on, and to look all the time. It keeps the one
     /// with which answers come soonest; a dearer one has to save 1 %. After 65,536 answers it asks

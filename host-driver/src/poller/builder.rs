@@ -1,8 +1,7 @@
 //! A poller in a few words.
 
 use super::{
-    CommandSource, Limits, MissedTick, Observer, Pace, Poller, PollerOptions, Row, SetPoints, StartError,
-    VENTED,
+    CommandSource, Limits, Observer, Pace, Poller, PollerOptions, Row, SetPoints, StartError, VENTED,
 };
 use crate::Calibration;
 use crate::bus::Bus;
@@ -126,8 +125,7 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
             if !(0.1..=10_000.0).contains(&rate_hz) {
                 return Err(StartError::Rate(rate_hz));
             }
-            let period = Duration::from_secs_f64(1.0 / rate_hz);
-            self.options.pace = Pace::Every { period_ns: period.as_nanos() as u64, missed: MissedTick::Skip };
+            self.options.pace = Pace::every(Duration::from_secs_f64(1.0 / rate_hz));
         }
         Poller::start(self.bus, self.options, self.source, self.observers)
     }
@@ -137,9 +135,9 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
 struct Vented;
 
 impl CommandSource for Vented {
-    fn fill(&mut self, _: u64, commands: &mut [super::BoardCommand]) -> super::Supply {
+    fn fill(&mut self, _: u64, commands: &mut [super::BoardCommand]) -> super::SourceStatus {
         commands.fill(VENTED);
-        super::Supply::Continues
+        super::SourceStatus::Continues
     }
 }
 

@@ -1,5 +1,6 @@
 //! Where a cycle's commands come from.
 
+use crate::time::saturating_ns;
 use pneudrive_protocol::{CHANNELS, Counts};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,9 +12,9 @@ pub type BoardCommand = [Counts; CHANNELS];
 /// What is commanded before anybody says otherwise: 0 kPa.
 pub const VENTED: BoardCommand = [Counts::ATMOSPHERE; CHANNELS];
 
-/// Whether there are more commands to come.
+/// Whether a source has more commands to give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Supply {
+pub enum SourceStatus {
     /// Go on.
     Continues,
     /// Go on, but nobody has renewed these commands in time: they are 0 kPa.
@@ -26,7 +27,7 @@ pub enum Supply {
 pub trait CommandSource: Send {
     /// Fills in the commands of all polled boards, in the poller's order, for a cycle that starts
     /// `since_start_ns` after the first.
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply;
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus;
 }
 
 /// Set points that any thread may change while the poller runs, without a lock: the four of one
@@ -63,7 +64,7 @@ impl SetPoints {
     /// poller.
     #[must_use]
     pub fn vent_after(self, timeout: Duration) -> Self {
-        Self { good_for_ns: Some(u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX)), ..self }
+        Self { good_for_ns: Some(saturating_ns(timeout)), ..self }
     }
 
     /// Sets the four commands of the board at `index` in the poller's order, from its next exchange
@@ -100,21 +101,22 @@ impl SetPoints {
 }
 
 impl CommandSource for SetPoints {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         if self.stale(since_start_ns) {
             commands.fill(VENTED);
-            return Supply::Stale;
+            return SourceStatus::Stale;
         }
         for (slot, command) in self.boards.iter().zip(commands) {
             *command = unpack(slot.load(Ordering::Relaxed));
         }
-        Supply::Continues
+        SourceStatus::Continues
     }
 }
 
 /// A board that is not polled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("no board {index}: {boards} boards are polled, counted from 0")]
+#[non_exhaustive]
 pub struct NoSuchBoard {
     /// The index that was asked for.
     pub index: usize,
@@ -145,7 +147,7 @@ mod tests {
         let mut points = SetPoints::new(2);
         points.set(1, command).unwrap();
         let mut filled = [VENTED; 2];
-        assert_eq!(points.fill(0, &mut filled), Supply::Continues);
+        assert_eq!(points.fill(0, &mut filled), SourceStatus::Continues);
         assert_eq!(filled, [VENTED, command]);
         assert_eq!(points.set(2, command), Err(NoSuchBoard { index: 2, boards: 2 }));
     }
@@ -157,19 +159,19 @@ mod tests {
         let (mut source, mut filled) = (points.clone(), [VENTED; 1]);
         let mut fill = |at_ns| (source.fill(at_ns, &mut filled), filled[0]);
         points.set(0, command).unwrap();
-        assert_eq!(fill(1_000), (Supply::Continues, command));
-        assert_eq!(fill(1_100), (Supply::Continues, command));
-        assert_eq!(fill(1_101), (Supply::Stale, VENTED));
+        assert_eq!(fill(1_000), (SourceStatus::Continues, command));
+        assert_eq!(fill(1_100), (SourceStatus::Continues, command));
+        assert_eq!(fill(1_101), (SourceStatus::Stale, VENTED));
         points.renew();
-        assert_eq!(fill(1_200), (Supply::Continues, command));
-        assert_eq!(fill(1_301), (Supply::Stale, VENTED));
+        assert_eq!(fill(1_200), (SourceStatus::Continues, command));
+        assert_eq!(fill(1_301), (SourceStatus::Stale, VENTED));
     }
 
     #[test]
     fn set_points_hold_forever_unless_told_otherwise() {
         let mut points = SetPoints::new(1);
         points.set(0, [Counts::saturating(511); CHANNELS]).unwrap();
-        assert_eq!(points.fill(u64::MAX, &mut [VENTED]), Supply::Continues);
+        assert_eq!(points.fill(u64::MAX, &mut [VENTED]), SourceStatus::Continues);
     }
 
     /// While another thread changes them all the time, the four commands of a board are always of

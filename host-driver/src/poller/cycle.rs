@@ -6,15 +6,16 @@ use super::page_share::PageSchedule;
 use super::presence::Presence;
 use super::schedule::Schedule;
 use super::sensors::SensorSchedule;
-use super::slew::SlewOptions;
+use super::slew::{Slew, SlewOptions};
 use super::{
-    BoardRow, BoardSensors, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Row, Slew,
-    Supply, VENTED,
+    BoardRow, BoardSensors, BoardState, CommandSource, Event, Observer, Outcome, PollerOptions, Row,
+    SourceStatus, VENTED,
 };
 use crate::bus::{Bus, Counters};
 use crate::line::{Line, LineError};
 use crate::statistics::{CycleStatistics, Durations};
 use pneudrive_protocol::{CHANNELS, SensorScale};
+use std::time::Duration;
 
 /// Polls boards on the calling thread, one [`cycle`](Self::cycle) after the other.
 /// [`Poller`](super::Poller) runs it on a thread of its own; benchmarks and tests, in virtual time,
@@ -55,9 +56,9 @@ pub struct Polling<L: Line> {
     /// Whether the vent latch was closed in the last cycle.
     pub(super) vented: bool,
     /// Boards that are sent 0 kPa since this cycle because they were not heard, and for how long
-    /// they were not, ns.
+    /// they were not.
     pub(super) paused: Vec<u8>,
-    pub(super) unheard_ns: u64,
+    pub(super) unheard: Duration,
     /// It has been told that a set point is sent one count lower.
     pub(super) lowered_told: bool,
     /// Cycles without a reading of each board.
@@ -84,7 +85,7 @@ impl<L: Line> Polling<L> {
         source: Box<dyn CommandSource>,
         observers: Vec<Box<dyn Observer>>,
     ) -> Self {
-        let timeout_ns = bus.options().answer_timeout_ns();
+        let timeout_ns = bus.times().answer_timeout_ns();
         let row = |&board| BoardRow {
             board,
             command: VENTED,
@@ -117,7 +118,7 @@ impl<L: Line> Polling<L> {
             stale: false,
             vented: false,
             paused: Vec::with_capacity(options.boards.len()),
-            unheard_ns: 0,
+            unheard: Duration::ZERO,
             lowered_told: false,
             without_reading: vec![0; options.boards.len()],
             before: options.boards.iter().map(|&board| bus.counters(board)).collect(),
@@ -138,15 +139,15 @@ impl<L: Line> Polling<L> {
             return now_ns;
         };
         let scheduled = self.schedule.next_start(now_ns);
-        self.due_ns = scheduled.max(self.askable_from_ns());
+        self.due_ns = scheduled.max(self.next_ready_ns());
         self.due_ns
     }
 
     /// When a board can be asked, or the line be opened again.
-    pub(super) fn askable_from_ns(&self) -> u64 {
+    pub(super) fn next_ready_ns(&self) -> u64 {
         match &self.outage {
             Some(outage) => outage.next_try_ns(),
-            None => (0..self.rows.len()).map(|index| self.askable_ns(index)).min().unwrap_or(0),
+            None => (0..self.rows.len()).map(|index| self.ready_at_ns(index)).min().unwrap_or(0),
         }
     }
 
@@ -162,7 +163,7 @@ impl<L: Line> Polling<L> {
     /// # Errors
     /// The line failed, and is not to be opened again or cannot be. Everything else that goes wrong
     /// is in the row.
-    pub fn cycle(&mut self) -> Result<Supply, LineError> {
+    pub fn cycle(&mut self) -> Result<SourceStatus, LineError> {
         let now_ns = self.bus.line().now_ns();
         if self.start_ns.is_none() {
             self.begin(now_ns);
@@ -175,8 +176,8 @@ impl<L: Line> Polling<L> {
         self.stalled(now_ns, due_ns);
         self.close_cycle(now_ns);
         self.open_cycle_ns = Some(now_ns);
-        let supply = self.source.fill(now_ns - start_ns, &mut self.wanted);
-        self.note_freshness(supply);
+        let status = self.source.fill(now_ns - start_ns, &mut self.wanted);
+        self.note_freshness(status);
         self.note_vent();
         if self.line_is_there() {
             for index in 0..self.rows.len() {
@@ -196,7 +197,7 @@ impl<L: Line> Polling<L> {
         let cycle = self.cycles.count();
         let row = Row { cycle, at_ns: now_ns, since_start_ns: now_ns - start_ns, boards: &self.rows };
         self.observers.iter_mut().for_each(|observer| observer.row(&row));
-        Ok(supply)
+        Ok(status)
     }
 
     /// Whether boards can be asked. If the line is gone and a try is due, tries.
@@ -206,7 +207,7 @@ impl<L: Line> Polling<L> {
             return false;
         }
         match outage.attempt(&mut self.bus) {
-            Try::Back { gone_ns } => {
+            Try::Back { gone } => {
                 self.outage = None;
                 self.line_since_ns = self.bus.line().now_ns();
                 for (row, presence) in self.rows.iter_mut().zip(&mut self.presence) {
@@ -216,7 +217,7 @@ impl<L: Line> Polling<L> {
                 if !self.options.resume {
                     self.options.vent.vent_after_outage();
                 }
-                self.tell(&Event::LineBack { gone_ns });
+                self.tell(&Event::LineBack { gone });
                 self.note_vent();
                 true
             }
@@ -260,12 +261,16 @@ impl<L: Line> Polling<L> {
             self.late = Some((now_ns, by_ns));
         }
         if by_ns >= Self::STALL_NS {
-            self.tell(&Event::Stalled { by_ns });
+            self.tell(&Event::Stalled { by: Duration::from_nanos(by_ns) });
         }
     }
 
     /// By how much the host was late at most within the last second.
-    pub(super) fn late_ns(&self) -> Option<u64> {
+    pub(super) fn late(&self) -> Option<Duration> {
+        self.late_ns().map(Duration::from_nanos)
+    }
+
+    fn late_ns(&self) -> Option<u64> {
         let (at_ns, by_ns) = self.late?;
         (self.bus.line().now_ns() <= at_ns + Self::LATE_FOR_NS).then_some(by_ns)
     }
@@ -274,15 +279,15 @@ impl<L: Line> Polling<L> {
         if self.paused.is_empty() {
             return;
         }
-        let (boards, unheard_ns) = (std::mem::take(&mut self.paused), std::mem::take(&mut self.unheard_ns));
-        self.tell(&Event::Paused { boards: &boards, unheard_ns, host_late_ns: self.late_ns() });
+        let (boards, unheard) = (std::mem::take(&mut self.paused), std::mem::take(&mut self.unheard));
+        self.tell(&Event::Paused { boards: &boards, unheard, host_late: self.late() });
         // With the room that it has.
         self.paused = boards;
         self.paused.clear();
     }
 
-    fn note_freshness(&mut self, supply: Supply) {
-        let stale = supply == Supply::Stale;
+    fn note_freshness(&mut self, status: SourceStatus) {
+        let stale = status == SourceStatus::Stale;
         if stale != std::mem::replace(&mut self.stale, stale) {
             self.tell(if stale { &Event::CommandsStale } else { &Event::CommandsBack });
         }

@@ -1,7 +1,7 @@
 //! A board is asked for its valves' drives, between two polls.
 
 use super::{Event, Polling};
-use crate::bus::{ExchangeError, Frames, PageError};
+use crate::bus::{BoardFormat, ExchangeError, PageError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::Drives;
 
@@ -18,7 +18,8 @@ impl<L: Line> Polling<L> {
     /// Asks the board at `index`, which has just answered, for its valves' drives if they are due.
     pub(super) fn ask_for_drives(&mut self, index: usize) -> Result<(), LineError> {
         let board = self.rows[index].board;
-        if self.bus.frames(board) != Frames::Checked || !self.drives[index].due(self.bus.line().now_ns()) {
+        if self.bus.format(board) != BoardFormat::Checked || !self.drives[index].due(self.bus.line().now_ns())
+        {
             return Ok(());
         }
         match self.bus.drives(board) {

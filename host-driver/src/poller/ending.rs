@@ -35,7 +35,7 @@ impl<L: Line> Polling<L> {
                 .iter()
                 .map(|(row, counters, without)| BoardStatistics {
                     sensors: self.options.sensors.map(|_| SensorFigures::new(&row.sensors, now_ns)),
-                    ..BoardStatistics::new(row, *counters, *without, self.bus.frames(row.board), now_ns)
+                    ..BoardStatistics::new(row, *counters, *without, self.bus.format(row.board), now_ns)
                 })
                 .collect(),
         }
@@ -61,7 +61,7 @@ impl<L: Line> Polling<L> {
 
     /// Whether the next cycle would start now: one after the other, and nothing to wait for.
     fn next_is_due(&self, now_ns: u64) -> bool {
-        self.options.pace == Pace::AsFastAsPossible && self.askable_from_ns() <= now_ns
+        self.options.pace == Pace::AsFastAsPossible && self.next_ready_ns() <= now_ns
     }
 
     /// Commands 0 kPa to all boards until they have confirmed it, as

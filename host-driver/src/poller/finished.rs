@@ -1,6 +1,6 @@
 //! How a run of a poller ended, and what is to be said of it.
 
-use crate::bus::{Bus, Frames};
+use crate::bus::{BoardFormat, Bus};
 use crate::line::{Line, LineError};
 use crate::statistics::Statistics;
 
@@ -81,7 +81,7 @@ impl Finished {
     fn unconfirmed(&self, noun: &str, list: impl Fn(&[u8]) -> String) -> Option<String> {
         let checks = |board: &u8| {
             let boards = &self.statistics.boards;
-            boards.iter().any(|one| one.board == *board && one.frames == Frames::Checked)
+            boards.iter().any(|one| one.board == *board && one.frames == BoardFormat::Checked)
         };
         let heard = self.not_safe.iter().filter(|board| !self.never_heard.contains(board));
         let (checked, others): (Vec<u8>, Vec<u8>) = heard.partition(|board| checks(board));

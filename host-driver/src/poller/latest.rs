@@ -2,6 +2,7 @@
 
 use super::{BoardRow, Observer, Reading, Row};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// A copy of a row.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -17,21 +18,21 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// How long ago the cycle started, ns; `None` before the first. It grows while the bus thread
+    /// How long ago the cycle started; `None` before the first. It grows while the bus thread
     /// stands still.
-    pub fn age_ns(&self, now_ns: u64) -> Option<u64> {
-        self.cycle.map(|_| now_ns.saturating_sub(self.at_ns))
+    pub fn age(&self, now_ns: u64) -> Option<Duration> {
+        self.cycle.map(|_| Duration::from_nanos(now_ns.saturating_sub(self.at_ns)))
     }
 
     /// The reading of the board at `index` in the poller's order, unless it is older than
-    /// `oldest_ns` at `now_ns`: what a control loop should use. `now_ns` is on the line's clock
+    /// `oldest` at `now_ns`: what a control loop should use. `now_ns` is on the line's clock
     /// ([`SerialPort::clock`](crate::line::SerialPort::clock)).
     ///
     /// [`BoardRow::fresh`] says that a reading is of its row's cycle; this says that the row itself
     /// is not old.
-    pub fn reading(&self, index: usize, now_ns: u64, oldest_ns: u64) -> Option<&Reading> {
+    pub fn reading(&self, index: usize, now_ns: u64, oldest: Duration) -> Option<&Reading> {
         let reading = self.boards.get(index)?.reading.as_ref()?;
-        (reading.age_ns(now_ns) <= oldest_ns).then_some(reading)
+        (reading.age(now_ns) <= oldest).then_some(reading)
     }
 }
 

@@ -141,6 +141,7 @@ impl Limits {
     "{kpa:.1} kPa for channel {channel} of board {board} is above its limit of {max_kpa} kPa; choose a lower set point, \
      or raise the limit where it is set (command line or rig file)"
 )]
+#[non_exhaustive]
 pub struct AboveLimit {
     /// The board's number.
     pub board: u8,

@@ -3,26 +3,37 @@
 use super::{BoardState, Event, Pace, Polling};
 use crate::bus::LineRateError;
 use crate::line::{Line, LineError};
+use crate::time::saturating_ns;
 use pneudrive_protocol::pages::LineRate;
+use std::time::Duration;
 
 /// How fast a line rate to ask the boards for, and how often.
 ///
 /// They are asked when all boards of the bus answer. If they agree, and answer at the new rate, it
 /// is kept until a board fails [`PresencePolicy::failures`](super::PresencePolicy::failures) times
 /// in a row or [`lost_in_a_second`](Self::lost_in_a_second) exchanges are lost; then all are back
-/// at the compiled rate. They are asked again after `first_pause_ns`, and after twice as long each
-/// time up to `longest_pause_ns`: for the next lower rate where one has lost too much, or has
+/// at the compiled rate. They are asked again after `first_pause`, and after twice as long each
+/// time up to `longest_pause`: for the next lower rate where one has lost too much, or has
 /// failed twice otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct LineRatePolicy {
     /// The fastest to ask for.
     pub fastest: LineRate,
-    /// The first pause after a refusal or a return, ns.
-    pub first_pause_ns: u64,
-    /// The longest, ns.
-    pub longest_pause_ns: u64,
+    /// The first pause after a refusal or a return.
+    pub first_pause: Duration,
+    /// The longest.
+    pub longest_pause: Duration,
     /// So many lost exchanges in a second are too many.
     pub lost_in_a_second: u64,
+}
+
+impl LineRatePolicy {
+    /// The fastest to ask for.
+    #[must_use]
+    pub fn fastest(self, fastest: LineRate) -> Self {
+        Self { fastest, ..self }
+    }
 }
 
 impl Default for LineRatePolicy {
@@ -32,15 +43,15 @@ impl Default for LineRatePolicy {
     fn default() -> Self {
         Self {
             fastest: LineRate::ThreeMbaud,
-            first_pause_ns: 10_000_000_000,
-            longest_pause_ns: 640_000_000_000,
+            first_pause: Duration::from_secs(10),
+            longest_pause: Duration::from_secs(640),
             lost_in_a_second: 20,
         }
     }
 }
 
-/// A board goes back after 100 ms without a request: one in half that time must be planned, ns.
-const LONGEST_PERIOD_NS: u64 = 50_000_000;
+/// A board goes back after 100 ms without a request: one in half that time must be planned.
+const LONGEST_PERIOD: Duration = Duration::from_millis(50);
 const SECOND_NS: u64 = 1_000_000_000;
 
 #[derive(Debug)]
@@ -62,8 +73,8 @@ pub(super) struct LineRateSchedule {
 
 impl LineRateSchedule {
     pub(super) fn new(policy: Option<LineRatePolicy>) -> Self {
-        let (pause_ns, ceiling) =
-            policy.map_or((0, LineRate::Compiled), |policy| (policy.first_pause_ns, policy.fastest));
+        let (pause_ns, ceiling) = policy
+            .map_or((0, LineRate::Compiled), |policy| (saturating_ns(policy.first_pause), policy.fastest));
         Self {
             policy,
             next_try_ns: 0,
@@ -78,8 +89,8 @@ impl LineRateSchedule {
 
     /// It did not work: later, and slower if there is a slower one; the first time only where that
     /// rate `cannot_be`.
-    fn give_up(&mut self, now_ns: u64, cannot_be: bool) -> u64 {
-        let Some(policy) = self.policy else { return 0 };
+    fn give_up(&mut self, now_ns: u64, cannot_be: bool) -> Duration {
+        let Some(policy) = self.policy else { return Duration::ZERO };
         self.ceiling = match (self.has_failed || cannot_be, self.ceiling) {
             (false, same) => same,
             (true, LineRate::ThreeMbaud) => LineRate::TwoMbaud,
@@ -88,8 +99,8 @@ impl LineRateSchedule {
         self.has_failed = !(self.has_failed || cannot_be);
         let pause_ns = self.pause_ns;
         self.next_try_ns = now_ns + pause_ns;
-        self.pause_ns = (2 * pause_ns).min(policy.longest_pause_ns.max(pause_ns));
-        pause_ns
+        self.pause_ns = (2 * pause_ns).min(saturating_ns(policy.longest_pause).max(pause_ns));
+        Duration::from_nanos(pause_ns)
     }
 
     /// Whether more was lost within a second than may be.
@@ -118,12 +129,11 @@ impl<L: Line> Polling<L> {
         if !self.rows.iter().all(is_ready) || now_ns < self.line_rate.next_try_ns {
             return Ok(());
         }
-        if let Pace::Every { period_ns, .. } = self.options.pace
-            && period_ns > LONGEST_PERIOD_NS
+        if let Pace::Every { period, .. } = self.options.pace
+            && period > LONGEST_PERIOD
         {
             self.line_rate.policy = None;
-            let (baud, period_ms) = (self.bus.baud(), period_ns / 1_000_000);
-            self.tell(&Event::LineRateTooSlowPace { baud, period_ms });
+            self.tell(&Event::LineRateTooSlowPace { baud: self.bus.baud(), period });
             return Ok(());
         }
         let boards: Vec<u8> = self.rows.iter().map(|row| row.board).collect();
@@ -141,11 +151,11 @@ impl<L: Line> Polling<L> {
             }
             Err(LineRateError::Line(error)) => return Err(error),
             Err(error) => {
-                let pause_ns = self.line_rate.give_up(now_ns, matches!(error, LineRateError::Adapter { .. }));
+                let pause = self.line_rate.give_up(now_ns, matches!(error, LineRateError::Adapter { .. }));
                 let reason = error.to_string();
                 if std::mem::replace(&mut self.line_rate.reason, reason.clone()) != reason {
                     let baud = self.bus.baud();
-                    self.tell(&Event::LineRateKept { baud, error: &error, pause_ns });
+                    self.tell(&Event::LineRateKept { baud, error: &error, pause });
                 }
             }
         }
@@ -162,13 +172,13 @@ impl<L: Line> Polling<L> {
         let boards: Vec<u8> = self.rows.iter().map(|row| row.board).collect();
         self.bus.lower_line_rate(&boards)?;
         let silent = silent.and_then(|index| boards.get(index).copied());
-        let pause_ns = self.line_rate.give_up(self.bus.line().now_ns(), silent.is_none());
+        let pause = self.line_rate.give_up(self.bus.line().now_ns(), silent.is_none());
         // At the compiled rate it is another matter.
         for presence in &mut self.presence {
             presence.ask_again();
         }
         let lost = lost - self.line_rate.lost_before;
-        self.tell(&Event::LineRateLowered { from, to: self.bus.baud(), silent, lost, pause_ns });
+        self.tell(&Event::LineRateLowered { from, to: self.bus.baud(), silent, lost, pause });
         Ok(())
     }
 
@@ -187,7 +197,7 @@ mod tests {
         let mut tries = Vec::new();
         for _ in 0..9 {
             let asked = schedule.ceiling;
-            tries.push((asked as u8, schedule.give_up(0, false) / 1_000_000_000));
+            tries.push((asked as u8, schedule.give_up(0, false).as_secs()));
         }
         let expected = [(3, 10), (3, 20), (2, 40), (2, 80), (3, 160), (3, 320), (2, 640), (2, 640), (3, 640)];
         assert_eq!(tries, expected);

@@ -1,7 +1,7 @@
 //! Venting everything at once, and set points by hand, whatever else gives commands.
 
 use super::{
-    AboveLimit, BoardCommand, CommandSource, Limits, NoSuchBoard, SetPoints, Supply, VENTED, VentLatch,
+    AboveLimit, BoardCommand, CommandSource, Limits, NoSuchBoard, SetPoints, SourceStatus, VENTED, VentLatch,
 };
 use crate::Calibration;
 use pneudrive_protocol::{CHANNELS, Counts};
@@ -204,17 +204,17 @@ struct Overridden {
 }
 
 impl CommandSource for Overridden {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
-        let supply = self.source.fill(since_start_ns, commands);
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
+        let status = self.source.fill(since_start_ns, commands);
         match self.handle.commanding() {
-            Commanding::Following => return supply,
+            Commanding::Following => return status,
             Commanding::Vented => commands.fill(VENTED),
             Commanding::Manual => {
                 self.handle.set_points.fill(since_start_ns, commands);
             }
         }
         // How fresh commands are that nobody follows does not matter.
-        if supply == Supply::Ended { supply } else { Supply::Continues }
+        if status == SourceStatus::Ended { status } else { SourceStatus::Continues }
     }
 }
 
@@ -228,9 +228,9 @@ mod tests {
     struct Short;
 
     impl CommandSource for Short {
-        fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+        fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
             commands.fill(HIGH);
-            if since_start_ns < 100 { Supply::Continues } else { Supply::Ended }
+            if since_start_ns < 100 { SourceStatus::Continues } else { SourceStatus::Ended }
         }
     }
 
@@ -274,8 +274,8 @@ mod tests {
         let handle = Override::following(2);
         let mut source = handle.over(Box::new(Short));
         handle.vent();
-        assert_eq!(source.fill(99, &mut [VENTED; 2]), Supply::Continues);
-        assert_eq!(source.fill(100, &mut [VENTED; 2]), Supply::Ended);
+        assert_eq!(source.fill(99, &mut [VENTED; 2]), SourceStatus::Continues);
+        assert_eq!(source.fill(100, &mut [VENTED; 2]), SourceStatus::Ended);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Which boards are worth asking in every cycle.
 
+use crate::time::saturating_ns;
 use serde::Serialize;
+use std::time::Duration;
 
 /// How a board has answered lately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -20,20 +22,21 @@ pub enum BoardState {
 /// When a board is given up, and how often it is asked until then and afterwards.
 ///
 /// A board that falls silent is asked in every cycle up to `failures` times, then after pauses of
-/// `first_pause_ns` and twice as much each time, and every `probe_every_ns` when they have grown to
+/// `first_pause` and twice as much each time, and every `probe_every` when they have grown to
 /// that. So a board that chance has silenced is back after about as long as it was away, and a dead
 /// one costs the others `failures` and seven more timeouts by default (22 ms of the first 0.16 s),
 /// then one in each 0.1 s. A board that has not answered since the start, or has been given up,
 /// gets no short pauses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PresencePolicy {
     /// Failures in a row after which a board is not asked in every cycle any more.
     pub failures: u32,
-    /// The first pause after that, ns.
-    pub first_pause_ns: u64,
-    /// Time between two requests to a missing board, ns. Each costs the others at most its timeout,
+    /// The first pause after that.
+    pub first_pause: Duration,
+    /// Time between two requests to a missing board. Each costs the others at most its timeout,
     /// 2.2 ms at 1 Mbaud.
-    pub probe_every_ns: u64,
+    pub probe_every: Duration,
 }
 
 impl Default for PresencePolicy {
@@ -41,13 +44,16 @@ impl Default for PresencePolicy {
     /// row are lost several times a second; ten in a row once in hours. Ten probes a second find a
     /// missing board soon and cost the others about 2 % of their rate.
     fn default() -> Self {
-        Self { failures: 3, first_pause_ns: 1_000_000, probe_every_ns: 100_000_000 }
+        Self { failures: 3, first_pause: Duration::from_millis(1), probe_every: Duration::from_millis(100) }
     }
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Presence {
-    policy: PresencePolicy,
+    /// Failures in a row after which it is not asked in every cycle any more.
+    most_failures: u32,
+    first_pause_ns: u64,
+    probe_every_ns: u64,
     state: BoardState,
     failures: u32,
     next_probe_ns: u64,
@@ -55,7 +61,14 @@ pub(super) struct Presence {
 
 impl Presence {
     pub(super) fn new(policy: PresencePolicy) -> Self {
-        Self { policy, state: BoardState::Unseen, failures: 0, next_probe_ns: 0 }
+        Self {
+            most_failures: policy.failures,
+            first_pause_ns: saturating_ns(policy.first_pause),
+            probe_every_ns: saturating_ns(policy.probe_every),
+            state: BoardState::Unseen,
+            failures: 0,
+            next_probe_ns: 0,
+        }
     }
 
     pub(super) fn state(&self) -> BoardState {
@@ -65,7 +78,7 @@ impl Presence {
     /// Whether it has been silent for so long that its last readings say nothing about the next
     /// one.
     pub(super) fn was_away(&self) -> bool {
-        self.state == BoardState::Missing || self.failures >= self.policy.failures
+        self.state == BoardState::Missing || self.failures >= self.most_failures
     }
 
     /// Earliest time at which the board should be asked, ns; 0 for every cycle.
@@ -108,10 +121,9 @@ impl Presence {
         if was_there {
             self.state = BoardState::Doubtful;
         }
-        let Some(pauses) = self.failures.checked_sub(self.policy.failures) else { return };
-        let longest_ns = self.policy.probe_every_ns;
-        let growing_ns =
-            self.policy.first_pause_ns.saturating_mul(1_u64.checked_shl(pauses).unwrap_or(u64::MAX));
+        let Some(pauses) = self.failures.checked_sub(self.most_failures) else { return };
+        let longest_ns = self.probe_every_ns;
+        let growing_ns = self.first_pause_ns.saturating_mul(1_u64.checked_shl(pauses).unwrap_or(u64::MAX));
         let given_up = !was_there || growing_ns >= longest_ns;
         self.next_probe_ns = now_ns + if given_up { longest_ns } else { growing_ns };
         if given_up {
@@ -125,7 +137,11 @@ mod tests {
     use super::*;
 
     /// Pauses of 25, 50 and 100.
-    const POLICY: PresencePolicy = PresencePolicy { failures: 2, first_pause_ns: 25, probe_every_ns: 100 };
+    const POLICY: PresencePolicy = PresencePolicy {
+        failures: 2,
+        first_pause: Duration::from_nanos(25),
+        probe_every: Duration::from_nanos(100),
+    };
 
     #[test]
     fn a_board_is_asked_at_once_when_the_line_is_back() {
@@ -178,12 +194,19 @@ mod tests {
 
     #[test]
     fn pauses_do_not_overflow() {
-        let endless = PresencePolicy { failures: 0, first_pause_ns: 1 << 40, probe_every_ns: u64::MAX / 2 };
+        let endless = PresencePolicy {
+            failures: 0,
+            first_pause: Duration::from_nanos(1 << 40),
+            probe_every: Duration::MAX,
+        };
         let mut presence = Presence::new(endless);
         presence.answered();
         for _ in 0..100 {
             presence.failed(1_000);
         }
-        assert_eq!((presence.state(), presence.due_ns()), (BoardState::Missing, 1_000 + u64::MAX / 2));
+        assert_eq!(
+            (presence.state(), presence.due_ns()),
+            (BoardState::Missing, 1_000 + saturating_ns(Duration::MAX))
+        );
     }
 }

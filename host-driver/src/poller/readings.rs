@@ -1,5 +1,7 @@
 //! What boards have measured beside their pressures.
 
+use std::time::Duration;
+
 /// A supply pressure that a board has measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SupplyPressure {
@@ -10,18 +12,18 @@ pub struct SupplyPressure {
 }
 
 impl SupplyPressure {
-    /// An older one is not shown to people, ns: longer than the seconds between two questions where
+    /// An older one is not shown to people: longer than the seconds between two questions where
     /// boards are asked seldom.
-    pub const OLD_NS: u64 = 10_000_000_000;
+    pub const OLD: Duration = Duration::from_secs(10);
 
-    /// How old it is at `now_ns`, ns.
-    pub fn age_ns(&self, now_ns: u64) -> u64 {
-        now_ns.saturating_sub(self.measured_ns)
+    /// How old it is at `now_ns`.
+    pub fn age(&self, now_ns: u64) -> Duration {
+        Duration::from_nanos(now_ns.saturating_sub(self.measured_ns))
     }
 
-    /// What people are shown at `now_ns`, kPa gauge: nothing that is [old](Self::OLD_NS).
+    /// What people are shown at `now_ns`, kPa gauge: nothing that is [old](Self::OLD).
     pub fn shown_kpa(&self, now_ns: u64) -> Option<f64> {
-        (self.age_ns(now_ns) <= Self::OLD_NS).then_some(self.kpa)
+        (self.age(now_ns) <= Self::OLD).then_some(self.kpa)
     }
 }
 
@@ -51,7 +53,8 @@ impl ElectronicsReading {
     /// The chip's temperature that people are shown at `now_ns`, degrees Celsius: none that is as
     /// old as a supply pressure may not be.
     pub fn shown_chip_c(&self, now_ns: u64) -> Option<f64> {
-        self.chip_c.filter(|_| now_ns.saturating_sub(self.asked_ns) <= SupplyPressure::OLD_NS)
+        let age = Duration::from_nanos(now_ns.saturating_sub(self.asked_ns));
+        self.chip_c.filter(|_| age <= SupplyPressure::OLD)
     }
 }
 

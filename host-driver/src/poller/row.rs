@@ -5,9 +5,10 @@ use crate::bus::{ExchangeError, LineRateError, OpenBusError, PageError};
 use crate::line::LineError;
 use pneudrive_protocol::pages::SensorStatus;
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
+use std::time::Duration;
 
 /// What the last answer of a board said. It does not get newer by being looked at: see
-/// [`Reading::age_ns`].
+/// [`Reading::age`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Pressures as the board sent them, ADC counts.
@@ -20,9 +21,9 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// How old it is at `now_ns`, ns.
-    pub fn age_ns(&self, now_ns: u64) -> u64 {
-        now_ns.saturating_sub(self.asked_ns)
+    /// How old it is at `now_ns`.
+    pub fn age(&self, now_ns: u64) -> Duration {
+        Duration::from_nanos(now_ns.saturating_sub(self.asked_ns))
     }
 }
 
@@ -94,10 +95,10 @@ pub enum Event<'a> {
         state: BoardState,
         /// Why.
         error: Option<&'a ExchangeError>,
-        /// By how much the host itself was late at most in the second before, ns; `None` if it was
+        /// By how much the host itself was late at most in the second before; `None` if it was
         /// punctual within 10 ms. Answers that it was too late to read look like those of a board
         /// that is gone.
-        host_late_ns: Option<u64>,
+        host_late: Option<Duration>,
     },
     /// The line failed. No board is asked until it is back.
     LineLost {
@@ -114,23 +115,23 @@ pub enum Event<'a> {
     },
     /// The line is back, and polling goes on.
     LineBack {
-        /// How long it was gone, ns.
-        gone_ns: u64,
+        /// How long it was gone.
+        gone: Duration,
     },
     /// The bus thread stood still: the process was stopped, or the machine was too busy.
     Stalled {
-        /// For how long beyond what was planned, ns. The boards may have held or vented meanwhile.
-        by_ns: u64,
+        /// For how long beyond what was planned. The boards may have held or vented meanwhile.
+        by: Duration,
     },
     /// Boards that are not missing were not heard for so long that they may have vented. They are
     /// sent 0 kPa until they answer; then their set points return by a ramp.
     Paused {
         /// Their numbers.
         boards: &'a [u8],
-        /// For how long they were not heard, ns: the longest.
-        unheard_ns: u64,
+        /// For how long they were not heard: the longest.
+        unheard: Duration,
         /// By how much the host itself was late at most in the second before, as for a board.
-        host_late_ns: Option<u64>,
+        host_late: Option<Duration>,
     },
     /// The vent latch was closed, by whomever: 0 kPa is commanded to all boards until it is
     /// released.
@@ -177,16 +178,16 @@ pub enum Event<'a> {
         baud: Baud,
         /// Why.
         error: &'a LineRateError,
-        /// They are asked again after this time, ns.
-        pause_ns: u64,
+        /// They are asked again after this time.
+        pause: Duration,
     },
     /// A faster line rate is not asked for, because the boards would go back from it between two
     /// cycles.
     LineRateTooSlowPace {
         /// The rate in effect.
         baud: Baud,
-        /// Time from cycle to cycle, ms.
-        period_ms: u64,
+        /// Time from cycle to cycle.
+        period: Duration,
     },
     /// Too much was lost at a faster line rate: host and boards have gone back.
     LineRateLowered {
@@ -198,8 +199,8 @@ pub enum Event<'a> {
         silent: Option<u8>,
         /// Exchanges lost in the last second.
         lost: u64,
-        /// They are asked again after this time, ns.
-        pause_ns: u64,
+        /// They are asked again after this time.
+        pause: Duration,
     },
     /// A set point of channel 3 is sent one count lower, because board 0 could take it for its
     /// address ([`Bus::commands_on_the_wire`](crate::bus::Bus::commands_on_the_wire)). Told once a

@@ -1,4 +1,7 @@
-//! When the next cycle starts. Times are ns on the line's clock.
+//! When the next cycle starts.
+
+use crate::time::saturating_ns;
+use std::time::Duration;
 
 /// How often the boards are polled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -8,11 +11,18 @@ pub enum Pace {
     AsFastAsPossible,
     /// At absolute deadlines: start + k period.
     Every {
-        /// Time between two starts, ns.
-        period_ns: u64,
+        /// Time between two starts.
+        period: Duration,
         /// What happens to starts that were missed because a cycle took too long.
         missed: MissedTick,
     },
+}
+
+impl Pace {
+    /// A start every `period`; those that were missed are left out.
+    pub const fn every(period: Duration) -> Self {
+        Self::Every { period, missed: MissedTick::Skip }
+    }
 }
 
 /// What happens to starts that were missed.
@@ -31,14 +41,19 @@ pub enum MissedTick {
 
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
-    pace: Pace,
+    /// The period, ns, and what happens to missed starts; `None` for as fast as possible.
+    grid: Option<(u64, MissedTick)>,
     next_ns: u64,
     missed: u64,
 }
 
 impl Schedule {
     pub(super) fn new(pace: Pace, start_ns: u64) -> Self {
-        Self { pace, next_ns: start_ns, missed: 0 }
+        let grid = match pace {
+            Pace::AsFastAsPossible => None,
+            Pace::Every { period, missed } => Some((saturating_ns(period), missed)),
+        };
+        Self { grid, next_ns: start_ns, missed: 0 }
     }
 
     /// Starts that could not be kept.
@@ -49,7 +64,7 @@ impl Schedule {
     /// A cycle starts at `now_ns` (at or after the last result of this function): when the one
     /// after it should.
     pub(super) fn next_start(&mut self, now_ns: u64) -> u64 {
-        let Pace::Every { period_ns, missed } = self.pace else { return now_ns };
+        let Some((period_ns, missed)) = self.grid else { return now_ns };
         let start_ns = self.next_ns;
         self.next_ns = start_ns + period_ns;
         let late_ns = now_ns.saturating_sub(self.next_ns);
@@ -77,7 +92,7 @@ mod tests {
 
     /// Starts of cycles of which the third takes 3.5 periods, at 10 ns a period.
     fn starts(missed: MissedTick) -> (Vec<u64>, u64) {
-        let mut schedule = Schedule::new(Pace::Every { period_ns: 10, missed }, 100);
+        let mut schedule = Schedule::new(Pace::Every { period: Duration::from_nanos(10), missed }, 100);
         let mut now = 100;
         let starts = (0..7)
             .map(|cycle| {

@@ -2,7 +2,7 @@
 
 use super::page_share::PageSchedule;
 use super::{ElectronicsReading, Event, Motion, PageShare, Polling, SupplyPressure};
-use crate::bus::{ExchangeError, Frames, PageError};
+use crate::bus::{BoardFormat, ExchangeError, PageError};
 use crate::line::{Line, LineError};
 use pneudrive_protocol::pages::{SensorPart, SensorState, SensorStatus, Temperature, Voltage};
 
@@ -118,7 +118,7 @@ impl<L: Line> Polling<L> {
     pub(super) fn ask_for_sensors(&mut self, index: usize) -> Result<(), LineError> {
         let board = self.rows[index].board;
         let now_ns = self.bus.line().now_ns();
-        if self.bus.frames(board) != Frames::Checked {
+        if self.bus.format(board) != BoardFormat::Checked {
             return Ok(());
         }
         let Some(turn) = self.sensors[index].due(now_ns) else { return Ok(()) };

@@ -1,7 +1,9 @@
 //! From the set points that are wanted to those that are sent: the last gate before the bus.
 
 use super::{BoardCommand, ChannelLimit};
+use crate::time::saturating_ns;
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use std::time::Duration;
 
 /// Clamps and ramps the set points of one board.
 ///
@@ -13,7 +15,7 @@ use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 ///
 /// Venting is immediate: no rate applies to it.
 #[derive(Debug, Clone)]
-pub struct Slew {
+pub(super) struct Slew {
     highest: [Counts; CHANNELS],
     rate_counts_s: [f64; CHANNELS],
     return_rate_counts_s: [f64; CHANNELS],
@@ -29,15 +31,15 @@ pub struct Slew {
 
 /// Settings of a [`Slew`] that are no limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SlewOptions {
+pub(super) struct SlewOptions {
     /// What the channels' counts mean.
-    pub scales: [SensorScale; CHANNELS],
+    pub(super) scales: [SensorScale; CHANNELS],
     /// The count that vents every channel: at most [`Counts::ATMOSPHERE`].
-    pub vent: Counts,
+    pub(super) vent: Counts,
     /// Fastest rise after a pause, kPa/s.
-    pub return_rate_kpa_s: f64,
-    /// Longest time between two steps that is no pause, ns; 0 where it is not known.
-    pub period_ns: u64,
+    pub(super) return_rate_kpa_s: f64,
+    /// Longest time between two steps that is no pause; 0 where it is not known.
+    pub(super) period: Duration,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,15 +64,16 @@ impl SlewOptions {
 
 impl Slew {
     /// For a board with these limits, vented.
-    pub fn new(limits: [ChannelLimit; CHANNELS], options: SlewOptions) -> Self {
+    pub(super) fn new(limits: [ChannelLimit; CHANNELS], options: SlewOptions) -> Self {
+        let period_ns = saturating_ns(options.period);
         let count_kpa = options.scales.map(|scale| scale.kpa_per_count());
         Self {
             highest: std::array::from_fn(|channel| limits[channel].highest(options.scales[channel])),
             rate_counts_s: std::array::from_fn(|channel| limits[channel].max_rate_kpa_s / count_kpa[channel]),
             return_rate_counts_s: count_kpa.map(|kpa| options.return_rate_kpa_s / kpa),
             vent: options.vent,
-            pause_ns: SlewOptions::PAUSE_NS.max(3 * options.period_ns),
-            longest_step_ns: SlewOptions::LONGEST_STEP_NS.max(2 * options.period_ns),
+            pause_ns: SlewOptions::PAUSE_NS.max(3 * period_ns),
+            longest_step_ns: SlewOptions::LONGEST_STEP_NS.max(2 * period_ns),
             level: levels([options.vent; CHANNELS]),
             stepped_ns: None,
             answered_ns: None,
@@ -79,18 +82,18 @@ impl Slew {
     }
 
     /// 0 kPa for every channel.
-    pub fn vented(&self) -> BoardCommand {
+    pub(super) fn vented(&self) -> BoardCommand {
         [self.vent; CHANNELS]
     }
 
     /// What is meant by a set point: up to [`Counts::ATMOSPHERE`], whoever gave it wants 0 kPa.
-    pub fn meant(&self, wanted: Counts) -> Counts {
+    pub(super) fn meant(&self, wanted: Counts) -> Counts {
         if wanted <= Counts::ATMOSPHERE { wanted.min(self.vent) } else { wanted }
     }
 
     /// What to send at `now_ns` when `wanted` is wanted. `vented` is for 0 kPa at once, whatever is
     /// wanted.
-    pub fn step(&mut self, now_ns: u64, wanted: BoardCommand, vented: bool) -> BoardCommand {
+    pub(super) fn step(&mut self, now_ns: u64, wanted: BoardCommand, vented: bool) -> BoardCommand {
         let since_ns = self.stepped_ns.replace(now_ns).map_or(0, |then| now_ns.saturating_sub(then));
         let answered_ns = *self.answered_ns.get_or_insert(now_ns);
         if now_ns.saturating_sub(answered_ns) > self.pause_ns {
@@ -126,17 +129,17 @@ impl Slew {
     }
 
     /// Whether the board has not been heard for so long that it is sent 0 kPa until it answers.
-    pub fn is_away(&self) -> bool {
+    pub(super) fn is_away(&self) -> bool {
         self.state == State::Away
     }
 
-    /// For how long it has not been heard at `now_ns`, ns.
-    pub fn unheard_ns(&self, now_ns: u64) -> u64 {
-        self.answered_ns.map_or(0, |then| now_ns.saturating_sub(then))
+    /// For how long it has not been heard at `now_ns`.
+    pub(super) fn unheard(&self, now_ns: u64) -> Duration {
+        Duration::from_nanos(self.answered_ns.map_or(0, |then| now_ns.saturating_sub(then)))
     }
 
     /// The board answered at `now_ns` with these pressures.
-    pub fn answered(&mut self, now_ns: u64, pressures: [Counts; CHANNELS]) {
+    pub(super) fn answered(&mut self, now_ns: u64, pressures: [Counts; CHANNELS]) {
         self.answered_ns = Some(now_ns);
         if self.state == State::Away {
             self.state = State::Returning;
@@ -162,7 +165,7 @@ mod tests {
         scales: [SensorScale::ORIGINAL; CHANNELS],
         vent: Counts::ATMOSPHERE,
         return_rate_kpa_s: 100.0,
-        period_ns: 0,
+        period: Duration::ZERO,
     };
 
     fn counts(value: u16) -> BoardCommand {
@@ -231,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_slow_pace_is_no_pause() {
-        let options = SlewOptions { period_ns: 1_000 * MS, ..OPTIONS };
+        let options = SlewOptions { period: Duration::from_secs(1), ..OPTIONS };
         let mut slew = Slew::new([ChannelLimit::NONE; CHANNELS], options);
         for second in 0..5 {
             assert_eq!(slew.step(second * 1_000 * MS, counts(300), false), counts(300));

@@ -1,6 +1,6 @@
 use super::{
-    CommandSource, Finished, Latest, Observer, PollerOptions, PollerPanicked, Polling, Snapshot, StartError,
-    Supply, VentLatch,
+    CommandSource, Finished, Latest, Observer, PollerOptions, PollerPanicked, Polling, Snapshot,
+    SourceStatus, StartError, VentLatch,
 };
 use crate::bus::Bus;
 use crate::line::{Line, LineError, SerialPort};
@@ -197,7 +197,7 @@ fn run<L: Line>(polling: &mut Polling<L>, shared: &Shared) -> Result<(), LineErr
             let attention_ns = line.now_ns() + ATTENTION_NS;
             line.sleep_until(start_ns.min(attention_ns));
         }
-        if polling.cycle()? == Supply::Ended {
+        if polling.cycle()? == SourceStatus::Ended {
             break;
         }
         if shared.statistics_wanted.load(Ordering::Relaxed)

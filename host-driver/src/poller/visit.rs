@@ -8,14 +8,14 @@ use crate::line::{Line, LineError};
 impl<L: Line> Polling<L> {
     /// When the board at `index` can be asked: not while it is missing and not probed, nor while it
     /// may still answer.
-    pub(super) fn askable_ns(&self, index: usize) -> u64 {
+    pub(super) fn ready_at_ns(&self, index: usize) -> u64 {
         self.presence[index].due_ns().max(self.bus.ready_at_ns(self.rows[index].board))
     }
 
     pub(super) fn visit(&mut self, index: usize) -> Result<(), LineError> {
         self.rows[index].drives = None;
         self.rows[index].sensors.grow_old();
-        if self.askable_ns(index) > self.bus.line().now_ns() {
+        if self.ready_at_ns(index) > self.bus.line().now_ns() {
             self.rows[index].outcome = Outcome::NotAsked;
             return Ok(());
         }
@@ -32,7 +32,7 @@ impl<L: Line> Polling<L> {
         self.rows[index].wanted =
             if vented { slew.vented() } else { wanted.map(|counts| slew.meant(counts)) };
         self.rows[index].command = command;
-        let latest_end_ns = self.bus.line().now_ns() + self.bus.options().longest_exchange_ns();
+        let latest_end_ns = self.bus.line().now_ns() + self.bus.times().longest_exchange_ns();
         let result = self.bus.exchange(board, command);
         let now_ns = self.bus.line().now_ns();
         self.stalled(now_ns, latest_end_ns);
@@ -63,7 +63,7 @@ impl<L: Line> Polling<L> {
         let is_there = matches!(row.state, BoardState::Present | BoardState::Doubtful);
         if slew.is_away() && is_there && row.wanted != slew.vented() {
             self.paused.push(row.board);
-            self.unheard_ns = self.unheard_ns.max(slew.unheard_ns(now_ns));
+            self.unheard = self.unheard.max(slew.unheard(now_ns));
         }
     }
 
@@ -102,7 +102,7 @@ impl<L: Line> Polling<L> {
         }
         row.state = state;
         let board = row.board;
-        let event = Event::Board { board, state, error, host_late_ns: self.late_ns() };
+        let event = Event::Board { board, state, error, host_late: self.late() };
         self.tell(&event);
     }
 }

@@ -25,6 +25,7 @@ use thread_priority::{
 
 /// What is asked for. The default is nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct RealTime {
     /// Priority under SCHED_FIFO, 1 to 99. Interrupt threads of a PREEMPT_RT kernel have 50.
     pub priority: Option<u8>,
@@ -38,6 +39,24 @@ impl RealTime {
     /// Priority if none is named: below the interrupt threads of a PREEMPT_RT kernel, which the
     /// serial port needs.
     pub const PRIORITY: u8 = 40;
+
+    /// Priority under SCHED_FIFO, 1 to 99.
+    #[must_use]
+    pub fn priority(self, priority: impl Into<Option<u8>>) -> Self {
+        Self { priority: priority.into(), ..self }
+    }
+
+    /// Whether the memory of the process is locked.
+    #[must_use]
+    pub fn lock_memory(self, lock_memory: bool) -> Self {
+        Self { lock_memory, ..self }
+    }
+
+    /// The core to stay on, counted from 0.
+    #[must_use]
+    pub fn core(self, core: impl Into<Option<usize>>) -> Self {
+        Self { core: core.into(), ..self }
+    }
 
     /// Gives it to the calling thread (memory: to the process).
     ///
@@ -107,7 +126,7 @@ mod tests {
         let allowed = sched_getaffinity(None).unwrap();
         let core = (0..CpuSet::MAX_CPU).find(|&core| allowed.is_set(core)).unwrap();
         let pinned = std::thread::spawn(move || {
-            RealTime { core: Some(core), ..RealTime::default() }.apply().unwrap();
+            RealTime::default().core(core).apply().unwrap();
             sched_getaffinity(None).unwrap()
         });
         let pinned = pinned.join().unwrap();
@@ -117,11 +136,10 @@ mod tests {
 
     #[test]
     fn what_does_not_exist_is_refused_by_name() {
-        let refused =
-            RealTime { core: Some(CpuSet::MAX_CPU + 1), ..RealTime::default() }.check().unwrap_err();
+        let refused = RealTime::default().core(CpuSet::MAX_CPU + 1).check().unwrap_err();
         assert!(matches!(refused, RealTimeError::NoSuchCore { .. }), "{refused}");
         for priority in [0, 100] {
-            let asked = RealTime { priority: Some(priority), ..RealTime::default() };
+            let asked = RealTime::default().priority(priority);
             assert_eq!(asked.check(), Err(RealTimeError::NoSuchPriority { priority }));
         }
     }

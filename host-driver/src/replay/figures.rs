@@ -2,7 +2,7 @@
 
 use super::RecordedRow;
 use super::moment::Moments;
-use crate::bus::Frames;
+use crate::bus::BoardFormat;
 use crate::statistics::{BoardStatistics, CycleStatistics, Statistics};
 
 /// Figures of the rows that have been shown.
@@ -45,7 +45,7 @@ impl Figures {
                 state: row.state,
                 age_us: None,
                 rows_without_reading: without,
-                frames: Frames::Unknown,
+                frames: BoardFormat::Unknown,
                 zero_kpa_confirmed: None,
                 sensors: None,
             });

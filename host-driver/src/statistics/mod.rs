@@ -8,7 +8,7 @@ pub(crate) use cycles::CycleStatistics;
 pub(crate) use durations::Durations;
 pub use sensors::SensorFigures;
 
-use crate::bus::{Counters, Frames};
+use crate::bus::{BoardFormat, Counters};
 use crate::poller::{BoardRow, BoardState};
 use serde::Serialize;
 
@@ -107,7 +107,7 @@ pub struct BoardStatistics {
     /// Cycles of which it has no reading: it was not asked, or gave no valid answer in time.
     pub rows_without_reading: u64,
     /// Which packets it is spoken to in.
-    pub frames: Frames,
+    pub frames: BoardFormat,
     /// Whether it confirmed 0 kPa at the end: by a checked answer, or (a board of the original
     /// kind) by its readings. `None` as long as the run lasts.
     pub zero_kpa_confirmed: Option<bool>,
@@ -120,7 +120,7 @@ impl BoardStatistics {
         row: &BoardRow,
         counters: Counters,
         rows_without_reading: u64,
-        frames: Frames,
+        frames: BoardFormat,
         now_ns: u64,
     ) -> Self {
         Self {
@@ -129,7 +129,7 @@ impl BoardStatistics {
             lost: counters.lost(),
             rejected: counters.rejected(),
             state: row.state,
-            age_us: row.reading.map(|reading| reading.age_ns(now_ns) / 1000),
+            age_us: row.reading.map(|reading| reading.age(now_ns).as_micros() as u64),
             rows_without_reading,
             frames,
             zero_kpa_confirmed: None,

@@ -22,7 +22,7 @@ impl SensorFigures {
     pub(crate) fn new(sensors: &BoardSensors, now_ns: u64) -> Self {
         Self {
             supply_kpa: sensors.supply.map(|supply| supply.kpa),
-            supply_age_s: sensors.supply.map(|supply| supply.age_ns(now_ns) as f64 * 1e-9),
+            supply_age_s: sensors.supply.map(|supply| supply.age(now_ns).as_secs_f64()),
             acceleration_m_s2: sensors.motion.map(|motion| motion.acceleration_m_s2),
             angular_rate_rad_s: sensors.motion.map(|motion| motion.angular_rate_rad_s),
             chip_c: sensors.electronics.and_then(|electronics| electronics.chip_c),

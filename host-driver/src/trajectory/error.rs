@@ -126,6 +126,7 @@ pub enum TrajectoryError {
 /// A set point of a trajectory that is not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("at {t_s} s: {refused}")]
+#[non_exhaustive]
 pub struct AboveLimitAt {
     /// Time of its row, s.
     pub t_s: f64,

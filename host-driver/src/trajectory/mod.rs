@@ -22,7 +22,7 @@ pub use generate::{Plan, Shape};
 pub use names::ColumnName;
 
 use crate::Calibration;
-use crate::poller::{BoardCommand, CommandSource, Limits, Supply};
+use crate::poller::{BoardCommand, CommandSource, Limits, SourceStatus};
 use pneudrive_protocol::{Counts, SensorScale};
 
 /// What is commanded between two rows.
@@ -184,7 +184,7 @@ impl TrajectorySource {
 }
 
 impl CommandSource for TrajectorySource {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         let times = &self.trajectory.times_ns;
         let mut since_start_ns = since_start_ns;
         if let (AtEnd::Repeat, Some(&first), Some(&last)) = (self.at_end, times.first(), times.last())
@@ -205,14 +205,14 @@ impl CommandSource for TrajectorySource {
             *command = *other;
         }
         if self.trajectory.times_ns.first().is_some_and(|&first| since_start_ns < first) {
-            return Supply::Continues;
+            return SourceStatus::Continues;
         }
         for (channel, &scale) in self.trajectory.channels.iter().zip(&self.scales) {
             commands[channel.board][channel.channel] = self.counts(channel, scale, progress);
         }
         let at_last_row = self.row + 1 == self.trajectory.times_ns.len();
         let ended = at_last_row && times.last().is_some_and(|&last| since_start_ns >= last);
-        if ended && self.at_end == AtEnd::Stop { Supply::Ended } else { Supply::Continues }
+        if ended && self.at_end == AtEnd::Stop { SourceStatus::Ended } else { SourceStatus::Continues }
     }
 }
 
@@ -224,19 +224,19 @@ mod tests {
     const FILE: &str = "t_s,b0_cmd1_kpa,note\n0,0,x\n1,100,\n3,50,y\n";
     const SCALE: SensorScale = SensorScale::ORIGINAL;
 
-    fn play(interpolation: Interpolation, times_s: &[f64]) -> Vec<(f64, Supply)> {
+    fn play(interpolation: Interpolation, times_s: &[f64]) -> Vec<(f64, SourceStatus)> {
         let trajectory = Trajectory::parse("test.csv", FILE.as_bytes(), 1, SCALE).unwrap();
         let mut source = trajectory.play(interpolation, AtEnd::Stop, SCALE, vec![VENTED]);
         let at = |s: &f64| {
             let mut commands = [VENTED];
-            let supply = source.fill((s * 1e9) as u64, &mut commands);
+            let status = source.fill((s * 1e9) as u64, &mut commands);
             assert_eq!(commands[0][0], Counts::ATMOSPHERE, "the other channels keep their command");
-            (SCALE.kpa(commands[0][1]), supply)
+            (SCALE.kpa(commands[0][1]), status)
         };
         times_s.iter().map(at).collect()
     }
 
-    fn near(played: &[(f64, Supply)], expected: &[f64]) {
+    fn near(played: &[(f64, SourceStatus)], expected: &[f64]) {
         for ((kpa, _), expected) in played.iter().zip(expected) {
             assert!((kpa - expected).abs() <= SCALE.kpa_per_count() / 2.0, "{kpa}, expected {expected}");
         }
@@ -255,7 +255,7 @@ mod tests {
     #[test]
     fn the_last_row_is_commanded_and_then_the_run_ends() {
         let played = play(Interpolation::Hold, &[2.999, 3.001]);
-        assert_eq!([played[0].1, played[1].1], [Supply::Continues, Supply::Ended]);
+        assert_eq!([played[0].1, played[1].1], [SourceStatus::Continues, SourceStatus::Ended]);
         near(&played[1..], &[50.0]);
     }
 
@@ -269,17 +269,17 @@ mod tests {
             let others = vec![[SCALE.counts(20.0).unwrap(); 4]];
             let mut source = trajectory.play(interpolation, AtEnd::Stop, SCALE, others);
             let mut commands = [VENTED];
-            let supply = source.fill((at_s * 1e9) as u64, &mut commands);
-            (SCALE.kpa(commands[0][1]).round(), supply)
+            let status = source.fill((at_s * 1e9) as u64, &mut commands);
+            (SCALE.kpa(commands[0][1]).round(), status)
         };
         for interpolation in [Interpolation::Hold, Interpolation::Linear] {
-            assert_eq!(command(trajectory(), interpolation, 0.0), (20.0, Supply::Continues));
-            assert_eq!(command(trajectory(), interpolation, 4.999), (20.0, Supply::Continues));
-            assert_eq!(command(trajectory(), interpolation, 5.0), (100.0, Supply::Continues));
+            assert_eq!(command(trajectory(), interpolation, 0.0), (20.0, SourceStatus::Continues));
+            assert_eq!(command(trajectory(), interpolation, 4.999), (20.0, SourceStatus::Continues));
+            assert_eq!(command(trajectory(), interpolation, 5.0), (100.0, SourceStatus::Continues));
         }
         let at_once = trajectory().from_first_row();
         assert_eq!((at_once.first_row_s(), at_once.seconds()), (0.0, 1.0));
-        assert_eq!(command(at_once, Interpolation::Hold, 0.0), (100.0, Supply::Continues));
+        assert_eq!(command(at_once, Interpolation::Hold, 0.0), (100.0, SourceStatus::Continues));
     }
 
     #[test]
@@ -290,7 +290,7 @@ mod tests {
         let mut source = trajectory.play(Interpolation::Hold, AtEnd::Repeat, SCALE, vec![VENTED]);
         let mut at = |s: f64| {
             let mut commands = [VENTED];
-            assert_eq!(source.fill((s * 1e9) as u64, &mut commands), Supply::Continues);
+            assert_eq!(source.fill((s * 1e9) as u64, &mut commands), SourceStatus::Continues);
             SCALE.kpa(commands[0][1]).round()
         };
         // From 1 to 4 s, then the same again from 4 to 7 s.

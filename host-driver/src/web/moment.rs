@@ -15,7 +15,7 @@ pub(super) fn of(
     Some(Moment {
         cycle: snapshot.cycle?,
         since_start_ns: snapshot.since_start_ns,
-        age_ns: now_ns.saturating_sub(snapshot.at_ns),
+        age: snapshot.age(now_ns)?,
         commanding: commanding(overriding),
         release_returns: overriding.is_some_and(Override::returns),
         boards: snapshot.boards.iter().map(|row| board(row, now_ns, calibration)).collect(),
@@ -59,7 +59,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
         supply_kpa: row.sensors.supply.and_then(|supply| supply.shown_kpa(now_ns)),
         chip_c: row.sensors.electronics.and_then(|electronics| electronics.shown_chip_c(now_ns)),
         reading: row.reading.map(|reading| ReadingMoment {
-            age_ns: reading.age_ns(now_ns),
+            age: reading.age(now_ns),
             kpa: reading.kpa,
             // Boards answer the first or the last code for a sensor that cannot be right.
             faulty: reading.counts.map(|counts| [Counts::MIN, Counts::MAX].contains(&counts)),
@@ -71,6 +71,7 @@ fn board(row: &BoardRow, now_ns: u64, calibration: &Calibration) -> BoardMoment 
 mod tests {
     use super::*;
     use crate::poller::{BoardSensors, ElectronicsReading, Outcome, Reading, SupplyPressure, VENTED};
+    use std::time::Duration;
 
     /// The poller's states and the page's have the same names, in figures and pictures, and none is
     /// left over.
@@ -111,7 +112,7 @@ mod tests {
         let snapshot = Snapshot { cycle: Some(7), at_ns: 900, since_start_ns: 800, boards: vec![row] };
         let overriding = Override::manual(&[VENTED]);
         let moment = of(&snapshot, 1_500, &calibration, Some(&overriding)).unwrap();
-        assert_eq!((moment.cycle, moment.since_start_ns, moment.age_ns), (7, 800, 600));
+        assert_eq!((moment.cycle, moment.since_start_ns, moment.age), (7, 800, Duration::from_nanos(600)));
         assert_eq!(moment.commanding, pneudrive_page::Commanding::SetPoints);
         let board = moment.boards[0];
         assert_eq!(board.state, pneudrive_page::BoardState::Doubtful);
@@ -119,7 +120,7 @@ mod tests {
         assert_eq!(tenths(board.command_kpa), [0, 998, 0, 7748]);
         assert_eq!(tenths(board.target_kpa), [2000, 998, 0, 7748]);
         let reading = board.reading.unwrap();
-        assert_eq!((reading.age_ns, reading.faulty), (500, [false, false, true, true]));
+        assert_eq!((reading.age, reading.faulty), (Duration::from_nanos(500), [false, false, true, true]));
         assert_eq!(tenths(reading.kpa)[1], 998);
         assert_eq!((board.supply_kpa, board.chip_c), (Some(549.66), Some(41.3)));
         let later = of(&snapshot, 11_000_000_000, &calibration, None).unwrap();

@@ -45,11 +45,9 @@ impl Rig {
     pub(super) fn start_with(control: bool, ending: &str, deadman: Option<Duration>) -> Self {
         RIGS.fetch_add(1, Ordering::Relaxed);
         let boards = PtyBoards::start(2);
-        let bus_options = BusOptions {
-            echo: EchoMode::Known(Echo::Absent),
-            answer_allowance_ns: 1_000_000_000,
-            ..BusOptions::default()
-        };
+        let bus_options = BusOptions::default()
+            .echo(EchoMode::Known(Echo::Absent))
+            .answer_allowance(Duration::from_secs(1));
         let bus = Bus::open(boards.path(), bus_options).unwrap();
         let overriding = Override::manual(&[counts(221); 2]);
         let folder = tempfile::tempdir().unwrap();
@@ -74,9 +72,9 @@ impl Rig {
             lines: None,
             notice: Box::new(move |line| heard.lock().unwrap().push(line)),
         };
-        let pace = Pace::Every { period_ns: 5_000_000, missed: Default::default() };
+        let pace = Pace::every(Duration::from_millis(5));
         let vent = overriding.latch();
-        let poller_options = PollerOptions { pace, vent, ..PollerOptions::for_devices(2) };
+        let poller_options = PollerOptions::for_devices(2).pace(pace).vent(vent);
         let source = overriding.over(Box::new(SetPoints::new(2)));
         let poller = Poller::start(bus, poller_options, source, vec![tap]).unwrap();
         let listener = Listener::bind("127.0.0.1:0".parse().unwrap()).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::{VirtualError, VirtualOptions};
 use std::path::Path;
+use std::time::Duration;
 
 #[derive(Debug)]
 pub(crate) enum Boards {}
@@ -15,7 +16,7 @@ impl Boards {
         match *self {}
     }
 
-    pub(crate) fn pty_round_trip_us(&self) -> f64 {
+    pub(crate) fn pty_round_trip(&self) -> Duration {
         match *self {}
     }
 }

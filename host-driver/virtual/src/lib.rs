@@ -15,6 +15,7 @@ use pneudrive_protocol::Baud;
 #[cfg(feature = "sim")]
 use present::Boards;
 use std::path::Path;
+use std::time::Duration;
 use thiserror::Error;
 
 /// Whether a port's name means virtual boards.
@@ -24,6 +25,7 @@ pub fn is_sim(port: &Path) -> bool {
 
 /// Which boards are started, and how punctual they are.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct VirtualOptions {
     /// How many boards, 1 to 256; healthy ones, with all sensors.
     pub boards: u16,
@@ -31,8 +33,8 @@ pub struct VirtualOptions {
     pub baud: Baud,
     /// Whether their bytes take as long as on a wire.
     pub timing: Timing,
-    /// How long they take before they answer, us; `None` for what the firmware takes.
-    pub turnaround_us: Option<u64>,
+    /// How long they take before they answer; `None` for what the firmware takes.
+    pub turnaround: Option<Duration>,
     /// Those that are of the original kind.
     pub original: Vec<u8>,
     /// How late answers may be.
@@ -46,10 +48,34 @@ impl VirtualOptions {
             boards,
             baud,
             timing: Timing::Wire,
-            turnaround_us: None,
+            turnaround: None,
             original: Vec::new(),
             punctuality: Punctuality::Usual,
         }
+    }
+
+    /// Whether their bytes take as long as on a wire.
+    #[must_use]
+    pub fn timing(self, timing: Timing) -> Self {
+        Self { timing, ..self }
+    }
+
+    /// How long they take before they answer; `None` for what the firmware takes.
+    #[must_use]
+    pub fn turnaround(self, turnaround: impl Into<Option<Duration>>) -> Self {
+        Self { turnaround: turnaround.into(), ..self }
+    }
+
+    /// Those that are of the original kind.
+    #[must_use]
+    pub fn original(self, original: Vec<u8>) -> Self {
+        Self { original, ..self }
+    }
+
+    /// How late answers may be.
+    #[must_use]
+    pub fn punctuality(self, punctuality: Punctuality) -> Self {
+        Self { punctuality, ..self }
     }
 }
 
@@ -116,10 +142,10 @@ impl VirtualBoards {
         self.0.path()
     }
 
-    /// What requests are dated back by, us: the round trip of the pty. `None` where nothing is
+    /// What requests are dated back by: the round trip of the pty. `None` where nothing is
     /// dated.
-    pub fn dated_back_us(&self) -> Option<f64> {
-        Some(self.0.pty_round_trip_us()).filter(|&us| us > 0.0)
+    pub fn dated_back(&self) -> Option<Duration> {
+        Some(self.0.pty_round_trip()).filter(|round_trip| !round_trip.is_zero())
     }
 }
 
@@ -138,7 +164,7 @@ mod tests {
     fn boards_have_a_port_and_impossible_ones_are_the_arguments_fault() {
         let boards = VirtualBoards::start(&VirtualOptions::new(2, Baud::ORIGINAL)).unwrap();
         assert!(boards.path().exists());
-        assert!(boards.dated_back_us().is_some_and(|us| us > 0.0));
+        assert!(boards.dated_back().is_some());
         let refused = VirtualBoards::start(&VirtualOptions::new(300, Baud::ORIGINAL)).unwrap_err();
         assert!(refused.is_input(), "{refused}");
     }

@@ -5,9 +5,10 @@ use pneudrive_sim::board::Turnaround;
 use pneudrive_sim::pty::{EmbeddedSim, PtyOptions, SimError};
 use pneudrive_sim::rig::{self, RigOptions};
 use std::path::Path;
+use std::time::Duration;
 
 /// Half of an exchange at 1 Mbaud: the simulator then never sleeps between two exchanges.
-const BEST_SPIN_US: u64 = 100;
+const BEST_SPIN: Duration = Duration::from_micros(100);
 
 #[derive(Debug)]
 pub(crate) struct Boards(EmbeddedSim);
@@ -15,7 +16,10 @@ pub(crate) struct Boards(EmbeddedSim);
 impl Boards {
     pub(crate) fn start(options: &VirtualOptions) -> Result<Self, VirtualError> {
         let usual = RigOptions::default();
-        let turnaround = |us: u64| Turnaround::Fixed { delay_ns: us * 1_000 };
+        let turnaround = |delay: Duration| {
+            let delay_ns = u64::try_from(delay.as_nanos()).unwrap_or(u64::MAX);
+            Turnaround::Fixed { delay_ns }
+        };
         let rig = RigOptions {
             boards: usize::from(options.boards),
             baud: options.baud,
@@ -24,12 +28,12 @@ impl Boards {
                 Timing::Instant => rig::Timing::Instant,
             },
             original: options.original.iter().copied().collect(),
-            turnaround: options.turnaround_us.map_or(usual.turnaround, turnaround),
+            turnaround: options.turnaround.map_or(usual.turnaround, turnaround),
             ..usual
         };
         let mut pty = PtyOptions { past_power_up: true, ..PtyOptions::default() };
         if let Punctuality::Best { dated } = options.punctuality {
-            pty.spin_us = BEST_SPIN_US;
+            pty.spin = BEST_SPIN;
             pty.dates_back = dated;
         }
         let started = EmbeddedSim::start(&rig.with_all_sensors(), &pty);
@@ -43,7 +47,7 @@ impl Boards {
         self.0.path()
     }
 
-    pub(crate) fn pty_round_trip_us(&self) -> f64 {
-        self.0.pty_round_trip_us()
+    pub(crate) fn pty_round_trip(&self) -> Duration {
+        self.0.pty_round_trip()
     }
 }

@@ -146,7 +146,7 @@ impl PressureController {
         let Opening { path, devices, options, rules, retries, line_rate } = given.checked(py)?;
         let timing = opening::timing(timing)?;
         let sensors = sensors::share(sensors)?;
-        let timeout_s = options.answer_allowance_ns as f64 * 1e-9;
+        let timeout_s = options.answer_allowance.as_secs_f64();
         if live::has(py, &path) {
             return Err(held_by_us(&path));
         }

@@ -1,8 +1,9 @@
 //! The arguments of `PressureController.poll`.
 
 use crate::errors::CommandError;
-use pneudrive_host::poller::{LineRatePolicy, MissedTick, Pace, PageShare};
+use pneudrive_host::poller::{LineRatePolicy, Pace, PageShare};
 use pyo3::prelude::*;
+use std::time::Duration;
 
 /// What a poller is asked to do.
 pub struct PollerSettings {
@@ -27,7 +28,7 @@ impl PollerSettings {
         let pace = match rate_hz {
             None => Pace::AsFastAsPossible,
             Some(rate) if rate > 0.0 && rate <= Self::RATE_MAX_HZ => {
-                Pace::Every { period_ns: (1e9 / rate).round() as u64, missed: MissedTick::Skip }
+                Pace::every(Duration::from_nanos((1e9 / rate).round() as u64))
             }
             Some(rate) => {
                 let max = Self::RATE_MAX_HZ;

@@ -3,12 +3,13 @@
 use super::interruptible::{Interrupt, Interruptible};
 use super::link::Bus;
 use crate::errors::{self, CommandError};
-use pneudrive_host::bus::{BusOptions, EchoMode};
+use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::{OpenError, SerialOptions, SerialPort};
 use pneudrive_protocol::Baud;
 use pneudrive_virtual::{Timing, VirtualBoards, VirtualError, VirtualOptions, is_sim};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Where the boards are.
 pub struct Port {
@@ -24,7 +25,7 @@ impl Port {
         if !is_sim(&port) {
             return Ok(Self { path: port, options, _boards: None });
         }
-        let wanted = VirtualOptions { timing, ..VirtualOptions::new(devices, options.baud) };
+        let wanted = VirtualOptions::new(devices, options.baud).timing(timing);
         let boards = VirtualBoards::start(&wanted).map_err(|error| match error {
             VirtualError::NotBuilt => errors::PortError::new_err(error.to_string()),
             other => errors::PneuDriveError::new_err(other.to_string()),
@@ -37,7 +38,7 @@ impl Port {
     /// # Errors
     /// `PortError`, or what a signal's handler raised meanwhile.
     pub fn open(&self, interrupt: &Interrupt) -> PyResult<Bus> {
-        let serial = SerialOptions { baud: self.options.baud, spin: self.options.spin };
+        let serial = SerialOptions::default().baud(self.options.baud).spin(self.options.spin);
         let port = SerialPort::open(&self.path, serial).map_err(|error| match error {
             OpenError::NotFound { port } => errors::PortError::new_err(format!(
                 "{}: no such port; is the adapter plugged in? (look at /dev/serial/by-id, or pass \"sim\" for virtual boards)",
@@ -57,13 +58,10 @@ impl Port {
 
 /// The bus settings that the arguments of `PressureController` mean.
 pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<BusOptions> {
-    let mut options = BusOptions {
-        baud: Baud::new(baud).map_err(|error| CommandError::new_err(format!("baud: {error}")))?,
-        echo: EchoMode::Detect { unused_board: u8::MAX },
-        ..BusOptions::default()
-    };
+    let baud = Baud::new(baud).map_err(|error| CommandError::new_err(format!("baud: {error}")))?;
+    let mut options = BusOptions::default().baud(baud);
     if is_sim(port) {
-        options.answer_allowance_ns = BusOptions::VIRTUAL_ALLOWANCE_NS;
+        options.answer_allowance = BusOptions::VIRTUAL_ALLOWANCE;
     }
     if let Some(timeout_s) = timeout_s {
         if !(timeout_s > 0.0 && timeout_s <= 60.0) {
@@ -71,7 +69,7 @@ pub fn bus_options(port: &Path, baud: u32, timeout_s: Option<f64>) -> PyResult<B
                 "timeout is {timeout_s} s; it must be above 0 and at most 60 s"
             )));
         }
-        options.answer_allowance_ns = (timeout_s * 1e9) as u64;
+        options.answer_allowance = Duration::from_secs_f64(timeout_s);
     }
     Ok(options)
 }

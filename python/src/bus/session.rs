@@ -92,16 +92,14 @@ impl Session {
             }
         };
         let history = History::new(settings.history_s, settings.sensors.is_some());
-        let options = PollerOptions {
-            pace: settings.pace,
-            limits: rules.limits.clone(),
-            calibration: rules.calibration.clone(),
-            resume,
-            line_rate: settings.line_rate,
-            sensors: settings.sensors,
-            vent: vent.clone(),
-            ..PollerOptions::for_devices(settings.devices)
-        };
+        let options = PollerOptions::for_devices(settings.devices)
+            .pace(settings.pace)
+            .limits(rules.limits.clone())
+            .calibration(rules.calibration.clone())
+            .resume(resume)
+            .line_rate(settings.line_rate)
+            .sensors(settings.sensors)
+            .vent(vent.clone());
         let observers: Vec<Box<dyn host::Observer>> =
             vec![Box::new(history.writer(rules.calibration.clone()))];
         let poller = host::Poller::start(bus, options, source, observers)

@@ -163,9 +163,9 @@ impl RunArgs {
         let stop = super::stop_on_signal()?;
         let pty = PtyOptions {
             link: self.link.clone(),
-            pty_latency_us: self.pty_latency_us,
+            pty_latency: self.pty_latency_us.map(Duration::from_micros),
             dates_back: !self.no_dating,
-            spin_us: self.spin_us,
+            spin: Duration::from_micros(self.spin_us),
             fifo: usize::from(self.fifo),
             past_power_up: false,
         };

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 /// A simulator in a thread of the calling process, for `--port sim`. The caller talks to it through
 /// the pty's bytes, as to any other port.
@@ -21,7 +22,7 @@ use std::thread::{self, JoinHandle};
 #[derive(Debug)]
 pub struct EmbeddedSim {
     path: PathBuf,
-    round_trip_us: f64,
+    round_trip: Duration,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<SimReport, SimError>>>,
 }
@@ -34,7 +35,7 @@ impl EmbeddedSim {
     pub fn start(rig: &RigOptions, options: &PtyOptions) -> Result<Self, SimError> {
         let mut front_end = FrontEnd::new(rig, options)?;
         let path = front_end.path().to_owned();
-        let round_trip_us = front_end.report().pace.pty_round_trip_us;
+        let round_trip = front_end.round_trip();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
         let body = move || {
@@ -43,7 +44,7 @@ impl EmbeddedSim {
         };
         let thread = thread::Builder::new().name("pneudrive-sim".to_owned()).spawn(body);
         let thread = thread.map_err(|source| SimError::Thread { source })?;
-        Ok(Self { path, round_trip_us, stop, thread: Some(thread) })
+        Ok(Self { path, round_trip, stop, thread: Some(thread) })
     }
 
     /// The path of the port, to be opened like a serial port.
@@ -51,9 +52,9 @@ impl EmbeddedSim {
         &self.path
     }
 
-    /// What requests are dated back by, us; 0 where bytes take no time.
-    pub fn pty_round_trip_us(&self) -> f64 {
-        self.round_trip_us
+    /// What requests are dated back by; 0 where bytes take no time.
+    pub fn pty_round_trip(&self) -> Duration {
+        self.round_trip
     }
 
     /// Stops it; says what happened on the bus.

@@ -1,8 +1,8 @@
 use super::clock::{PacedClock, saturating_ns};
-use super::hand_over::HandOver;
-use super::labour::Labour;
+use super::output_fifo::OutputFifo;
 use super::port::{VirtualPort, Wake};
-use super::{PaceReport, RequestDating, SimError, SimReport, measure_round_trip_ns};
+use super::step_cost::StepCost;
+use super::{PaceReport, RequestBackdating, SimError, SimReport, measure_round_trip_ns};
 use crate::bus::Bus;
 use crate::rig::{RigOptions, Timing};
 use std::num::NonZeroU64;
@@ -16,17 +16,16 @@ use std::time::Duration;
 pub struct PtyOptions {
     /// A symbolic link to make to the port, removed at the end.
     pub link: Option<PathBuf>,
-    /// What requests are dated back by, us, at most 80 % of a packet's time; `None` measures it at
+    /// What requests are dated back by, at most 80 % of a packet's time; `None` measures it at
     /// start.
-    pub pty_latency_us: Option<u64>,
+    pub pty_latency: Option<Duration>,
     /// Whether requests are dated back at all: `false` puts each on the wire when it is seen, as a
     /// plain responder would. Then a client pays for the pty's detour and for the simulator's own
     /// delay. Default true.
     pub dates_back: bool,
-    /// So many us are waited in a loop instead of asleep before an answer is due, and after it for
-    /// the next request: 0 to
-    /// 1000. Default 20.
-    pub spin_us: u64,
+    /// For so long it is waited in a loop instead of asleep before an answer is due, and after it
+    /// for the next request: 0 to 1 ms. Default 20 us.
+    pub spin: Duration,
     /// Bytes that are handed over together at most: 1 to 4096. Default 16, so a packet comes in one
     /// piece.
     pub fifo: usize,
@@ -40,9 +39,9 @@ impl Default for PtyOptions {
     fn default() -> Self {
         Self {
             link: None,
-            pty_latency_us: None,
+            pty_latency: None,
             dates_back: true,
-            spin_us: 20,
+            spin: Duration::from_micros(20),
             fifo: 16,
             past_power_up: false,
         }
@@ -55,12 +54,12 @@ pub struct FrontEnd {
     port: VirtualPort,
     timing: Timing,
     stretch_ns: u64,
-    dating: RequestDating,
+    dating: RequestBackdating,
     spin_ns: u64,
-    hand_over: HandOver,
+    output: OutputFifo,
     clock: PacedClock,
     quiet_since_ns: u64,
-    labour: Labour,
+    step_cost: StepCost,
     client_present: bool,
     report: PaceReport,
 }
@@ -78,6 +77,8 @@ const BEHIND_MAX_NS: u64 = 20_000_000;
 /// The plant works ahead while a run of characters is under way, and on a bus that has been quiet
 /// for this long, ns: between two exchanges of a busy bus a client's next request comes first.
 const WORK_AFTER_QUIET_NS: u64 = 300_000;
+/// Longer than this nothing is waited for in a loop.
+const LONGEST_SPIN: Duration = Duration::from_millis(1);
 /// How far ahead of the wall clock an exchange that takes no time may be simulated, ns.
 const INSTANT_AHEAD_NS: u64 = 1_000;
 
@@ -92,28 +93,33 @@ impl FrontEnd {
             bus.run_until(rig.follow_after_ns());
         }
         let dates_back = options.dates_back && rig.timing == Timing::Wire;
-        let round_trip_ns = match options.pty_latency_us {
+        let round_trip_ns = match options.pty_latency {
             _ if !dates_back => 0,
-            Some(us) => us.saturating_mul(1_000),
-            None => measure_round_trip_ns(options.spin_us > 0)?,
+            Some(latency) => saturating_ns(latency),
+            None => measure_round_trip_ns(!options.spin.is_zero())?,
         };
         // An answer must still be under way when the request before it has been dated back.
         let limit_ns = if dates_back { bus.line().characters_ns(8) } else { 0 };
-        let dating = RequestDating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
+        let dating = RequestBackdating { round_trip_ns: round_trip_ns.min(limit_ns), limit_ns };
         Ok(Self {
             bus,
             port: VirtualPort::open(options.link.as_deref())?,
             timing: rig.timing,
             stretch_ns: if rig.firmware.is_some() { CHIP_STRETCH_NS } else { u64::MAX },
             dating,
-            spin_ns: options.spin_us.min(1_000) * 1_000,
-            hand_over: HandOver::new(options.fifo.clamp(1, 4096)),
+            spin_ns: saturating_ns(options.spin.min(LONGEST_SPIN)),
+            output: OutputFifo::new(options.fifo.clamp(1, 4096)),
             clock: PacedClock::start_at(0),
             quiet_since_ns: 0,
-            labour: Labour::default(),
+            step_cost: StepCost::default(),
             client_present: false,
             report: PaceReport::default(),
         })
+    }
+
+    /// What requests are dated back by.
+    pub(super) fn round_trip(&self) -> Duration {
+        Duration::from_nanos(self.dating.round_trip_ns)
     }
 
     /// The path that clients open.
@@ -135,7 +141,7 @@ impl FrontEnd {
         while !stop.load(Ordering::Relaxed) && self.bus.now_ns() < end_ns {
             self.catch_up();
             let clock = &self.clock;
-            self.hand_over.step(&mut self.bus, &self.port, &mut self.report, || clock.now_ns())?;
+            self.output.step(&mut self.bus, &self.port, &mut self.report, || clock.now_ns())?;
             self.wait()?;
         }
         Ok(())
@@ -168,7 +174,7 @@ impl FrontEnd {
 
     fn horizon_ns(&self, now_ns: u64) -> u64 {
         match (self.bus.is_quiet(), self.timing) {
-            (true, _) => self.dating.quiet_horizon_ns(now_ns, self.hand_over.last()),
+            (true, _) => self.dating.quiet_horizon_ns(now_ns, self.output.last()),
             (false, Timing::Wire) => now_ns,
             (false, Timing::Instant) => now_ns + INSTANT_AHEAD_NS,
         }
@@ -193,8 +199,8 @@ impl FrontEnd {
         if !self.client_present {
             thread::sleep(NO_CLIENT_NAP);
         }
-        if self.bus.is_quiet() && self.hand_over.last().at_ns > 0 {
-            let until_ns = self.hand_over.last().at_ns + self.spin_ns;
+        if self.bus.is_quiet() && self.output.last().at_ns > 0 {
+            let until_ns = self.output.last().at_ns + self.spin_ns;
             while self.clock.now_ns() < until_ns {
                 if self.look(0)? {
                     return Ok(());
@@ -207,7 +213,7 @@ impl FrontEnd {
             let now_ns = self.clock.now_ns();
             let left_ns = deadline_ns.saturating_sub(now_ns);
             let may_work = close || now_ns.saturating_sub(self.quiet_since_ns) > WORK_AFTER_QUIET_NS;
-            let worked = may_work && self.labour.fits(left_ns) && self.work_ahead(now_ns);
+            let worked = may_work && self.step_cost.fits(left_ns) && self.work_ahead(now_ns);
             let sleep_ns = if worked { 0 } else { left_ns.saturating_sub(spin_ns).min(NAP_NS) };
             if self.look(sleep_ns)? {
                 return Ok(());
@@ -227,7 +233,7 @@ impl FrontEnd {
     /// A part of the plant's work; says whether any is left.
     fn work_ahead(&mut self, now_ns: u64) -> bool {
         let more = self.bus.work_ahead();
-        self.labour.took(self.clock.now_ns().saturating_sub(now_ns));
+        self.step_cost.took(self.clock.now_ns().saturating_sub(now_ns));
         more
     }
 
@@ -251,7 +257,7 @@ impl FrontEnd {
             Some(count) => {
                 self.client_present = true;
                 self.bus.set_host_baud(self.port.raised_baud().map_err(SimError::pty("look at"))?);
-                let start_ns = self.dating.start_ns(seen_ns, self.hand_over.last(), self.bus.now_ns());
+                let start_ns = self.dating.start_ns(seen_ns, self.output.last(), self.bus.now_ns());
                 self.bus.send(start_ns, &buffer[..count]);
                 Ok(())
             }
@@ -265,7 +271,7 @@ impl FrontEnd {
             self.report.clients_gone += 1;
             self.port.forget_unread().map_err(SimError::pty("reset"))?;
         }
-        self.hand_over.forget();
+        self.output.forget();
         Ok(())
     }
 }

@@ -14,8 +14,8 @@
 //!    sleeping and scheduling add makes them late, never early; [`PaceReport`] says by how much.
 //! 2. **The pty's detour is charged once, to nobody.** Its round trip (write, other side wakes and
 //!    writes back, this side sees it) is measured at start, and a request is dated back by its
-//!    median: [`RequestDating`]. So the first start bit falls when a client on a UART would have
-//!    had it fall, as far as the simulator can know.
+//!    median: [`RequestBackdating`]. So the first start bit falls when a client on a UART would
+//!    have had it fall, as far as the simulator can know.
 //! 3. **The simulator's own delay is the simulator's.** An answer that it hands over late (it woke
 //!    late, or was busy with the plant) makes the client late by as much. The request that follows
 //!    is dated back by that delay too: by what this one answer was late, not by an average, and
@@ -48,18 +48,18 @@
 //! timeout of nothing; `fifo` 1 hands over each byte by itself, at the price of ten wake-ups on
 //! both sides.
 
+mod backdating;
 mod clock;
-mod dating;
 mod embedded;
 mod error;
 mod front_end;
-mod hand_over;
-mod labour;
+mod output_fifo;
 mod port;
 mod report;
 mod round_trip;
+mod step_cost;
 
-pub use dating::{HandedOver, RequestDating};
+pub use backdating::{Delivery, RequestBackdating};
 pub use embedded::EmbeddedSim;
 pub use error::SimError;
 pub use front_end::{FrontEnd, PtyOptions};

@@ -1,7 +1,7 @@
 use super::truth::SharedTruth;
 use crate::virtual_bus::VirtualBus;
 use pneudrive_host::line::{Line, LineError};
-use pneudrive_host::poller::{BoardCommand, CommandSource, Observer, Row, Supply};
+use pneudrive_host::poller::{BoardCommand, CommandSource, Observer, Row, SourceStatus};
 use pneudrive_protocol::{Baud, Counts};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -54,7 +54,7 @@ pub struct NewEveryCycle(
 );
 
 impl CommandSource for NewEveryCycle {
-    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         self.0 = self.0.wrapping_add(1);
         for (board, command) in commands.iter_mut().enumerate() {
             for (channel, value) in command.iter_mut().enumerate() {
@@ -63,7 +63,7 @@ impl CommandSource for NewEveryCycle {
                 *value = Counts::saturating(102 + step as u16);
             }
         }
-        Supply::Continues
+        SourceStatus::Continues
     }
 }
 

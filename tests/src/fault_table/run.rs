@@ -8,13 +8,14 @@ use super::strangers::{LineWithStranger, Met, Speech, Stranger};
 use super::truth::SharedTruth;
 use crate::firmware;
 use crate::virtual_bus::VirtualBus;
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode};
+use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling};
+use pneudrive_host::poller::{Pace, PollerOptions, Polling};
 use pneudrive_protocol::{Address, Baud, Echo};
 use pneudrive_sim::board::{ChipBoard, I2cConfig, NativeBoard, NativeBoardConfig};
 use pneudrive_sim::bus::{self, BusNode};
 use pneudrive_sim::fault::FaultInjector;
+use std::time::Duration;
 
 /// What is on the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +58,7 @@ pub struct Setting {
     /// What is on the bus.
     pub boards: Boards,
     /// In which packets the host speaks.
-    pub frames: FrameMode,
+    pub frames: FormatPolicy,
     /// Whether it asks the boards for sessions.
     pub sessions: bool,
     /// What goes wrong.
@@ -101,15 +102,10 @@ pub fn run(setting: Setting) -> Outcome {
     let mut rig = rig(setting.boards, &[setting.case.fault], &truth);
     rig.run_until(START_NS);
     let line = TappedLine::new(VirtualBus::new(rig), truth.clone());
-    let options = BusOptions {
-        frames: setting.frames,
-        sessions: setting.sessions,
-        echo: echo(kind),
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default().formats(setting.frames).sessions(setting.sessions).echo(echo(kind));
     let bus = Bus::new(line, options).unwrap();
-    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
+    let pace = Pace::every(Duration::from_nanos(PERIOD_NS));
+    let polled = PollerOptions::for_devices(DEVICES.into()).pace(pace);
     let (believer, silences) = Believer::new(truth.clone());
     let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), vec![Box::new(believer)]);
     let end_ns = START_NS + setting.boards.seconds(&setting.case) * 1_000_000_000;
@@ -145,15 +141,13 @@ pub fn meet(boards: Boards, stranger: Stranger, speech: Speech) -> Met {
     rig.run_until(START_NS);
     let line = LineWithStranger::new(VirtualBus::new(rig), stranger, speech.frames);
     let line = TappedLine::new(line, truth.clone());
-    let options = BusOptions {
-        frames: speech.frames,
-        sessions: speech.sessions,
-        echo: EchoMode::Known(Echo::Absent),
-        ..BusOptions::default()
-    };
+    let options = BusOptions::default()
+        .formats(speech.frames)
+        .sessions(speech.sessions)
+        .echo(EchoMode::Known(Echo::Absent));
     let bus = Bus::new(line, options).unwrap();
-    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(DEVICES.into()) };
+    let pace = Pace::every(Duration::from_nanos(PERIOD_NS));
+    let polled = PollerOptions::for_devices(DEVICES.into()).pace(pace);
     let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), Vec::new());
     while polling.bus_mut().line().now_ns() < START_NS + boards.seconds_with_stranger() * 1_000_000_000 {
         let due = polling.next_cycle_ns();

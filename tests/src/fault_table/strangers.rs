@@ -1,5 +1,5 @@
 use super::run::Boards;
-use pneudrive_host::bus::FrameMode;
+use pneudrive_host::bus::FormatPolicy;
 use pneudrive_host::line::{Line, LineError};
 use pneudrive_protocol::{Address, CheckedPacket, Counts, Direction, PACKET_LEN, Packet, Sequence};
 
@@ -32,7 +32,7 @@ impl Stranger {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Speech {
     /// In which packets.
-    pub frames: FrameMode,
+    pub frames: FormatPolicy,
     /// And whether in sessions.
     pub sessions: bool,
 }
@@ -40,9 +40,9 @@ pub struct Speech {
 impl Speech {
     /// In the order of the table's cells.
     pub const ALL: [Self; 3] = [
-        Self { frames: FrameMode::Unchecked, sessions: false },
-        Self { frames: FrameMode::Checked, sessions: false },
-        Self { frames: FrameMode::Checked, sessions: true },
+        Self { frames: FormatPolicy::Unchecked, sessions: false },
+        Self { frames: FormatPolicy::Checked, sessions: false },
+        Self { frames: FormatPolicy::Checked, sessions: true },
     ];
 }
 
@@ -51,7 +51,7 @@ impl Speech {
 pub(super) struct LineWithStranger<L> {
     line: L,
     stranger: Stranger,
-    frames: FrameMode,
+    frames: FormatPolicy,
     sent: Vec<[u8; PACKET_LEN]>,
     requests: usize,
     /// How often the stranger spoke.
@@ -66,7 +66,7 @@ impl<L: Line> LineWithStranger<L> {
     /// A request, an answer, and a gap.
     const PAUSE_NS: u64 = 400_000;
 
-    pub(super) fn new(line: L, stranger: Stranger, frames: FrameMode) -> Self {
+    pub(super) fn new(line: L, stranger: Stranger, frames: FormatPolicy) -> Self {
         Self { line, stranger, frames, sent: Vec::new(), requests: 0, struck: 0 }
     }
 
@@ -83,7 +83,7 @@ impl<L: Line> LineWithStranger<L> {
         let board = u8::from(self.struck.is_multiple_of(2));
         let packet = Packet { address: Address::of_board(board), values: [Counts::saturating(950); 4] };
         match self.frames {
-            FrameMode::Unchecked => packet.encode(),
+            FormatPolicy::Unchecked => packet.encode(),
             _ => {
                 let sequence = Sequence::new(self.struck as u8);
                 CheckedPacket { packet, sequence }.encode(Direction::Request)
@@ -98,7 +98,7 @@ impl<L: Line> LineWithStranger<L> {
         let to = |board| {
             let packet = Packet { address: Address::of_board(board), values: [Counts::MIN; 4] };
             match self.frames {
-                FrameMode::Unchecked => packet.encode(),
+                FormatPolicy::Unchecked => packet.encode(),
                 _ => CheckedPacket { packet, sequence: Sequence::new(1) }.encode(Direction::Request),
             }
         };

@@ -6,7 +6,7 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardCommand, CommandSource, MissedTick, Pace, PageShare, PollerOptions, Polling, Supply,
+    BoardCommand, CommandSource, Pace, PageShare, PollerOptions, Polling, SourceStatus,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
@@ -16,6 +16,7 @@ use pneudrive_protocol::SensorScale;
 use pneudrive_sim::plant::Nuisances;
 use pneudrive_sim::record::{Excitation, SetPoints};
 use pneudrive_sim::rig::RigOptions;
+use std::time::Duration;
 use system_tests::blind::score::named;
 use system_tests::virtual_bus;
 
@@ -28,11 +29,11 @@ const GAINS: [u16; 2] = [6, 10];
 struct Movements([SetPoints; 4]);
 
 impl CommandSource for Movements {
-    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         let t_s = since_start_ns as f64 * 1e-9;
         let kpa = self.0.each_mut().map(|points| points.at(t_s));
         commands.fill(kpa.map(|kpa| SCALE.counts(kpa).unwrap()));
-        if t_s < SECONDS { Supply::Continues } else { Supply::Ended }
+        if t_s < SECONDS { SourceStatus::Continues } else { SourceStatus::Ended }
     }
 }
 
@@ -45,11 +46,9 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     let mut stated = rig.clone();
     stated.control.kp = GAINS[1];
 
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip },
-        drives: measured.then(|| PageShare::new(1.0).unwrap()),
-        ..PollerOptions::for_devices(1)
-    };
+    let options = PollerOptions::for_devices(1)
+        .pace(Pace::every(Duration::from_millis(2)))
+        .drives(measured.then(|| PageShare::new(1.0).unwrap()));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
     let pages = PageColumns { drives: measured, sensors: false };
@@ -62,7 +61,7 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
         // Virtual time passes faster than the writer writes, which loses rows that wait for more

@@ -6,11 +6,12 @@
 
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{LineRatePolicy, MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::poller::{LineRatePolicy, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::pages::{Counter, LineRate};
 use pneudrive_protocol::{Baud, Counts};
 use pneudrive_sim::rig::{Firmware, RigOptions};
+use std::time::Duration;
 use system_tests::firmware;
 use system_tests::virtual_bus::{VirtualBus, bus};
 
@@ -27,12 +28,9 @@ fn chips(boards: usize) -> RigOptions {
 /// second, in which rates are agreed on.
 fn poll(boards: u16, fastest: LineRate, pace: Pace, seconds: f64) -> (Statistics, Polling<VirtualBus>) {
     let points = SetPoints::new(usize::from(boards));
-    let line_rate = LineRatePolicy { fastest, ..LineRatePolicy::default() };
-    let options = PollerOptions {
-        pace,
-        line_rate: Some(line_rate).filter(|_| fastest != LineRate::Compiled),
-        ..PollerOptions::for_devices(boards)
-    };
+    let line_rate = LineRatePolicy::default().fastest(fastest);
+    let line_rate = (fastest != LineRate::Compiled).then_some(line_rate);
+    let options = PollerOptions::for_devices(boards).pace(pace).line_rate(line_rate);
     let mut bus = bus(&chips(usize::from(boards)), BusOptions::default());
     // So that what is measured begins at the rate.
     for board in 0..boards as u8 {
@@ -59,7 +57,7 @@ fn poll(boards: u16, fastest: LineRate, pace: Pace, seconds: f64) -> (Statistics
 /// Four emulated chips at 3 Mbaud, 2 kHz, checked packets in sessions, nothing lost.
 #[test]
 fn four_chips_at_3_mbaud_are_polled_at_2_khz_without_a_loss() {
-    let pace = Pace::Every { period_ns: 500_000, missed: MissedTick::Skip };
+    let pace = Pace::every(Duration::from_micros(500));
     let (statistics, mut polling) = poll(4, LineRate::ThreeMbaud, pace, 4.0);
     assert_eq!(statistics.baud, Some(3_000_000));
     assert!((statistics.loop_hz.mean - 2_000.0).abs() < 1.0, "{statistics:?}");

@@ -1,7 +1,7 @@
 //! The fault table of docs/reliability.md: what stands there is what happens, and nothing wrong is
 //! believed or obeyed.
 
-use pneudrive_host::bus::FrameMode;
+use pneudrive_host::bus::FormatPolicy;
 use system_tests::fault_table::{
     Boards, Case, Met, Outcome, Setting, Speech, Stranger, cases, meet, row, run, strangers_row,
 };
@@ -9,7 +9,7 @@ use system_tests::fault_table::{
 const PAGE: &str = include_str!("../../../docs/reliability.md");
 
 fn outcomes(boards: Boards, case: Case) -> [Outcome; 2] {
-    [FrameMode::Unchecked, FrameMode::Checked]
+    [FormatPolicy::Unchecked, FormatPolicy::Checked]
         .map(|frames| run(Setting { boards, frames, sessions: false, case }))
 }
 
@@ -56,7 +56,7 @@ fn checked_packets_let_nothing_wrong_through() {
 #[test]
 fn sessions_let_nothing_wrong_through() {
     let case = Case { fault: "bit_flip=1e-2", lasts_ms: 0, chip_seconds: 3 };
-    let setting = Setting { boards: Boards::Native, frames: FrameMode::Checked, sessions: true, case };
+    let setting = Setting { boards: Boards::Native, frames: FormatPolicy::Checked, sessions: true, case };
     let outcome = run(setting);
     assert_eq!((outcome.wrong_pressures, outcome.wrong_commands), (0, 0), "{outcome:?}");
     assert!(outcome.struck > 4_000 && outcome.tried > 20_000, "{outcome:?}");

@@ -1,11 +1,12 @@
 //! The firmware's ELF on emulated chips, on the strict virtual bus, with the plant behind their
 //! pins and the host's own code as the bus master. In virtual time, but for the last test.
 
-use pneudrive_host::bus::{Bus, BusOptions, FrameMode, Frames};
-use pneudrive_host::poller::{BoardState, MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, FormatPolicy};
+use pneudrive_host::poller::{BoardState, Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
 use pneudrive_sim::pty::{EmbeddedSim, PtyOptions};
 use pneudrive_sim::rig::{Firmware, RigOptions};
+use std::time::Duration;
 use system_tests::firmware;
 use system_tests::virtual_bus::{VirtualBus, bus};
 
@@ -32,8 +33,8 @@ struct Run {
 impl Run {
     fn start(boards: u16, faults: &[&str], options: BusOptions, period_ms: u64) -> Self {
         let points = SetPoints::new(usize::from(boards));
-        let pace = Pace::Every { period_ns: period_ms * MS, missed: MissedTick::Skip };
-        let polled = PollerOptions { pace, ..PollerOptions::for_devices(boards) };
+        let pace = Pace::every(Duration::from_millis(period_ms));
+        let polled = PollerOptions::for_devices(boards).pace(pace);
         let polling =
             Polling::new(bus(&chips(boards, faults), options), polled, Box::new(points.clone()), Vec::new());
         Self { points, boards, polling }
@@ -103,7 +104,7 @@ fn four_boards_bring_sixteen_chambers_to_300_kpa_and_back() {
     assert!(all_near(&empty, 0.0), "{empty:?}");
     let statistics = run.polling.finish();
     assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
-    assert!(statistics.boards.iter().all(|board| board.frames == Frames::Checked));
+    assert!(statistics.boards.iter().all(|board| board.frames == BoardFormat::Checked));
     assert_eq!(run.polling.bus_mut().line().counters().violations(), 0);
 }
 
@@ -127,7 +128,7 @@ fn a_host_that_dies_leaves_vented_chambers() {
 /// of 4088.
 #[test]
 fn another_boards_words_that_end_in_ff_disturb_no_chip() {
-    let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked);
     let mut run = Run::start(2, &[], options, 1);
     for board in 0..2 {
         run.points.set(board, [Counts::new(511).unwrap(); CHANNELS]).unwrap();
@@ -187,7 +188,7 @@ fn minutes_with_every_exchange_answered() {
 fn the_host_talks_to_chips_through_a_pty() {
     let sim =
         EmbeddedSim::start(&RigOptions { strict: false, ..chips(2, &[]) }, &PtyOptions::default()).unwrap();
-    let options = BusOptions { answer_allowance_ns: 10_000 * MS, ..BusOptions::default() };
+    let options = BusOptions::default().answer_allowance(Duration::from_millis(10_000));
     let mut bus = Bus::open(sim.path(), options).unwrap();
     for board in [0, 1] {
         let mut tries = 0;

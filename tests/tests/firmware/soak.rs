@@ -8,12 +8,13 @@
 
 use pneudrive_host::bus::{BusOptions, EchoMode};
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{BoardState, MissedTick, Observer, Outcome, Pace, PollerOptions, Polling, Row};
+use pneudrive_host::poller::{BoardState, Observer, Outcome, Pace, PollerOptions, Polling, Row};
 use pneudrive_host::record::Recorder;
 use pneudrive_protocol::{Echo, SensorScale};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use system_tests::fault_table::{NewEveryCycle, SharedTruth, TappedLine, faulty_rig};
 use system_tests::virtual_bus::VirtualBus;
 
@@ -98,7 +99,7 @@ fn an_hour_of_faults_leaves_no_trace() {
     let truth = SharedTruth::new(BOARDS.into());
     let mut rig = faulty_rig(BOARDS, FAULTS, &truth);
     rig.run_until(200_000_000);
-    let options = BusOptions { echo: EchoMode::Known(Echo::Absent), ..BusOptions::default() };
+    let options = BusOptions::default().echo(EchoMode::Known(Echo::Absent));
     let line = TappedLine::new(VirtualBus::new(rig), truth.clone());
     let bus = pneudrive_host::bus::Bus::new(line, options).unwrap();
 
@@ -108,8 +109,8 @@ fn an_hour_of_faults_leaves_no_trace() {
     let (recorder, tap) = Recorder::create(&file, &boards, SensorScale::ORIGINAL, false).unwrap();
     let seen = Arc::new(Mutex::new(Seen::default()));
     let observers: Vec<Box<dyn Observer>> = vec![tap, Box::new(Watcher(Arc::clone(&seen)))];
-    let pace = Pace::Every { period_ns: PERIOD_NS, missed: MissedTick::Skip };
-    let polled = PollerOptions { pace, ..PollerOptions::for_devices(BOARDS.into()) };
+    let pace = Pace::every(Duration::from_nanos(PERIOD_NS));
+    let polled = PollerOptions::for_devices(BOARDS.into()).pace(pace);
     let mut polling = Polling::new(bus, polled, Box::new(NewEveryCycle(0)), observers);
 
     let start_ns = polling.bus_mut().line().now_ns();

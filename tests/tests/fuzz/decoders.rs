@@ -2,8 +2,8 @@ use super::scripts;
 use bolero::check;
 use pneudrive_protocol::pages::PageEntry;
 use pneudrive_protocol::{
-    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, Format, FrameFinder, Heard,
-    Packet, PageRequest, RequestDecoder, Sequence,
+    Address, AnswerDecoder, Asked, CheckedPacket, Counts, Direction, Echo, FrameFinder, Heard, Packet,
+    PacketFormat, PageRequest, RequestDecoder, Sequence,
 };
 
 fn page_request(board: u8, number: u8) -> PageRequest {
@@ -85,9 +85,11 @@ fn the_boards_ear() {
             };
             let packet = Packet { address: own, values: request.commands };
             let sent = match request.format {
-                Format::Unchecked => packet.encode(),
-                Format::Checked(sequence) => CheckedPacket { packet, sequence }.encode(Direction::Request),
-                Format::Sealed(_) => panic!("no session was offered"),
+                PacketFormat::Unchecked => packet.encode(),
+                PacketFormat::Checked(sequence) => {
+                    CheckedPacket { packet, sequence }.encode(Direction::Request)
+                }
+                PacketFormat::Sealed(_) => panic!("no session was offered"),
             };
             assert_eq!(heard[heard.len() - 10..], sent);
         }

@@ -1,7 +1,7 @@
 //! Host and simulated boards through faults, in virtual time: what is lost, and that nothing wrong
 //! is believed.
 
-use pneudrive_host::bus::{BusOptions, FrameMode, Frames};
+use pneudrive_host::bus::{BoardFormat, BusOptions, FormatPolicy};
 use pneudrive_host::poller::{BoardState, Polling};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{Counts, Echo};
@@ -29,8 +29,8 @@ fn struck(polling: &mut Polling<VirtualBus>, fault: &str) -> u64 {
 /// of 4088.
 #[test]
 fn set_points_that_look_like_addresses_disturb_nobody() {
-    for frames in [FrameMode::Unchecked, FrameMode::Negotiate] {
-        let options = BusOptions { frames, ..BusOptions::default() };
+    for frames in [FormatPolicy::Unchecked, FormatPolicy::Negotiate] {
+        let options = BusOptions::default().formats(frames);
         let mut polling =
             poll(bus(&RigOptions { boards: 2, strict: true, ..RigOptions::default() }, options), 2, 511, 1.0);
         let statistics = polling.finish();
@@ -55,7 +55,7 @@ fn a_healthy_bus_loses_nothing_and_wastes_no_time() {
         let limit = 1e9 / (f64::from(boards) * (200_000 + delay_ns) as f64);
         assert!((statistics.loop_hz.mean / limit - 1.0).abs() < 1e-3, "{statistics:?}, limit {limit} Hz");
         assert_eq!((statistics.lost, statistics.rejected), (0, 0), "{statistics:?}");
-        assert!(statistics.boards.iter().all(|board| board.frames == Frames::Checked));
+        assert!(statistics.boards.iter().all(|board| board.frames == BoardFormat::Checked));
     }
 }
 
@@ -71,8 +71,8 @@ fn sixteen_boards_are_polled_like_four() {
 /// Original: one answer 3.2 ms late, and 3980 of 4000 later exchanges failed.
 #[test]
 fn a_late_answer_costs_a_few_exchanges() {
-    for frames in [FrameMode::Unchecked, FrameMode::Checked] {
-        let options = BusOptions { frames, ..BusOptions::default() };
+    for frames in [FormatPolicy::Unchecked, FormatPolicy::Checked] {
+        let options = BusOptions::default().formats(frames);
         for (late_ms, most_lost, least_exchanges) in [("3.2", 4, 9_000), ("30", 20, 7_000)] {
             let fault = format!("delay@1.0,on=answers,ms={late_ms}");
             let (statistics, mut polling) = run(2, &[&fault], options);
@@ -142,10 +142,10 @@ fn a_babbling_board_stops_nobody_for_longer_than_it_babbles() {
 
 /// Readings that differ from the one before by more than a chamber can move in 3 ms: 500 kPa/s are
 /// 2 counts, noise adds a few.
-fn impossible_jumps(frames: FrameMode) -> usize {
+fn impossible_jumps(frames: FormatPolicy) -> usize {
     let faults = vec!["bit_flip=0.005,on=answers".parse().unwrap()];
     let rig = RigOptions { boards: 1, faults, ..RigOptions::default() };
-    let mut bus = bus(&rig, BusOptions { frames, ..BusOptions::default() });
+    let mut bus = bus(&rig, BusOptions::default().formats(frames));
     let (mut before, mut answered, mut jumps) = (None, 0, 0);
     for _ in 0..5_000 {
         let Ok(answer) = bus.exchange(0, [Counts::new(511).unwrap(); 4]) else { continue };
@@ -163,6 +163,6 @@ fn impossible_jumps(frames: FrameMode) -> usize {
 /// the original's format the same faults are believed, which shows that they arrive.
 #[test]
 fn corrupted_answers_are_not_believed() {
-    assert_eq!(impossible_jumps(FrameMode::Checked), 0);
-    assert!(impossible_jumps(FrameMode::Unchecked) > 20);
+    assert_eq!(impossible_jumps(FormatPolicy::Checked), 0);
+    assert!(impossible_jumps(FormatPolicy::Unchecked) > 20);
 }

@@ -2,7 +2,7 @@
 
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
-use pneudrive_host::poller::{MissedTick, Pace, PollerOptions, Polling, SetPoints};
+use pneudrive_host::poller::{Pace, PollerOptions, Polling, SetPoints};
 use pneudrive_host::record::Recorder;
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_protocol::SensorScale;
@@ -18,8 +18,8 @@ const FILE: &str = "PNEUDRIVE_TEST_RECORDING";
 /// real ones.
 fn record_until_killed(file: &Path) {
     let rig = RigOptions { boards: 2, ..RigOptions::default() };
-    let pace = Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip };
-    let options = PollerOptions { pace, ..PollerOptions::for_devices(2) };
+    let pace = Pace::every(Duration::from_millis(2));
+    let options = PollerOptions::for_devices(2).pace(pace);
     let (_recorder, tap) = Recorder::create(file, &options.boards, SensorScale::ORIGINAL, false).unwrap();
     let bus = virtual_bus::bus(&rig, BusOptions::default());
     let mut polling = Polling::new(bus, options, Box::new(SetPoints::new(2)), vec![tap]);

@@ -3,16 +3,17 @@
 //! `cargo test -p system-tests --test host line_rate:: -- --nocapture` prints what hosts are told.
 
 use pneudrive_control::BoardConfig;
-use pneudrive_host::bus::{Bus, BusOptions, FrameMode, LineRateError};
+use pneudrive_host::bus::{Bus, BusOptions, FormatPolicy, LineRateError};
 use pneudrive_host::line::Line;
 use pneudrive_host::notices::Narrator;
 use pneudrive_host::poller::{
-    BoardState, Event, LineRatePolicy, MissedTick, Observer, Pace, PollerOptions, Polling, Row, SetPoints,
+    BoardState, Event, LineRatePolicy, Observer, Pace, PollerOptions, Polling, Row, SetPoints,
 };
 use pneudrive_protocol::pages::{LineRate, LineRateState, RateReturn, StateNow};
 use pneudrive_protocol::{Baud, Counts};
 use pneudrive_sim::rig::RigOptions;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use system_tests::cable::Cable;
 use system_tests::virtual_bus::{VirtualBus, bus};
 
@@ -55,11 +56,8 @@ impl Run {
         let bus = Bus::new(Cable::sound(wire), options).unwrap();
         let told = Told::default();
         let points = SetPoints::new(rig.boards);
-        let options = PollerOptions {
-            pace,
-            line_rate: Some(LineRatePolicy::default()),
-            ..PollerOptions::for_devices(rig.boards as u16)
-        };
+        let options =
+            PollerOptions::for_devices(rig.boards as u16).pace(pace).line_rate(LineRatePolicy::default());
         let polling = Polling::new(bus, options, Box::new(points.clone()), vec![Box::new(told.clone())]);
         Self { polling, points, told }
     }
@@ -122,7 +120,7 @@ fn at_the_end_all_are_back_for_whoever_comes_next() {
     assert_eq!(run.polling.make_safe(), Ok(vec![]));
     assert_eq!(run.baud(), 1_000_000);
     let wire = run.polling.into_bus().into_line().line;
-    let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked);
     let mut next = Bus::new(wire, options).unwrap();
     for board in 0..2 {
         assert!(next.ping(board).is_ok(), "board {board}, at once and in the original's format");
@@ -267,7 +265,7 @@ fn boards_say_how_fast_they_may_be_asked_to_be() {
 
 #[test]
 fn without_sessions_no_rate_is_changed() {
-    let mut bus = bus(&rig(1), BusOptions { sessions: false, ..BusOptions::default() });
+    let mut bus = bus(&rig(1), BusOptions::default().sessions(false));
     bus.ping(0).unwrap();
     assert!(matches!(bus.fastest_line_rate(&[0]), Err(LineRateError::NoSession { .. })));
     let raised = bus.raise_line_rate(&[0], LineRate::ThreeMbaud);
@@ -277,13 +275,13 @@ fn without_sessions_no_rate_is_changed() {
 
 #[test]
 fn who_polls_seldom_stays_at_1_mbaud() {
-    let pace = Pace::Every { period_ns: 60 * MS, missed: MissedTick::Skip };
+    let pace = Pace::every(Duration::from_millis(60));
     let mut run = Run::start(&rig(1), BusOptions::default(), pace);
     run.poll(1_000);
     let told = run.told.take();
     let sentence = "line_rate: the line rate stays at 1000000 baud: a cycle every 60 ms would lose a faster one, which boards keep for 100 ms";
     assert_eq!(told, [sentence]);
-    let pace = Pace::Every { period_ns: 50 * MS, missed: MissedTick::Skip };
+    let pace = Pace::every(Duration::from_millis(50));
     let mut run = Run::start(&rig(1), BusOptions::default(), pace);
     run.poll(1_000);
     assert_eq!(run.told.take(), ["line_rate: all boards have gone to 3000000 baud"]);

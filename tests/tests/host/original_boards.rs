@@ -1,7 +1,7 @@
 //! The host on buses with boards of the original kind, alone and beside boards that check, in
 //! virtual time.
 
-use pneudrive_host::bus::{Bus, BusOptions, EchoMode, FrameMode, Frames};
+use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, FormatPolicy};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
 use pneudrive_protocol::{Counts, Echo};
@@ -26,7 +26,7 @@ fn polling(original: &[u8], faults: &[&str], options: BusOptions) -> (Polling<Vi
     let mut bus = bus(&rig(original, faults), options);
     bus.line_mut().sleep_until(2_200_000_000);
     for board in 0..4 {
-        while bus.frames(board) == Frames::Unknown {
+        while bus.format(board) == BoardFormat::Unknown {
             let _ = bus.ping(board);
         }
     }
@@ -67,7 +67,8 @@ fn set_points_that_end_in_0xff_are_followed_on_every_mixed_bus() {
             let after = polling.bus_mut().line().counters().clone();
             assert_eq!(after.violations(), before.violations(), "{original:?}, {value}: {after:?}");
             for board in 0..4 {
-                let kind = if original.contains(&board) { Frames::Unchecked } else { Frames::Checked };
+                let kind =
+                    if original.contains(&board) { BoardFormat::Unchecked } else { BoardFormat::Checked };
                 let reading = polling.bus_mut().exchange(board, [Counts::ATMOSPHERE; 4]).unwrap();
                 for pressure in reading.pressures {
                     let off = i32::from(pressure.get()) - i32::from(value);
@@ -76,7 +77,7 @@ fn set_points_that_end_in_0xff_are_followed_on_every_mixed_bus() {
                         "{original:?}, {value}: board {board} reads {pressure:?}"
                     );
                 }
-                assert_eq!(polling.bus_mut().frames(board), kind);
+                assert_eq!(polling.bus_mut().format(board), kind);
             }
         }
     }
@@ -86,7 +87,7 @@ fn set_points_that_end_in_0xff_are_followed_on_every_mixed_bus() {
 #[test]
 fn unchecked_packets_alone_call_nobody_by_a_false_name() {
     for original in BUSES {
-        let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+        let options = BusOptions::default().formats(FormatPolicy::Unchecked);
         let (mut polling, points) = polling(original, &[], options);
         let before = polling.bus_mut().line().counters().violations();
         command_all(&points, 511);
@@ -128,7 +129,7 @@ fn a_board_that_drops_its_last_commands_is_named() {
     // Another host's bus, which does not guard: all that it sends is preceded by 0xFF.
     line.before_each_request(&[0xFF]);
     let echo = EchoMode::Known(Echo::Absent);
-    let options = BusOptions { frames: FrameMode::Unchecked, echo, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked).echo(echo);
     let mut bus = Bus::new(line, options).unwrap();
     bus.exchange(0, [Counts::saturating(500); 4]).unwrap();
     let from_ns = bus.line().now_ns();
@@ -146,7 +147,7 @@ fn an_unchecked_client_is_obeyed_as_soon_as_the_host_has_ended() {
     run(&mut polling, 1.0);
     assert_eq!(polling.make_safe(), Ok(Vec::new()));
     let line = polling.into_bus().into_line();
-    let options = BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() };
+    let options = BusOptions::default().formats(FormatPolicy::Unchecked);
     let mut client = Bus::new(line, options).unwrap();
     for board in 0..4 {
         client.exchange(board, [Counts::saturating(300); 4]).unwrap();

@@ -2,7 +2,7 @@
 
 use pneudrive_control::{BoardConfig, ParameterSet};
 use pneudrive_host::bus::{
-    Bus, BusOptions, ChangeFrom, FrameMode, PageError, ParameterChange, ParameterError,
+    Bus, BusOptions, ChangeFrom, FormatPolicy, PageError, ParameterChange, ParameterError,
 };
 use pneudrive_protocol::Counts;
 use pneudrive_protocol::pages::{Parameter, ParameterInfo};
@@ -99,10 +99,10 @@ fn the_manual_has_the_same_table() {
 #[test]
 fn who_cannot_be_changed_says_so() {
     let one = RigOptions { boards: 1, ..RigOptions::default() };
-    let mut bare = bus(&one, BusOptions { sessions: false, ..BusOptions::default() });
+    let mut bare = bus(&one, BusOptions::default().sessions(false));
     let refused = bare.change_parameters(0, ChangeFrom::InEffect, &[(Parameter::Kp, 12)]).unwrap_err();
     assert!(matches!(refused, ParameterError::NoSession { .. }), "{refused}");
-    let mut unchecked = bus(&one, BusOptions { frames: FrameMode::Unchecked, ..BusOptions::default() });
+    let mut unchecked = bus(&one, BusOptions::default().formats(FormatPolicy::Unchecked));
     let refused = unchecked.parameter(0, Parameter::Kp).unwrap_err();
     assert!(matches!(refused, PageError::NotChecked { .. }), "{refused}");
 }

@@ -4,7 +4,7 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
-    BoardSensors, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, Supply, VENTED,
+    BoardSensors, Observer, Pace, PageShare, PollerOptions, Polling, Row, SourceStatus, VENTED,
 };
 use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
@@ -15,6 +15,7 @@ use pneudrive_sim::plant::PlantParameters;
 use pneudrive_sim::rig::{Firmware, RigOptions};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use system_tests::firmware;
 use system_tests::virtual_bus::{self, VirtualBus};
 
@@ -52,11 +53,9 @@ impl Observer for Seen {
 
 /// 5 s at 500 Hz, every second poll followed by a page.
 fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
-    let options = PollerOptions {
-        pace: Pace::Every { period_ns: 2_000_000, missed: MissedTick::Skip },
-        sensors: Some(PageShare::new(0.5).unwrap()),
-        ..PollerOptions::for_devices(2)
-    };
+    let options = PollerOptions::for_devices(2)
+        .pace(Pace::every(Duration::from_millis(2)))
+        .sensors(PageShare::new(0.5).unwrap());
     let trajectory = Trajectory::parse("bend.csv", BEND.as_bytes(), 2, SCALE).unwrap();
     let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED; 2]);
     let pages = PageColumns { drives: false, sensors: true };
@@ -68,7 +67,7 @@ fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
     loop {
         let due = polling.next_cycle_ns();
         polling.bus_mut().line_mut().sleep_until(due);
-        if polling.cycle().unwrap() == Supply::Ended {
+        if polling.cycle().unwrap() == SourceStatus::Ended {
             break;
         }
     }
@@ -83,8 +82,8 @@ fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
 struct Nothing;
 
 impl pneudrive_host::poller::CommandSource for Nothing {
-    fn fill(&mut self, _: u64, _: &mut [pneudrive_host::poller::BoardCommand]) -> Supply {
-        Supply::Continues
+    fn fill(&mut self, _: u64, _: &mut [pneudrive_host::poller::BoardCommand]) -> SourceStatus {
+        SourceStatus::Continues
     }
 }
 

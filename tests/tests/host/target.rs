@@ -4,6 +4,7 @@
 //! PNEUDRIVE_DEVICES boards (default 1).
 
 use pneudrive_host::bus::{Bus, BusOptions};
+use std::time::Duration;
 
 #[cfg(not(feature = "hardware"))]
 pub struct Target {
@@ -27,7 +28,7 @@ impl Target {
 
     /// A bus with patience: the machine that runs the tests may be busy with other things.
     pub fn bus(&self) -> Bus {
-        let options = BusOptions { answer_allowance_ns: 10_000_000_000, ..BusOptions::default() };
+        let options = BusOptions::default().answer_allowance(Duration::from_secs(10));
         Bus::open(self.path(), options).unwrap()
     }
 }

@@ -263,12 +263,12 @@ fn who_cannot_be_updated_says_so() {
     assert!(matches!(refused, UpdateError::Unsupported { chip: ChipKind::Native, .. }), "{refused}");
     let mut bare = system_tests::virtual_bus::bus(
         &RigOptions { firmware: Some(Firmware::new(firmware::elf())), ..native.clone() },
-        BusOptions { sessions: false, ..BusOptions::default() },
+        BusOptions::default().sessions(false),
     );
     pass(&mut bare, 2.5);
     let refused = bare.update_board(0, &next(), |_| {}).unwrap_err();
     assert!(matches!(refused, UpdateError::NoSession { .. }), "{refused}");
-    let unchecked = BusOptions { frames: pneudrive_host::bus::FrameMode::Unchecked, ..BusOptions::default() };
+    let unchecked = BusOptions::default().formats(pneudrive_host::bus::FormatPolicy::Unchecked);
     let refused = system_tests::virtual_bus::bus(&native, unchecked).update_board(0, &next(), |_| {});
     assert!(matches!(refused, Err(UpdateError::Page(PageError::NotChecked { .. }))), "{refused:?}");
 }

@@ -45,7 +45,7 @@ impl Run for FakeRun {
         Some(Moment {
             cycle,
             since_start_ns: cycle * 33_000_000,
-            age_ns: 0,
+            age: Duration::ZERO,
             commanding: self.commanding(),
             release_returns: false,
             boards: vec![BoardMoment {

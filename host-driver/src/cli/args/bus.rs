@@ -2,7 +2,7 @@
 
 use super::values::{baud, devices, seconds, spin, unit};
 use clap::{Args, ValueEnum};
-use pneudrive_host::bus::{BusOptions, FrameMode};
+use pneudrive_host::bus::{BusOptions, FormatPolicy};
 use pneudrive_host::line::Spin;
 use pneudrive_host::poller::{BaudChoice, LineRatePolicy};
 use pneudrive_host::real_time::RealTime;
@@ -55,7 +55,7 @@ pub struct BusArgs {
     /// How long after its timeout an answer may still come, us: a board that did not answer in
     /// unchecked packets is left alone for so long, until 100 answers have told how late it really
     /// is
-    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = BusOptions::LATE_ANSWER_LIMIT_NS / 1_000, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
+    #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "US", default_value_t = BusOptions::LATE_ANSWER_LIMIT.as_micros() as u64, value_parser = clap::value_parser!(u64).range(0..=10_000_000))]
     pub late_us: u64,
     /// How long to wait for boards at the start, s
     #[arg(long, global = true, hide_short_help = true, help_heading = TIMING, value_name = "S", default_value_t = 2.0, value_parser = seconds)]
@@ -117,7 +117,7 @@ impl BusArgs {
 
     /// What the bus thread asks of the scheduler.
     pub fn real_time(&self) -> RealTime {
-        RealTime { priority: self.realtime, lock_memory: self.lock_memory, core: self.pin_core }
+        RealTime::default().priority(self.realtime).lock_memory(self.lock_memory).core(self.pin_core)
     }
 }
 
@@ -149,7 +149,7 @@ pub enum SessionsArg {
     Off,
 }
 
-impl From<FramesArg> for FrameMode {
+impl From<FramesArg> for FormatPolicy {
     fn from(arg: FramesArg) -> Self {
         match arg {
             FramesArg::Negotiate => Self::Negotiate,

@@ -80,9 +80,9 @@ mod tests {
     /// Defaults that the program does not know from the arguments alone stand in their text.
     #[test]
     fn help_states_the_defaults_that_hold() {
-        let us = |ns: u64| ns / 1_000;
+        let us = |duration: std::time::Duration| duration.as_micros() as u64;
         let (allowance, virtual_allowance) =
-            (us(BusOptions::ANSWER_ALLOWANCE_NS), us(BusOptions::VIRTUAL_ALLOWANCE_NS));
+            (us(BusOptions::ANSWER_ALLOWANCE), us(BusOptions::VIRTUAL_ALLOWANCE));
         let mut texts = vec![
             ("allowance_us", format!("[default: {allowance}; {virtual_allowance} for virtual boards")),
             ("baud", format!("[default: {}]", Baud::ORIGINAL.get())),
@@ -98,7 +98,7 @@ mod tests {
         }
         let cli = Cli::try_parse_from(["x", "--realtime"]).unwrap();
         assert_eq!(cli.bus.realtime, Some(RealTime::PRIORITY));
-        assert_eq!(us(BusOptions::default().late_answer_limit_ns), cli.bus.late_us);
+        assert_eq!(us(BusOptions::default().late_answer_limit), cli.bus.late_us);
     }
 
     #[test]

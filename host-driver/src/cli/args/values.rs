@@ -3,6 +3,7 @@
 use pneudrive_host::line::Spin;
 use pneudrive_host::poller::{BaudChoice, BaudChoiceError, PageShare, PageShareError, PressureFilter};
 use pneudrive_host::rig::Unit;
+use std::time::Duration;
 
 /// A number, of which its user says what it must be.
 pub fn number(text: &str) -> Result<f64, String> {
@@ -29,7 +30,7 @@ pub fn spin(text: &str) -> Result<Spin, String> {
     match text.parse() {
         _ if text == "auto" => Ok(Spin::Auto),
         Ok(0) => Ok(Spin::Never),
-        Ok(us @ 1..=1_000) => Ok(Spin::BeforeSleep { ns: 1_000 * us }),
+        Ok(us @ 1..=1_000) => Ok(Spin::BeforeSleep(Duration::from_micros(us))),
         _ => Err("expected `auto`, or a whole number of us from 0 (never) to 1000".to_owned()),
     }
 }

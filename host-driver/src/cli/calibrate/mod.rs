@@ -54,7 +54,7 @@ pub fn run(args: &BusArgs, calibrate: &CalibrateArgs, setup: &Setup) -> Result<(
     let stop = StopSignal::install(false)?;
     let nominal = Calibration::default();
     let mut connection = connect(args, devices, &nominal)?;
-    let options = PollerOptions { limits, ..PollerOptions::for_devices(devices) };
+    let options = PollerOptions::for_devices(devices).limits(limits);
     let silent = find_boards::find(&mut connection.bus, &options.boards, args.wait, || stop.came())?;
     if let Some((board, error)) =
         silent.iter().find(|(board, _)| channels.iter().any(|(one, _)| one == board))

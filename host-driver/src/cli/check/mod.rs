@@ -12,7 +12,7 @@ use crate::cli::output::{errln, out, outln, print_json};
 use crate::cli::setup::Setup;
 use crate::cli::signals::StopSignal;
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict, page, problems, table};
-use pneudrive_host::poller::{Finished, Limits, MissedTick, Pace, Poller, PollerOptions};
+use pneudrive_host::poller::{Finished, Limits, Pace, Poller, PollerOptions};
 use pneudrive_host::record::file_is_writable;
 use pneudrive_protocol::{Baud, CHANNELS};
 use std::time::{Duration, SystemTime};
@@ -144,7 +144,7 @@ fn pace(args: &BusArgs, check: &CheckArgs, setup: &Setup, devices: u16) -> Resul
             "--rate {rate}: must be 50 Hz or more, and at most {wire:.1} Hz, the wire's limit for {devices} board(s)"
         )));
     }
-    Ok(Pace::Every { period_ns: (1e9 / rate).round() as u64, missed: MissedTick::Skip })
+    Ok(Pace::every(Duration::from_secs_f64(1.0 / rate)))
 }
 
 /// Runs the plans. Whatever happens, 0 kPa is commanded at the end.
@@ -159,14 +159,12 @@ fn test(
     args.real_time().check()?;
     let stop = StopSignal::install(false)?;
     let Connection { mut bus, behind } = connect(args, devices, &setup.calibration)?;
-    let options = PollerOptions {
-        limits,
-        pace,
-        calibration: setup.calibration.clone(),
-        reopen: None,
-        real_time: args.real_time(),
-        ..PollerOptions::for_devices(devices)
-    };
+    let options = PollerOptions::for_devices(devices)
+        .limits(limits)
+        .pace(pace)
+        .calibration(setup.calibration.clone())
+        .reopen(None)
+        .real_time(args.real_time());
     let silent = find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())?;
     if let Some((board, error)) =
         silent.iter().find(|(board, _)| plans.iter().any(|plan| plan.board == *board))

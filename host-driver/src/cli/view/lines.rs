@@ -109,8 +109,8 @@ fn line(before: &Snapshot, now: &Snapshot, now_ns: u64, without: &[(u8, u64)], s
     line
 }
 
-/// Readings older than this are shown with their age, ns: three of the slowest usual cycles.
-const OLD_NS: u64 = 100_000_000;
+/// Readings older than this are shown with their age: three of the slowest usual cycles.
+const OLD: Duration = Duration::from_millis(100);
 
 fn put_board(line: &mut String, board: &BoardRow, now_ns: u64, setup: &Setup) {
     match &board.reading {
@@ -120,9 +120,9 @@ fn put_board(line: &mut String, board: &BoardRow, now_ns: u64, setup: &Setup) {
             for (kpa, command) in reading.kpa.into_iter().zip(commands) {
                 let _ = write!(line, " {}/{}", setup.unit.number(kpa), setup.unit.number(command));
             }
-            let age_ns = reading.age_ns(now_ns);
-            if age_ns > OLD_NS {
-                let _ = write!(line, " ({:.1} s old)", age_ns as f64 * 1e-9);
+            let age = reading.age(now_ns);
+            if age > OLD {
+                let _ = write!(line, " ({:.1} s old)", age.as_secs_f64());
             }
             if let Some(kpa) = board.sensors.supply.and_then(|supply| supply.shown_kpa(now_ns)) {
                 let _ = write!(line, " supply {}", setup.unit.number(kpa));

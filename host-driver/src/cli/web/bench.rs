@@ -8,7 +8,9 @@ use crate::cli::output::print_json;
 use crate::cli::signals::StopSignal;
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::Bus;
-use pneudrive_host::poller::{BoardCommand, CommandSource, Override, Poller, PollerOptions, Supply, VENTED};
+use pneudrive_host::poller::{
+    BoardCommand, CommandSource, Override, Poller, PollerOptions, SourceStatus, VENTED,
+};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_host::web::{Labels, Listener, Server, WebOptions};
 use serde::Serialize;
@@ -23,10 +25,10 @@ struct Counted {
 }
 
 impl CommandSource for Counted {
-    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> Supply {
+    fn fill(&mut self, _since_start_ns: u64, commands: &mut [BoardCommand]) -> SourceStatus {
         commands.fill(VENTED);
         self.left = self.left.saturating_sub(1);
-        if self.left == 0 { Supply::Ended } else { Supply::Continues }
+        if self.left == 0 { SourceStatus::Ended } else { SourceStatus::Continues }
     }
 }
 

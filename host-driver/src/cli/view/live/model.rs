@@ -4,6 +4,7 @@ use pneudrive_host::poller::{Commanding, Snapshot};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::CHANNELS;
 use std::collections::VecDeque;
+use std::time::Duration;
 
 /// What the picture is made of.
 pub struct Model {
@@ -46,7 +47,7 @@ impl Model {
     /// How long a message stands, ns.
     const MESSAGE_NS: u64 = 5_000_000_000;
     /// A reading older than this is drawn as missing, ns.
-    pub const OLD_NS: u64 = 100_000_000;
+    pub const OLD: Duration = Duration::from_millis(100);
     /// Full scales of bars where no limit says one, kPa.
     const SCALES_KPA: [f64; 8] = [20.0, 50.0, 100.0, 150.0, 200.0, 300.0, 500.0, 700.0];
 
@@ -78,7 +79,7 @@ impl Model {
         for ((board, history), highest) in
             snapshot.boards.iter().zip(&mut self.history).zip(&mut self.highest_kpa)
         {
-            let fresh = board.reading.filter(|reading| reading.age_ns(now_ns) <= Self::OLD_NS);
+            let fresh = board.reading.filter(|reading| reading.age(now_ns) <= Self::OLD);
             let commands = calibration.command_kpa(board.board, board.wanted);
             for (channel, values) in history.iter_mut().enumerate() {
                 let kpa = fresh.map(|reading| reading.kpa[channel]);

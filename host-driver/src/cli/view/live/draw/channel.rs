@@ -83,7 +83,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, index: usize, chan
 fn now(model: &Model, index: usize, channel: usize) -> Option<Now> {
     let board = model.snapshot.boards.get(index)?;
     let calibration = &model.session.setup.calibration;
-    let fresh = board.reading.filter(|reading| reading.age_ns(model.now_ns) <= Model::OLD_NS);
+    let fresh = board.reading.filter(|reading| reading.age(model.now_ns) <= Model::OLD);
     let faulty = fresh.is_some_and(|reading| [Counts::MIN, Counts::MAX].contains(&reading.counts[channel]));
     let wanted = calibration.command_kpa(board.board, board.wanted)[channel];
     Some(Now {

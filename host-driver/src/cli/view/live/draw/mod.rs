@@ -123,10 +123,9 @@ fn title(board: &BoardRow, model: &Model, index: usize, width: u16) -> Line<'sta
             Style::new().fg(Color::Yellow).add_modifier(Modifier::REVERSED),
         ));
     }
-    if let Some(age_ns) =
-        board.reading.map(|reading| reading.age_ns(model.now_ns)).filter(|&age_ns| age_ns > Model::OLD_NS)
+    if let Some(age) = board.reading.map(|reading| reading.age(model.now_ns)).filter(|&age| age > Model::OLD)
     {
-        line.push_span(Span::raw(format!(", last seen {:.1} s ago", age_ns as f64 * 1e-9)));
+        line.push_span(Span::raw(format!(", last seen {:.1} s ago", age.as_secs_f64())));
     }
     if let Some(kpa) = board.sensors.supply.and_then(|supply| supply.shown_kpa(model.now_ns)) {
         let unit = model.session.setup.unit;

@@ -12,6 +12,7 @@ use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::{Counts, SensorScale};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use std::time::Duration;
 
 fn model(boards: u8, now_ns: u64) -> Model {
     let rig = Rig::parse("rig.toml", "[boards.0]\nname = \"arm\"\n[boards.0.channels.1]\nname = \"left\"\n");
@@ -33,7 +34,8 @@ fn model(boards: u8, now_ns: u64) -> Model {
         kpa: [100.0, 200.0, 300.0, 344.0],
         asked_ns: 0,
     };
-    let state = if now_ns > Model::OLD_NS { BoardState::Missing } else { BoardState::Present };
+    let state =
+        if Duration::from_nanos(now_ns) > Model::OLD { BoardState::Missing } else { BoardState::Present };
     let outcome = Outcome::Fresh;
     let row = |board| BoardRow {
         board,

@@ -4,17 +4,17 @@
 /// Work that is begun too late delays an answer. What the last part took is a good guess of the
 /// next; when nothing is known, it is guessed long.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Labour {
+pub(super) struct StepCost {
     guess_ns: u64,
 }
 
-impl Default for Labour {
+impl Default for StepCost {
     fn default() -> Self {
         Self { guess_ns: Self::LONGEST_NS }
     }
 }
 
-impl Labour {
+impl StepCost {
     /// What takes longer was interrupted, ns.
     const LONGEST_NS: u64 = 40_000;
 
@@ -33,17 +33,17 @@ impl Labour {
 
 #[cfg(test)]
 mod tests {
-    use super::Labour;
+    use super::StepCost;
 
     #[test]
     fn work_is_begun_where_it_fits() {
-        let mut labour = Labour::default();
-        assert!(labour.fits(100_000) && !labour.fits(80_000));
-        (0..100).for_each(|_| labour.took(5_000));
-        assert!(labour.fits(11_000) && !labour.fits(10_000));
-        labour.took(20_000);
-        assert!(!labour.fits(40_000), "a long one counts at once");
-        labour.took(5_000_000);
-        assert!(labour.fits(81_000), "the scheduler's pauses are no work");
+        let mut step_cost = StepCost::default();
+        assert!(step_cost.fits(100_000) && !step_cost.fits(80_000));
+        (0..100).for_each(|_| step_cost.took(5_000));
+        assert!(step_cost.fits(11_000) && !step_cost.fits(10_000));
+        step_cost.took(20_000);
+        assert!(!step_cost.fits(40_000), "a long one counts at once");
+        step_cost.took(5_000_000);
+        assert!(step_cost.fits(81_000), "the scheduler's pauses are no work");
     }
 }

@@ -2,15 +2,15 @@
 
 /// A way of waiting for an answer, the cheapest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum WaitStrategy {
     /// The kernel wakes the thread.
     Sleep,
     /// The thread sleeps until shortly before the answer is due, and looks from then on.
-    LookWhenDue,
+    BusyPollWhenDue,
     /// The thread looks from the request on. It keeps its core awake, which on a virtual machine or
     /// with a deep idle state saves more than a wake-up: the kernel's own threads, which carry a
     /// pty's or an adapter's bytes, start sooner too.
-    Look,
+    BusyPoll,
 }
 
 /// The ways, tried in turn on the first answers, and shortly again from time to time: one trial can
@@ -21,7 +21,7 @@ pub(super) struct Trial {
     delays_ns: [Vec<u64>; 3],
     /// Turns of each way in the trial that goes on or comes next.
     turns: usize,
-    chosen: Option<Way>,
+    chosen: Option<WaitStrategy>,
     /// Answers since it was chosen.
     answers: usize,
 }
@@ -44,10 +44,11 @@ impl Trial {
     /// What a dearer way has to save to be chosen: less is within what one trial and the next
     /// differ by.
     const WORTHWHILE: f64 = 0.01;
-    const WAYS: [Way; 3] = [Way::Sleep, Way::LookWhenDue, Way::Look];
+    const WAYS: [WaitStrategy; 3] =
+        [WaitStrategy::Sleep, WaitStrategy::BusyPollWhenDue, WaitStrategy::BusyPoll];
 
     /// How to wait for the next answer.
-    pub(super) fn way(&self) -> Way {
+    pub(super) fn way(&self) -> WaitStrategy {
         self.chosen.unwrap_or_else(|| Self::WAYS[self.turn()])
     }
 
@@ -84,7 +85,7 @@ impl Trial {
         }
     }
 
-    fn best(usual_ns: [f64; 3]) -> Way {
+    fn best(usual_ns: [f64; 3]) -> WaitStrategy {
         let mut best = 0;
         for dearer in 1..usual_ns.len() {
             if usual_ns[dearer] < (1.0 - Self::WORTHWHILE) * usual_ns[best] {
@@ -106,11 +107,11 @@ fn usual_delay(delays_ns: Vec<u64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Trial, Way};
+    use super::{Trial, WaitStrategy};
 
     /// What a trial chooses on a machine where answers take so long, ns, by way, and every tenth
     /// ten times as long.
-    fn choice(delay_ns: [u64; 3]) -> (Option<Way>, usize) {
+    fn choice(delay_ns: [u64; 3]) -> (Option<WaitStrategy>, usize) {
         let mut trial = Trial::default();
         let mut answers = 0;
         while trial.chosen.is_none() && answers < 10_000 {
@@ -123,9 +124,9 @@ mod tests {
 
     #[test]
     fn the_way_with_the_soonest_answers_is_kept() {
-        assert_eq!(choice([250_000, 240_000, 228_000]).0, Some(Way::Look));
-        assert_eq!(choice([250_000, 228_000, 229_000]).0, Some(Way::LookWhenDue));
-        assert_eq!(choice([228_000, 230_000, 260_000]).0, Some(Way::Sleep));
+        assert_eq!(choice([250_000, 240_000, 228_000]).0, Some(WaitStrategy::BusyPoll));
+        assert_eq!(choice([250_000, 228_000, 229_000]).0, Some(WaitStrategy::BusyPollWhenDue));
+        assert_eq!(choice([228_000, 230_000, 260_000]).0, Some(WaitStrategy::Sleep));
     }
 
     #[test]
@@ -137,14 +138,14 @@ mod tests {
             of_this_turn = if of_this_turn.0 == way { (way, of_this_turn.1 + 1) } else { (way, 0) };
             // Looking is slow at first, and the fastest once the cores are awake.
             let looking = if of_this_turn.1 < 200 { 300_000 } else { 226_000 };
-            trial.seen(if way == Way::Look { looking } else { 245_000 });
+            trial.seen(if way == WaitStrategy::BusyPoll { looking } else { 245_000 });
         }
-        assert_eq!(trial.chosen, Some(Way::Look));
+        assert_eq!(trial.chosen, Some(WaitStrategy::BusyPoll));
     }
 
     #[test]
     fn a_core_is_not_spent_on_less_than_one_percent() {
-        assert_eq!(choice([229_000, 228_000, 227_000]).0, Some(Way::Sleep));
+        assert_eq!(choice([229_000, 228_000, 227_000]).0, Some(WaitStrategy::Sleep));
     }
 
     #[test]
@@ -153,12 +154,12 @@ mod tests {
         let chosen = |answers: usize, busy: bool, trial: &mut Trial| {
             for _ in 0..answers {
                 let looking = if busy { 300_000 } else { 226_000 };
-                trial.seen(if trial.way() == Way::Look { looking } else { 245_000 });
+                trial.seen(if trial.way() == WaitStrategy::BusyPoll { looking } else { 245_000 });
             }
             trial.way()
         };
-        assert_eq!(chosen(3200, true, &mut trial), Way::Sleep);
-        assert_eq!(chosen(Trial::HOLDS + 1600, false, &mut trial), Way::Look);
+        assert_eq!(chosen(3200, true, &mut trial), WaitStrategy::Sleep);
+        assert_eq!(chosen(Trial::HOLDS + 1600, false, &mut trial), WaitStrategy::BusyPoll);
     }
 
     #[test]

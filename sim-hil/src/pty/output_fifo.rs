@@ -1,21 +1,21 @@
 use super::port::VirtualPort;
 use super::report::PaceReport;
-use super::{HandedOver, SimError};
+use super::{Delivery, SimError};
 use crate::bus::{Bus, HostByte};
 
 /// Bytes on their way from the bus to the client: kept until their run ends or the FIFO is full.
 #[derive(Debug)]
-pub(super) struct HandOver {
+pub(super) struct OutputFifo {
     fifo: usize,
     run: Vec<u8>,
     newest_ns: u64,
     late_sum_us: f64,
-    last: HandedOver,
+    last: Delivery,
 }
 
-impl HandOver {
+impl OutputFifo {
     pub fn new(fifo: usize) -> Self {
-        Self { fifo, run: Vec::new(), newest_ns: 0, late_sum_us: 0.0, last: HandedOver::default() }
+        Self { fifo, run: Vec::new(), newest_ns: 0, late_sum_us: 0.0, last: Delivery::default() }
     }
 
     /// Takes what the bus has for the host, and writes what is due. `now_ns` says what time it is
@@ -41,7 +41,7 @@ impl HandOver {
     }
 
     /// The last time that something was handed over.
-    pub fn last(&self) -> HandedOver {
+    pub fn last(&self) -> Delivery {
         self.last
     }
 
@@ -54,7 +54,7 @@ impl HandOver {
         let unread = port.write(&self.run).map_err(SimError::pty("write to"))?;
         report.overrun_bytes += unread as u64;
         self.run.clear();
-        self.last = HandedOver { at_ns: now_ns, late_ns: now_ns.saturating_sub(self.newest_ns) };
+        self.last = Delivery { at_ns: now_ns, late_ns: now_ns.saturating_sub(self.newest_ns) };
         let late_us = self.last.late_ns as f64 / 1e3;
         report.handed_over += 1;
         self.late_sum_us += late_us;

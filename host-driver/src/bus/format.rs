@@ -1,11 +1,11 @@
 //! Which of the two packet formats a board is spoken to in.
 
-use pneudrive_protocol::{Format, Sequence};
+use pneudrive_protocol::{PacketFormat, Sequence};
 use serde::Serialize;
 
 /// Which packet formats may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum FrameMode {
+pub enum FormatPolicy {
     /// Checked with boards that understand it, unchecked with the original kind. Found out for each
     /// board.
     #[default]
@@ -17,10 +17,10 @@ pub enum FrameMode {
     Checked,
 }
 
-/// What is known of a board.
+/// Which packet format a board understands, as far as that is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Frames {
+pub enum BoardFormat {
     /// It has not answered yet.
     Unknown,
     /// It understands checked packets. It is never asked otherwise again: what looks like an
@@ -32,15 +32,15 @@ pub enum Frames {
 
 /// The host's side of the agreement with one board.
 #[derive(Debug, Clone)]
-pub(super) struct Dialect {
-    mode: FrameMode,
-    frames: Frames,
+pub(super) struct FormatNegotiation {
+    policy: FormatPolicy,
+    known: BoardFormat,
     sequence: Sequence,
     /// Requests in a row without an answer.
     silent: u32,
 }
 
-impl Dialect {
+impl FormatNegotiation {
     /// A board that does not answer checked requests so often in a row is asked once in the
     /// original's format.
     ///
@@ -54,27 +54,28 @@ impl Dialect {
     /// An original board that has been silent so often may have been exchanged for another.
     const FORGOTTEN_AFTER: u32 = 3;
 
-    pub(super) fn new(mode: FrameMode) -> Self {
-        let frames = match mode {
-            FrameMode::Negotiate => Frames::Unknown,
-            FrameMode::Unchecked => Frames::Unchecked,
-            FrameMode::Checked => Frames::Checked,
+    pub(super) fn new(policy: FormatPolicy) -> Self {
+        let known = match policy {
+            FormatPolicy::Negotiate => BoardFormat::Unknown,
+            FormatPolicy::Unchecked => BoardFormat::Unchecked,
+            FormatPolicy::Checked => BoardFormat::Checked,
         };
-        Self { mode, frames, sequence: Sequence::default(), silent: 0 }
+        Self { policy, known, sequence: Sequence::default(), silent: 0 }
     }
 
-    pub(super) fn frames(&self) -> Frames {
-        self.frames
+    /// Which it understands.
+    pub(super) fn known(&self) -> BoardFormat {
+        self.known
     }
 
     /// The format of the next request.
-    pub(super) fn next(&mut self) -> Format {
-        let checked = match self.frames {
-            Frames::Checked => true,
-            Frames::Unchecked => false,
-            Frames::Unknown => self.silent % (Self::CHECKED_TRIES + 1) < Self::CHECKED_TRIES,
+    pub(super) fn next(&mut self) -> PacketFormat {
+        let checked = match self.known {
+            BoardFormat::Checked => true,
+            BoardFormat::Unchecked => false,
+            BoardFormat::Unknown => self.silent % (Self::CHECKED_TRIES + 1) < Self::CHECKED_TRIES,
         };
-        if checked { Format::Checked(self.next_sequence()) } else { Format::Unchecked }
+        if checked { PacketFormat::Checked(self.next_sequence()) } else { PacketFormat::Unchecked }
     }
 
     /// The number of the next request with a CRC.
@@ -83,19 +84,19 @@ impl Dialect {
         self.sequence
     }
 
-    pub(super) fn answered(&mut self, format: Format) {
+    pub(super) fn answered(&mut self, format: PacketFormat) {
         self.silent = 0;
-        self.frames = match format {
-            Format::Checked(_) | Format::Sealed(_) => Frames::Checked,
-            Format::Unchecked => Frames::Unchecked,
+        self.known = match format {
+            PacketFormat::Checked(_) | PacketFormat::Sealed(_) => BoardFormat::Checked,
+            PacketFormat::Unchecked => BoardFormat::Unchecked,
         };
     }
 
     pub(super) fn failed(&mut self) {
         self.silent = self.silent.saturating_add(1);
-        let exchanged = self.frames == Frames::Unchecked && self.silent >= Self::FORGOTTEN_AFTER;
-        if self.mode == FrameMode::Negotiate && exchanged {
-            self.frames = Frames::Unknown;
+        let exchanged = self.known == BoardFormat::Unchecked && self.silent >= Self::FORGOTTEN_AFTER;
+        if self.policy == FormatPolicy::Negotiate && exchanged {
+            self.known = BoardFormat::Unknown;
             self.silent = 0;
         }
     }
@@ -105,17 +106,17 @@ impl Dialect {
 mod tests {
     use super::*;
 
-    fn is_checked(dialect: &mut Dialect) -> bool {
-        matches!(dialect.next(), Format::Checked(_))
+    fn is_checked(negotiation: &mut FormatNegotiation) -> bool {
+        matches!(negotiation.next(), PacketFormat::Checked(_))
     }
 
     #[test]
     fn an_unknown_board_is_asked_in_both_formats_checked_first() {
-        let mut dialect = Dialect::new(FrameMode::Negotiate);
+        let mut negotiation = FormatNegotiation::new(FormatPolicy::Negotiate);
         let asked: Vec<_> = (0..6)
             .map(|_| {
-                let checked = is_checked(&mut dialect);
-                dialect.failed();
+                let checked = is_checked(&mut negotiation);
+                negotiation.failed();
                 checked
             })
             .collect();
@@ -124,29 +125,29 @@ mod tests {
 
     #[test]
     fn a_board_that_checks_is_never_asked_otherwise() {
-        let mut dialect = Dialect::new(FrameMode::Negotiate);
-        let format = dialect.next();
-        dialect.answered(format);
+        let mut negotiation = FormatNegotiation::new(FormatPolicy::Negotiate);
+        let format = negotiation.next();
+        negotiation.answered(format);
         for _ in 0..100 {
-            dialect.failed();
-            assert!(is_checked(&mut dialect));
+            negotiation.failed();
+            assert!(is_checked(&mut negotiation));
         }
     }
 
     #[test]
     fn an_original_board_that_goes_away_may_come_back_as_another() {
-        let mut dialect = Dialect::new(FrameMode::Negotiate);
-        dialect.answered(Format::Unchecked);
+        let mut negotiation = FormatNegotiation::new(FormatPolicy::Negotiate);
+        negotiation.answered(PacketFormat::Unchecked);
         for _ in 0..3 {
-            assert!(!is_checked(&mut dialect));
-            dialect.failed();
+            assert!(!is_checked(&mut negotiation));
+            negotiation.failed();
         }
-        assert!(is_checked(&mut dialect));
+        assert!(is_checked(&mut negotiation));
     }
 
     #[test]
     fn requests_are_numbered() {
-        let mut dialect = Dialect::new(FrameMode::Checked);
-        assert_ne!(dialect.next(), dialect.next());
+        let mut negotiation = FormatNegotiation::new(FormatPolicy::Checked);
+        assert_ne!(negotiation.next(), negotiation.next());
     }
 }
