@@ -32,7 +32,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-uf2", &[]),
     ("pneudrive-page", &["pneudrive-protocol"]),
     ("pneudrive-virtual", &["pneudrive-protocol", "pneudrive-sim"]),
-    ("pneudrive-sim", &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip", "pneudrive-manual"]),
+    (
+        "pneudrive-sim",
+        &["pneudrive-control", "pneudrive-protocol", "pneudrive-chip", "pneudrive-manual", "pneudrive-truth"],
+    ),
+    ("pneudrive-truth", &[]),
     ("pneudrive-chip", &[]),
     ("pneudrive-plant", &[]),
     ("pneudrive-data", &["pneudrive-plant", "pneudrive-rig"]),

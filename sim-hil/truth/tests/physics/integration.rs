@@ -1,7 +1,7 @@
 //! The integrator: rest, an independent integration of the paper's model, order, and steps.
 
 use super::{AMBIENT, C0, GAMMA, R, SUPPLY, T, build, ns};
-use pneudrive_sim::plant::{ANR_DENSITY_KG_PER_M3, ChannelId, PlantParameters};
+use pneudrive_truth::{ANR_DENSITY_KG_PER_M3, ChannelId, PlantParameters};
 
 /// At rest the two edges pass the same flow, from either side. The pressure is found here by
 /// bisection on the ISO 6358 formula.

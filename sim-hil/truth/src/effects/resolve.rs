@@ -164,7 +164,7 @@ impl Resolved {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant::Nuisances;
+    use crate::Nuisances;
 
     /// The wall follows the spread of the volume, so that every channel has the time constant that
     /// was asked for.

@@ -1,7 +1,7 @@
 //! Joint and chambers that stretch.
 
 use super::{ADIABATIC, C0, ISOTHERMAL, PAPER, build, ideal, ns};
-use pneudrive_sim::plant::{ChannelId, PlantParameters};
+use pneudrive_truth::{ChannelId, PlantParameters};
 
 /// The joint rests at compliance times difference, and rings at its damped frequency.
 #[test]
@@ -53,7 +53,7 @@ fn stretching_a_closed_chamber_is_polytropic() {
         plant.set_drive(ChannelId { board: 0, channel: 1 }, -1.0).unwrap();
         plant.advance_to(ns(1.5));
         let after = plant.truth(C0).unwrap();
-        let invariant = |t: &pneudrive_sim::plant::ChannelTruth| t.pressure_pa * t.volume_m3.powf(n);
+        let invariant = |t: &pneudrive_truth::ChannelTruth| t.pressure_pa * t.volume_m3.powf(n);
         assert!(after.volume_m3 > 1.03 * before.volume_m3);
         assert!((invariant(&after) / invariant(&before) - 1.0).abs() < 1e-5, "n = {n}");
     }

@@ -6,8 +6,8 @@ mod changes;
 mod off_catalogue;
 mod structure;
 
-use pneudrive_sim::plant::{Effect, GasModel, Plant, PlantParameters, catalogue};
 use pneudrive_sim::record::{Recorder, RecordingSettings, Row};
+use pneudrive_truth::{Effect, GasModel, Plant, PlantParameters, catalogue};
 
 use bench::{channel, rig, run};
 

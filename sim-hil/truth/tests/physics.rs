@@ -4,7 +4,7 @@
 mod integration;
 mod joint;
 
-use pneudrive_sim::plant::{
+use pneudrive_truth::{
     ANR_DENSITY_KG_PER_M3, ChannelId, Effect, GasModel, Plant, PlantParameters, kpa_to_volts,
 };
 
@@ -186,7 +186,7 @@ fn only_the_isothermal_fixed_temperature_conserves_mass() {
             let before = plant.truth(C0).unwrap();
             plant.advance_to(step * 50_000);
             let after = plant.truth(C0).unwrap();
-            let net = |t: &pneudrive_sim::plant::ChannelTruth| t.fill_kg_per_s - t.vent_kg_per_s;
+            let net = |t: &pneudrive_truth::ChannelTruth| t.fill_kg_per_s - t.vent_kg_per_s;
             let first = if step == 1 { net(&after) } else { net(&before) };
             flowed += 25e-6 * (first + net(&after));
         }

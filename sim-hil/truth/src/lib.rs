@@ -9,7 +9,7 @@
 //! `docs/plant.md` holds the equations, their sources and the table of effects.
 //!
 //! ```
-//! use pneudrive_sim::plant::{ChannelId, Effect, Plant, PlantParameters};
+//! use pneudrive_truth::{ChannelId, Effect, Plant, PlantParameters};
 //!
 //! let effects = vec!["supply_sag=40".parse::<Effect>()?, "valve_hysteresis=0.06@b0c2".parse()?];
 //! let mut plant = Plant::new(PlantParameters::default(), &effects, 7)?;
@@ -27,12 +27,11 @@ mod chamber;
 mod drive;
 mod effects;
 mod error;
-
 mod flow;
 mod id;
 mod integrator;
 mod joint;
-pub(crate) mod noise;
+pub mod noise;
 mod parameters;
 mod physics;
 mod rig;
@@ -46,8 +45,7 @@ pub use background::Background;
 pub use effects::{
     Effect, EffectDefinition, EffectGroup, EffectParameter, Scope, catalogue, definition, effects_table,
 };
-pub(crate) use error::with_unit;
-pub use error::{EffectError, PlantError};
+pub use error::{EffectError, PlantError, with_unit};
 pub use flow::{ANR_DENSITY_KG_PER_M3, ANR_TEMPERATURE_K, FlowFunction};
 pub use id::{CHANNELS_PER_BOARD, ChannelId};
 pub use parameters::{

@@ -1,8 +1,8 @@
 //! docs/plant.md says what the code does: its tables are compared with the code.
-use pneudrive_sim::plant::{PlantParameters, effects_table};
+use pneudrive_truth::{PlantParameters, effects_table};
 
 fn docs() -> String {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/plant.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/plant.md");
     std::fs::read_to_string(path).unwrap()
 }
 

@@ -1,7 +1,7 @@
 //! What the structural effects of the catalogue do.
 
 use super::bench::{AMBIENT, channel, filled, flows, kpa, near, reading, rig, run, spool, supply_kpa};
-use pneudrive_sim::plant::{Effect, Plant, PlantParameters};
+use pneudrive_truth::{Effect, Plant, PlantParameters};
 
 /// Asserts it of an effect of this group; `false` of another.
 pub fn assert_direction(id: &str) -> bool {

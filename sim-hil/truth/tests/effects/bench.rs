@@ -1,6 +1,6 @@
 //! A quiet rig with one effect, and what is read off it.
 
-use pneudrive_sim::plant::{ChannelId, Effect, Plant, PlantParameters, counts12_to_kpa};
+use pneudrive_truth::{ChannelId, Effect, Plant, PlantParameters, counts12_to_kpa};
 
 pub const AMBIENT: f64 = 101_325.0;
 

@@ -9,16 +9,27 @@ use rand_distr::{Exp1, StandardNormal};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
+    /// What differs between channels of one make.
     Spread = 1,
+    /// Noise of a channel's pressure sensor.
     SensorNoise = 2,
+    /// When a sensor shows an old sample again.
     Stale = 3,
+    /// Wander of the supply pressure.
     SupplyWander = 4,
+    /// Phase of the supply's ripple.
     RipplePhase = 5,
+    /// Water that comes through the valves.
     Water = 6,
+    /// Noise of the supply's sensor.
     SupplySensor = 7,
+    /// Commands and drives of a recording.
     Excitation = 8,
+    /// Curves of a [`Background`](crate::Background).
     Background = 9,
+    /// Wander of the supply pressure within seconds, of a [`Background`](crate::Background).
     FastWander = 10,
+    /// Noise of an inertial sensor.
     Imu = 11,
 }
 

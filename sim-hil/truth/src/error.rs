@@ -3,7 +3,7 @@
 use super::id::ChannelId;
 
 /// For people: a number of the unit 1 stands alone.
-pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+pub fn with_unit(value: f64, unit: &str) -> String {
     if unit == "1" { value.to_string() } else { format!("{value} {unit}") }
 }
 

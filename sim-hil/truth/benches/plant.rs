@@ -1,9 +1,9 @@
-//! Cost of the truth plant. `cargo bench -p pneudrive-sim --bench plant`; divan prints steps of one
+//! Cost of the truth plant. `cargo bench -p pneudrive-truth --bench plant`; divan prints steps of one
 //! channel per second.
 
 use divan::counter::ItemsCount;
-use pneudrive_sim::plant::{ChannelId, Effect, Plant, PlantParameters};
 use pneudrive_sim::record::{Recorder, RecordingSettings};
+use pneudrive_truth::{ChannelId, Effect, Plant, PlantParameters};
 
 fn main() {
     divan::main();

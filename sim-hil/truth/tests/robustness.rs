@@ -1,6 +1,6 @@
 //! Whatever is switched on within the documented ranges, the plant is refused by name or stays
 //! physical.
-use pneudrive_sim::plant::{
+use pneudrive_truth::{
     ChannelId, Effect, EffectDefinition, Plant, PlantError, PlantParameters, Scope, catalogue,
 };
 use proptest::prelude::*;
