@@ -19,10 +19,9 @@
 //! - `rig` (feature): limits and calibration from the rig file.
 //! - `check` (feature): a self-test of boards, what
 //!   [`pneudrive-check`](../pneudrive_check/index.html) plans.
-//! - [`stream`]: rows as datagrams, for programs that draw them.
-//! - `web` (feature): a live page of a run.
-//! - `cli` (feature): the command line, for the program `pneudrive-host` and for packages that
-//!   bring it along.
+//!
+//! The program `pneudrive-host` is a crate of its own,
+//! [`pneudrive-host-cli`](../pneudrive_host_cli/index.html).
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};
@@ -43,8 +42,6 @@ pub mod bus;
 mod calibration;
 #[cfg(feature = "check")]
 pub mod check;
-#[cfg(feature = "cli")]
-pub mod cli;
 pub mod line;
 #[cfg(feature = "mcap")]
 pub mod messages;
@@ -61,19 +58,12 @@ pub mod rig;
 pub mod statistics;
 #[cfg(feature = "trajectory")]
 mod stored;
-pub mod stream;
 #[cfg(feature = "trajectory")]
 pub mod trajectory;
 mod unix_time;
 #[cfg(feature = "record")]
 pub mod watch;
-#[cfg(feature = "web")]
-pub mod web;
 
 pub use calibration::Calibration;
 /// Packets, addresses, counts and scales.
 pub use pneudrive_protocol;
-
-// The command line names this library as other programs do.
-#[cfg(feature = "cli")]
-extern crate self as pneudrive_host;

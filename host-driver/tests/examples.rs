@@ -1,6 +1,6 @@
 //! The examples, on virtual boards behind ptys.
 
-#![cfg(all(feature = "cli", feature = "sim", feature = "record", feature = "trajectory"))]
+#![cfg(all(feature = "record", feature = "trajectory"))]
 
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::poller::{Poller, StartError};

@@ -1,6 +1,6 @@
 //! The Foxglove layout in docs/ shows what is in our bags.
 
-#![cfg(feature = "cli")]
+#![cfg(feature = "mcap")]
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};

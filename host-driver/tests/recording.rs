@@ -1,7 +1,7 @@
 //! What recordings say of themselves and of what happened, in every format; and that they can be
 //! played again.
 
-#![cfg(feature = "cli")]
+#![cfg(all(feature = "mcap", feature = "trajectory"))]
 
 use crate::support::answer;
 use crate::support::virtual_line::{AT_ONCE, VirtualLine};

@@ -42,6 +42,7 @@ fn every_file_of_tests_is_in_a_binary() {
         "chip",
         "control",
         "host-driver",
+        "host-driver/cli",
         "host-driver/page",
         "models",
         "models/data",
