@@ -9,12 +9,12 @@ use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     Event, MissedTick, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
 };
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
     StopCause, number_entry,
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use std::sync::{Arc, Mutex};
 
 const MS: u64 = 1_000_000;

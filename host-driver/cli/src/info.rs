@@ -3,7 +3,7 @@
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::output::{outln, print_json};
-use pneudrive_host::record::Contents;
+use pneudrive_record::Contents;
 use serde::Serialize;
 
 #[derive(Serialize)]

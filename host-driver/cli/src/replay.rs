@@ -9,9 +9,10 @@ use crate::signals::StopSignal;
 use crate::view::{self, EndedBy, Events, Session, Watched};
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::Override;
-use pneudrive_host::record::Contents;
-use pneudrive_host::replay::{self, PlayOptions, Player, Rows};
+use pneudrive_host::replay::PlayOptions;
 use pneudrive_host::rig::{Rig, Unit};
+use pneudrive_record::Contents;
+use pneudrive_record::replay::{self, Rows};
 use std::path::Path;
 
 /// Plays the recording on the boards, or shows it with `--view`.
@@ -73,7 +74,7 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
     let mut events = Events::new();
     #[cfg(feature = "web")]
     let page = {
-        let description = pneudrive_host::record::Description::default();
+        let description = pneudrive_record::Description::default();
         super::web::prepare(run, &setup, &boards, &limits, None, &description, &mut events)?
     };
     let session = Session {
@@ -93,6 +94,7 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
     #[cfg(not(feature = "web"))]
     let served = false;
     let options = PlayOptions {
+        name: file.display().to_string(),
         boards,
         calibration: session.setup.calibration.clone(),
         speed: run.speed.unwrap_or(1.0),
@@ -100,7 +102,7 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
         // Whoever looks at lines sees the end by their end.
         stay: live || served,
     };
-    let player = Player::start(file, options, contents.events, events.teller()).map_err(refused)?;
+    let player = replay::play(file, &contents, options, events.teller()).map_err(refused)?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, player.monitor(), &events)).transpose()?;
     let until =

@@ -15,10 +15,10 @@ use crate::stream::UdpStream;
 use crate::view::{self, Events, KeyRecorder, Session};
 use crate::{find_boards, preview, start, watch};
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions, PollerPanicked};
-use pneudrive_host::record::{Recorder, RecorderOptions, RecordingSummary};
 use pneudrive_host::statistics::Statistics;
-use pneudrive_host::watch::Watch;
 use pneudrive_protocol::Baud;
+use pneudrive_record::watch::Watch;
+use pneudrive_record::{Recorder, RecorderOptions, RecordingSummary};
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
@@ -207,7 +207,7 @@ fn conclude(
     json: bool,
     &About { port, started_utc, ended }: &About<'_>,
     finished: Result<Finished, PollerPanicked>,
-    recorded: Result<Option<RecordingSummary>, pneudrive_host::record::RecordError>,
+    recorded: Result<Option<RecordingSummary>, pneudrive_record::RecordError>,
     shown: Result<view::EndedBy, Failure>,
     behind: Behind,
 ) -> Result<(), Failure> {

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output::errln;
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::{BoardCommand, CommandSource, Limits, SetPoints, Supply};
-use pneudrive_host::trajectory::{AtEnd, Trajectory};
+use pneudrive_record::trajectory::{AtEnd, Trajectory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -6,9 +6,9 @@ use crate::setup::Setup;
 use crate::view::Events;
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::Limits;
-use pneudrive_host::record::Description;
 use pneudrive_host::rig::Rig;
 use pneudrive_protocol::CHANNELS;
+use pneudrive_record::Description;
 use std::collections::BTreeMap;
 use std::path::Path;
 

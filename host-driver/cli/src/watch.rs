@@ -5,8 +5,8 @@ use crate::failure::Failure;
 use crate::view::Events;
 use pneudrive_host::Calibration;
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::PageColumns;
-use pneudrive_host::watch::{Watch, WatchError, WatchOptions};
+use pneudrive_record::PageColumns;
+use pneudrive_record::watch::{Watch, WatchError, WatchOptions};
 
 /// A watch with what sits on the bus for it.
 type Watching = (Watch, Box<dyn Observer>);

@@ -44,6 +44,7 @@ fn every_file_of_tests_is_in_a_binary() {
         "host-driver",
         "host-driver/cli",
         "host-driver/page",
+        "host-driver/record",
         "models",
         "models/data",
         "protocol",

@@ -5,8 +5,8 @@ use crate::command_arg::CommandArg;
 use crate::limits::LimitArgs;
 use clap::{Args, ValueEnum};
 use pneudrive_host::poller::{MissedTick, PageShare, PressureFilter};
-use pneudrive_host::record::PageColumns;
-use pneudrive_host::trajectory::Interpolation;
+use pneudrive_record::PageColumns;
+use pneudrive_record::trajectory::Interpolation;
 use std::path::PathBuf;
 
 /// What to do with the boards.

@@ -4,7 +4,7 @@ use crate::args::CheckArgs;
 use crate::failure::Failure;
 use crate::setup::Setup;
 use pneudrive_host::check::{Report, Verdict};
-use pneudrive_host::record::file_is_writable;
+use pneudrive_record::file_is_writable;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 

@@ -13,8 +13,8 @@ use crate::setup::Setup;
 use crate::signals::StopSignal;
 use pneudrive_host::check::{BoardPlan, BoardReport, Plan, Report, SelfTest, Verdict, page, problems, table};
 use pneudrive_host::poller::{Finished, Limits, MissedTick, Pace, Poller, PollerOptions};
-use pneudrive_host::record::file_is_writable;
 use pneudrive_protocol::{Baud, CHANNELS};
+use pneudrive_record::file_is_writable;
 use std::time::{Duration, SystemTime};
 
 /// How much of a channel's limit a check goes up to.

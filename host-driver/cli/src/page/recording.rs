@@ -1,7 +1,7 @@
 //! Recordings by the page's button.
 
-use pneudrive_host::record::{RecordError, RecordSwitch, SwitchError};
 use pneudrive_page::{MadeRecording, RecordingStatus, Recordings, Refusal};
+use pneudrive_record::{RecordError, RecordSwitch, SwitchError};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

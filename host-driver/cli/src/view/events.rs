@@ -1,6 +1,6 @@
 use pneudrive_host::notices::{Narrator, Notice};
 use pneudrive_host::poller::{Event, Observer, Row};
-use pneudrive_host::record::Notes;
+use pneudrive_record::Notes;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -13,7 +13,7 @@ use crate::setup::Setup;
 use pneudrive_host::line::Clock;
 use pneudrive_host::poller::{Limits, Monitor, Override, Poller};
 use pneudrive_host::replay::Player;
-use pneudrive_host::watch::WatchStatus;
+use pneudrive_record::watch::WatchStatus;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;

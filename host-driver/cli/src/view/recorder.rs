@@ -2,7 +2,7 @@
 
 use crate::setup::Setup;
 use pneudrive_host::poller::Observer;
-use pneudrive_host::record::{Description, PageColumns, RecordError, RecordSwitch, RecordingSummary};
+use pneudrive_record::{Description, PageColumns, RecordError, RecordSwitch, RecordingSummary};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -24,7 +24,7 @@ impl KeyRecorder {
     }
 
     /// For events that do not happen on the bus.
-    pub fn notes(&self) -> pneudrive_host::record::Notes {
+    pub fn notes(&self) -> pneudrive_record::Notes {
         self.0.notes()
     }
 

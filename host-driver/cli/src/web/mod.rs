@@ -12,7 +12,7 @@ use super::view::{Events, Session};
 use crate::page::{BoardLabel, Control, Labels, Listener, Recording, Server, Token, UnitLabel, WebOptions};
 use pneudrive_host::notices::{Notice, NoticeKind};
 use pneudrive_host::poller::{Finished, Limits, Monitor, Observer, Override};
-use pneudrive_host::record::{Description, RecordSwitch, Recorder, RecordingSummary, folder_is_writable};
+use pneudrive_record::{Description, RecordSwitch, Recorder, RecordingSummary, folder_is_writable};
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};

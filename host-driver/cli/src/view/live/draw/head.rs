@@ -1,7 +1,7 @@
 //! Figures of the run.
 
 use crate::view::live::model::Model;
-use pneudrive_host::watch::WatchStatus;
+use pneudrive_record::watch::WatchStatus;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
