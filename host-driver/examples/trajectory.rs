@@ -6,9 +6,9 @@
 
 use pneudrive_host::bus::{Bus, BusOptions};
 use pneudrive_host::poller::{ChannelLimit, Limits, Poller, VENTED};
-use pneudrive_host::record::Recorder;
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::SensorScale;
+use pneudrive_record::Recorder;
+use pneudrive_record::trajectory::{AtEnd, Interpolation, Trajectory};
 use std::error::Error;
 use std::path::Path;
 use std::time::Duration;

@@ -11,18 +11,15 @@
 //! - [`notices`]: what happens in a run, in sentences.
 //! - [`statistics`]: what a run was like: loop rate, cycle times, losses.
 //! - [`program_file`]: a board's program, for updates over the bus.
-//! - `trajectory` and `record` (features): set points from a file, measurements to a file;
-//!   `messages` (feature `mcap`): those of ROS 2.
-//! - `replay` (features `record` and `trajectory`): a recording in the views of a run, without a
-//!   bus.
+//! - [`replay`]: a recording in the views of a run, without a bus.
 //! - [`Calibration`]: what the counts of every channel mean.
 //! - `rig` (feature): limits and calibration from the rig file.
 //! - `check` (feature): a self-test of boards, what
 //!   [`pneudrive-check`](../pneudrive_check/index.html) plans.
-//! - [`stream`]: rows as datagrams, for programs that draw them.
-//! - `web` (feature): a live page of a run.
-//! - `cli` (feature): the command line, for the program `pneudrive-host` and for packages that
-//!   bring it along.
+//!
+//! Crates of their own: [`pneudrive-record`](../pneudrive_record/index.html), measurements to a
+//! file and set points from one; [`pneudrive-host-cli`](../pneudrive_host_cli/index.html), the
+//! program `pneudrive-host`.
 //!
 //! ```no_run
 //! use pneudrive_host::bus::{Bus, BusOptions};
@@ -47,38 +44,18 @@ pub mod bus;
 mod calibration;
 #[cfg(feature = "check")]
 pub mod check;
-#[cfg(feature = "cli")]
-pub mod cli;
 pub mod line;
-#[cfg(feature = "mcap")]
-pub mod messages;
 pub mod notices;
 pub mod poller;
 pub mod program_file;
 pub mod real_time;
-#[cfg(feature = "record")]
-pub mod record;
-#[cfg(all(feature = "record", feature = "trajectory"))]
 pub mod replay;
 #[cfg(feature = "rig")]
 pub mod rig;
 pub mod statistics;
-#[cfg(feature = "trajectory")]
-mod stored;
-pub mod stream;
 mod time;
-#[cfg(feature = "trajectory")]
-pub mod trajectory;
 mod unix_time;
-#[cfg(feature = "record")]
-pub mod watch;
-#[cfg(feature = "web")]
-pub mod web;
 
 pub use calibration::Calibration;
 /// Packets, addresses, counts and scales.
 pub use pneudrive_protocol;
-
-// The command line names this library as other programs do.
-#[cfg(feature = "cli")]
-extern crate self as pneudrive_host;

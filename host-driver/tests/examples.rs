@@ -1,7 +1,5 @@
 //! The examples, on virtual boards behind ptys.
 
-#![cfg(all(feature = "cli", feature = "sim", feature = "record", feature = "trajectory"))]
-
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode};
 use pneudrive_host::poller::{Poller, StartError};
 use pneudrive_protocol::{Baud, Echo};

@@ -7,12 +7,12 @@ use pneudrive_host::Calibration;
 use pneudrive_host::bus::{BoardFormat, Bus, BusOptions, EchoMode, ExchangeError, FormatPolicy, PageError};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints};
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     About, ChannelNow, ChipKind, Counter, Drives, NO_SUCH_ENTRY, NowState, PageEntry, PostMortem, StateNow,
     StopCause, number_entry,
 };
 use pneudrive_protocol::{Address, Asked, Counts, Echo, RequestDecoder};
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 

@@ -10,12 +10,12 @@ use pneudrive_host::notices::Narrator;
 use pneudrive_host::poller::{
     BoardSensors, Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
 };
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_protocol::pages::{
     Acceleration, AngularRate, Electronics, GaugePressure, NO_SUCH_ENTRY, PageEntry, SensorEntry, SensorPart,
     SensorState, SensorStatus, SupplyReading, Temperature, Voltage,
 };
 use pneudrive_protocol::{Address, Asked, Echo, RequestDecoder};
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 

@@ -16,7 +16,7 @@ const PANICKED: u8 = 101;
 #[pyo3(name = "_run_program", signature = (program, arguments))]
 pub fn run_program(py: Python<'_>, program: &str, arguments: Vec<OsString>) -> PyResult<u8> {
     let main = match program {
-        "pneudrive-host" => pneudrive_host::cli::main,
+        "pneudrive-host" => pneudrive_host_cli::main,
         #[cfg(feature = "sim")]
         "pneudrive-sim" => pneudrive_sim::cli::main,
         "pneudrive-model" => pneudrive_model::cli::main,

@@ -1,8 +1,8 @@
 //! What messages call the channels of a joint: by number, or by the names of the rig file.
 
-use pneudrive_host::messages::command_name;
 use pneudrive_host::rig::Rig;
 use pneudrive_protocol::CHANNELS;
+use pneudrive_record::messages::command_name;
 
 /// Names of a joint's channels.
 ///

@@ -1,6 +1,6 @@
 //! `diagnostic_msgs`, as far as the node sends them.
 
-use pneudrive_host::messages::Header;
+use pneudrive_record::messages::Header;
 use serde::Serialize;
 
 /// `diagnostic_msgs/msg/DiagnosticArray`

@@ -6,7 +6,7 @@ use crate::diagnostic_msgs::DiagnosticStatus;
 use crate::refusal::Counters;
 use pneudrive_host::poller::BoardState;
 use pneudrive_host::statistics::{BoardStatistics, Statistics};
-use pneudrive_host::watch::WatchState;
+use pneudrive_record::watch::WatchState;
 use std::sync::atomic::Ordering;
 
 /// Makes the statuses of one bus, and remembers what it said last.

@@ -1,6 +1,6 @@
 //! How the node fails, and with which exit status.
 
-use pneudrive_host::record::RecordError;
+use pneudrive_record::RecordError;
 use pneudrive_virtual::VirtualError;
 use std::fmt::Display;
 use std::process::ExitCode;

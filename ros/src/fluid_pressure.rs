@@ -2,8 +2,8 @@
 
 use crate::channel_names::ChannelNames;
 use crate::pressure::{Command, Part, PressureMessage};
-use pneudrive_host::messages::{FluidPressure, Header, Time};
 use pneudrive_protocol::CHANNELS;
+use pneudrive_record::messages::{FluidPressure, Header, Time};
 use std::borrow::Cow;
 
 const PA_PER_KPA: f64 = 1_000.0;

@@ -3,9 +3,9 @@
 use crate::channel_names::ChannelNames;
 use crate::pressure::{Command, Part};
 use crate::refusal::{Counters, Refusal};
-use pneudrive_host::messages::Time;
 use pneudrive_host::poller::{BoardCommand, Limits, SetPoints, VENTED};
 use pneudrive_protocol::{CHANNELS, Counts, SensorScale};
+use pneudrive_record::messages::Time;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Where a joint's commands go, and how high they may be.

@@ -18,7 +18,7 @@ use futures::channel::oneshot;
 use futures::executor::block_on;
 use futures::future::{Either, join, select};
 use futures::stream::SelectAll;
-use pneudrive_host::messages::{FluidPressure, Imu, JointState, Log};
+use pneudrive_record::messages::{FluidPressure, Imu, JointState, Log};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, Node, Publisher, Subscription};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! What the types of messages of the pressure topics have in common.
 
 use crate::channel_names::ChannelNames;
-use pneudrive_host::messages::{JointState, Pressures, Time, bus_frame};
 use pneudrive_protocol::CHANNELS;
+use pneudrive_record::messages::{JointState, Pressures, Time, bus_frame};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::borrow::Cow;

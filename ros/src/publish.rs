@@ -3,7 +3,7 @@
 use crate::pressure::{Part, PressureMessage};
 use crate::tap::State;
 use pneudrive_host::line::Clock;
-use pneudrive_host::messages::Time;
+use pneudrive_record::messages::Time;
 use ros2_client::Publisher;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

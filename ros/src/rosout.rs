@@ -2,7 +2,7 @@
 
 use crate::logger;
 use crate::names::Names;
-use pneudrive_host::messages::{Log, Time};
+use pneudrive_record::messages::{Log, Time};
 use ros2_client::Publisher;
 
 /// Publishes what was logged since it last did.

@@ -2,10 +2,10 @@
 //! own.
 
 use crate::publish::Clocks;
-use pneudrive_host::messages::{FluidPressure, Imu};
 use pneudrive_host::poller::{Motion, Observer, Row, SupplyPressure};
-use pneudrive_host::record::RecorderOptions;
 use pneudrive_host::rig::Rig;
+use pneudrive_record::RecorderOptions;
+use pneudrive_record::messages::{FluidPressure, Imu};
 use ros2_client::Publisher;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 

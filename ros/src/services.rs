@@ -117,9 +117,9 @@ mod tests {
     use crate::channel_names::ChannelNames;
     use crate::gate::Joint;
     use crate::pressure::{Part, PressureMessage};
-    use pneudrive_host::messages::JointState;
     use pneudrive_host::poller::{Limits, SetPoints, VENTED};
     use pneudrive_protocol::SensorScale;
+    use pneudrive_record::messages::JointState;
 
     #[test]
     fn a_release_follows_new_commands_only() {

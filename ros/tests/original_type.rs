@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used)]
 #![cfg(feature = "sim")]
 
-use pneudrive_host::messages::{Header, Pressures, Time};
+use pneudrive_record::messages::{Header, Pressures, Time};
 use ros2_client::qos::QosProfile;
 use ros2_client::{Context, ContextOptions, MessageTypeName, Name, NodeName, NodeOptions};
 use std::process::{Child, Command, Stdio};

@@ -26,7 +26,8 @@ pub mod board;
 pub mod bus;
 pub mod cli;
 pub mod fault;
-pub mod plant;
 pub mod pty;
 pub mod record;
 pub mod rig;
+
+pub use pneudrive_truth as plant;

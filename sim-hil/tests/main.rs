@@ -1,4 +1,4 @@
-//! The virtual boards and the plant, as hosts and the diagnosis meet them.
+//! The virtual boards and recordings of the plant, as hosts and the diagnosis meet them.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -9,10 +9,6 @@ mod faults;
 mod firmware;
 mod original_board;
 mod original_defects;
-mod plant_docs;
-mod plant_effects;
-mod plant_physics;
-mod plant_robustness;
 mod process;
 mod pty;
 mod recordings;

@@ -10,9 +10,9 @@ use std::path::Path;
 use pneudrive_host::bus::{BusOptions, Counters};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{Pace, PageShare, PollerOptions, Polling, SourceStatus, VENTED};
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_protocol::SensorScale;
+use pneudrive_record::trajectory::{AtEnd, Interpolation, Trajectory};
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_sim::rig::RigOptions;
 
 use crate::virtual_bus;

@@ -1,6 +1,6 @@
 """Programs and browser for the tests of the live page.
 
-Runs the real programs, built before (`cargo build -p pneudrive-host -p pneudrive-sim`) into `target/debug` or the
+Runs the real programs, built before (`cargo build -p pneudrive-host-cli -p pneudrive-sim`) into `target/debug` or the
 folder that PNEUDRIVE_BIN names, and a headless Chromium: the one that CHROMIUM names, the system's, or Playwright's own.
 """
 

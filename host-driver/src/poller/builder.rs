@@ -72,7 +72,7 @@ impl<L: Line + Send + 'static> PollerBuilder<L> {
         self.commands(set_points)
     }
 
-    /// Commands what this source gives: a [trajectory](crate::trajectory), or one's own.
+    /// Commands what this source gives: a trajectory, or one's own.
     #[must_use]
     pub fn commands(mut self, source: impl CommandSource + 'static) -> Self {
         self.source = Box::new(source);

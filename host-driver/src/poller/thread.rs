@@ -146,19 +146,16 @@ impl<L: Line> Drop for Poller<L> {
 
 impl Monitor {
     /// Looks at rows that somebody else puts into `latest`.
-    #[cfg(all(feature = "record", feature = "trajectory"))]
     pub(crate) fn of(latest: Latest) -> Self {
         Self { shared: Arc::default(), latest, vent: VentLatch::default() }
     }
 
     /// Whether somebody has asked for figures since they were published.
-    #[cfg(all(feature = "record", feature = "trajectory"))]
     pub(crate) fn wants_statistics(&self) -> bool {
         self.shared.statistics_wanted.load(Ordering::Relaxed)
     }
 
     /// Figures for whoever asks next.
-    #[cfg(all(feature = "record", feature = "trajectory"))]
     pub(crate) fn publish(&self, statistics: Statistics) {
         *self.shared.statistics.lock().unwrap_or_else(PoisonError::into_inner) = Some(statistics);
         self.shared.statistics_wanted.store(false, Ordering::Relaxed);

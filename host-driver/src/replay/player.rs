@@ -2,13 +2,11 @@
 
 use super::figures::Figures;
 use super::moment::Moments;
-use super::{RecordedBoard, RecordedRow, Rows};
+use super::{RecordedBoard, RecordedRow};
 use crate::Calibration;
 use crate::line::Clock;
 use crate::poller::{Latest, Monitor, Observer};
-use crate::record::ContentsEvent;
 use std::io;
-use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -16,6 +14,8 @@ use std::time::{Duration, Instant};
 /// How a recording is shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlayOptions {
+    /// What the recording is called, for people.
+    pub name: String,
     /// Numbers of the boards that are shown, ascending.
     pub boards: Vec<u8>,
     /// What counts meant.
@@ -43,27 +43,31 @@ enum Control {
 }
 
 impl Player {
-    /// Starts with the first row. `happened` gets the recording's events when their time comes, and
-    /// what keeps rows from being read.
+    /// Starts with the first row of those that `open` gives, each time from the beginning.
+    /// `happened` gets `events` (their times, s, and texts) when their time comes, and what keeps
+    /// rows from being read.
     ///
     /// # Errors
     /// The recording cannot be opened, has no rows, or the system has no thread to give.
-    pub fn start(
-        path: &Path,
+    pub fn start<R>(
+        mut open: impl FnMut() -> io::Result<R> + Send + 'static,
         options: PlayOptions,
-        mut events: Vec<ContentsEvent>,
+        mut events: Vec<(f64, String)>,
         happened: impl FnMut(String) + Send + 'static,
-    ) -> io::Result<Self> {
-        let Some(first) = Rows::open(path)?.next() else {
+    ) -> io::Result<Self>
+    where
+        R: Iterator<Item = io::Result<RecordedRow>> + 'static,
+    {
+        let Some(first) = open()?.next() else {
             return Err(io::Error::new(io::ErrorKind::InvalidData, "no rows in it"));
         };
         let first_s = first?.t_s;
-        events.sort_by(|one, other| one.t_s.total_cmp(&other.t_s));
+        events.sort_by(|one, other| one.0.total_cmp(&other.0));
         let latest = Latest::default();
         let monitor = Monitor::of(latest.clone());
         let (control, orders) = channel();
         let mut show = Show {
-            path: path.to_owned(),
+            open: Box::new(move || Ok(Box::new(open()?))),
             moments: Moments::new(&options.boards, options.calibration.clone()),
             figures: Figures::new(options.boards.len()),
             options,
@@ -129,13 +133,16 @@ enum Left {
     Dropped,
 }
 
+/// Rows, one after the other.
+type Rows = Box<dyn Iterator<Item = io::Result<RecordedRow>>>;
+
 /// What the thread works with.
 struct Show {
-    path: PathBuf,
+    open: Box<dyn FnMut() -> io::Result<Rows> + Send>,
     options: PlayOptions,
     moments: Moments,
     figures: Figures,
-    events: Vec<ContentsEvent>,
+    events: Vec<(f64, String)>,
     next_event: usize,
     latest: Latest,
     monitor: Monitor,
@@ -156,10 +163,10 @@ impl Show {
     fn run(&mut self) {
         let mut from_s = f64::NEG_INFINITY;
         loop {
-            let left = match Rows::open(&self.path) {
+            let left = match (self.open)() {
                 Ok(rows) => self.through(rows, from_s),
                 Err(error) => {
-                    (self.happened)(format!("{}: {error}", self.path.display()));
+                    (self.happened)(format!("{}: {error}", self.options.name));
                     Left::Over
                 }
             };
@@ -181,7 +188,7 @@ impl Show {
     fn through(&mut self, rows: Rows, from_s: f64) -> Left {
         let mut start: Option<(Instant, f64)> = None;
         let mut before = None;
-        self.next_event = self.events.iter().take_while(|event| event.t_s < from_s).count();
+        self.next_event = self.events.iter().take_while(|event| event.0 < from_s).count();
         for row in rows {
             let row = match row {
                 Ok(row) => self.only_shown(row),
@@ -273,10 +280,10 @@ impl Show {
     }
 
     fn tell_events(&mut self) {
-        while let Some(event) = self.events.get(self.next_event)
-            && event.t_s <= self.t_s
+        while let Some((t_s, text)) = self.events.get(self.next_event)
+            && *t_s <= self.t_s
         {
-            (self.happened)(event.text.clone());
+            (self.happened)(text.clone());
             self.next_event += 1;
         }
     }

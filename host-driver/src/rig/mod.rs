@@ -7,8 +7,6 @@ mod too_many;
 
 pub use left_out::{LeftOut, left_out};
 pub use pneudrive_rig::{Bus, Rig, RigError, Sensor, Unit};
-#[cfg(feature = "cli")]
-pub use pneudrive_rig::{NewRig, with_sensor};
 pub use too_many::{TooMany, few_enough};
 
 use crate::Calibration;

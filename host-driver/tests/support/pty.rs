@@ -20,6 +20,7 @@ pub struct PtyBoards {
     stop: Arc<AtomicBool>,
     pub last_unplugged: Arc<AtomicBool>,
     /// Requests that were answered.
+    #[allow(dead_code, reason = "for tests of the page")]
     pub answered: Arc<AtomicUsize>,
     thread: Option<JoinHandle<Vec<Commanded>>>,
     /// Keeps the pty alive between hosts.

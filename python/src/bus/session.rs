@@ -14,7 +14,7 @@ use pneudrive_host::poller::{
     VentLatch,
 };
 use pneudrive_host::statistics::Statistics;
-use pneudrive_host::trajectory::TrajectorySource;
+use pneudrive_record::trajectory::TrajectorySource;
 use pyo3::prelude::*;
 use std::mem;
 use std::sync::Arc;

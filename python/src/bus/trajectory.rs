@@ -4,7 +4,7 @@ use super::guard::Rules;
 use crate::errors::{self, CommandError, FileError};
 use crate::toolkit::columns;
 use pneudrive_host::poller::VENTED;
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory, TrajectoryError, TrajectorySource};
+use pneudrive_record::trajectory::{AtEnd, Interpolation, Trajectory, TrajectoryError, TrajectorySource};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyString;

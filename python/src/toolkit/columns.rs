@@ -4,8 +4,8 @@
 use crate::arrays::{floats, shape_text};
 use crate::errors;
 use numpy::PyUntypedArrayMethods;
-use pneudrive_host::trajectory::ColumnName;
 use pneudrive_model::data::{BoardSupply, Drive, Recording};
+use pneudrive_record::trajectory::ColumnName;
 use pyo3::prelude::*;
 use std::fmt::Write as _;
 

@@ -1,8 +1,8 @@
 use super::*;
 use crate::pressure::PressureMessage;
-use pneudrive_host::messages::FluidPressure;
-use pneudrive_host::messages::JointState;
 use pneudrive_host::poller::ChannelLimit;
+use pneudrive_record::messages::FluidPressure;
+use pneudrive_record::messages::JointState;
 
 const NOW_NS: u64 = 1_763_742_822_000_000_000;
 const AGE_NS: u64 = 500_000_000;

@@ -8,11 +8,11 @@ use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     BoardCommand, CommandSource, Pace, PageShare, PollerOptions, Polling, SourceStatus,
 };
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_model::data::{ChannelId, LoadOptions, load};
 use pneudrive_model::diagnosis::{Request, diagnose};
 use pneudrive_model::rig::Rig;
 use pneudrive_protocol::SensorScale;
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_sim::plant::Nuisances;
 use pneudrive_sim::record::{Excitation, SetPoints};
 use pneudrive_sim::rig::RigOptions;

@@ -9,8 +9,8 @@
 use pneudrive_host::bus::{BusOptions, EchoMode};
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{BoardState, Observer, Outcome, Pace, PollerOptions, Polling, Row};
-use pneudrive_host::record::Recorder;
 use pneudrive_protocol::{Echo, SensorScale};
+use pneudrive_record::Recorder;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::{Arc, Mutex};

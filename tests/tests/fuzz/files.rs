@@ -1,8 +1,8 @@
 use super::mutation::contents;
 use super::scripts;
 use bolero::check;
-use pneudrive_host::trajectory::Trajectory;
 use pneudrive_protocol::SensorScale;
+use pneudrive_record::trajectory::Trajectory;
 
 const TRAJECTORY: &[u8] = include_bytes!("seeds/trajectory.csv");
 

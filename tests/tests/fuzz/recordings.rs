@@ -3,10 +3,10 @@ use super::scripts;
 use bolero::check;
 use mcap::write::NoSeek;
 use pneudrive_host::poller::{BoardRow, BoardSensors, BoardState, Outcome, Reading, Row};
-use pneudrive_host::record::{RecordedBus, Recorder};
 use pneudrive_model::data::{DataError, Drive, LoadOptions, Loaded, SensorLimits, load, read};
 use pneudrive_model::rig::Rig;
 use pneudrive_protocol::{Counts, SensorScale};
+use pneudrive_record::{RecordedBus, Recorder};
 use std::io::Write;
 use std::path::Path;
 

@@ -3,9 +3,9 @@
 use pneudrive_host::bus::BusOptions;
 use pneudrive_host::line::Line;
 use pneudrive_host::poller::{Pace, PollerOptions, Polling, SetPoints};
-use pneudrive_host::record::Recorder;
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_protocol::SensorScale;
+use pneudrive_record::Recorder;
 use pneudrive_sim::rig::RigOptions;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -6,11 +6,11 @@ use pneudrive_host::line::Line;
 use pneudrive_host::poller::{
     BoardSensors, Observer, Pace, PageShare, PollerOptions, Polling, Row, SourceStatus, VENTED,
 };
-use pneudrive_host::record::{PageColumns, Recorder, RecorderOptions};
-use pneudrive_host::trajectory::{AtEnd, Interpolation, Trajectory};
 use pneudrive_model::data::{LoadOptions, Recording, load};
 use pneudrive_protocol::SensorScale;
 use pneudrive_protocol::pages::{SensorPart, SensorState};
+use pneudrive_record::trajectory::{AtEnd, Interpolation, Trajectory};
+use pneudrive_record::{PageColumns, Recorder, RecorderOptions};
 use pneudrive_sim::plant::PlantParameters;
 use pneudrive_sim::rig::{Firmware, RigOptions};
 use std::path::Path;

@@ -42,12 +42,15 @@ fn every_file_of_tests_is_in_a_binary() {
         "chip",
         "control",
         "host-driver",
+        "host-driver/cli",
         "host-driver/page",
+        "host-driver/record",
         "models",
         "models/data",
         "protocol",
         "rig",
         "sim-hil",
+        "sim-hil/truth",
     ] {
         let manifest = read(&root.join(krate).join("Cargo.toml")).expect(krate);
         assert!(manifest.contains("autotests = false"), "{krate}: Cargo looks for tests by itself");

@@ -1,7 +1,0 @@
-//! `pneudrive-host`: polls boards, shows and records their pressures.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    ExitCode::from(pneudrive_host::cli::main(std::env::args_os().collect()))
-}
