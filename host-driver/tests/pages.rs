@@ -174,8 +174,7 @@ fn a_board_without_pages_is_polled_as_before() {
 fn a_recording_has_the_drives_of_the_cycles_that_were_asked() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
-    let how =
-        RecorderOptions { pages: PageColumns { drives: true, sensors: false }, ..RecorderOptions::default() };
+    let how = RecorderOptions::default().pages(PageColumns { drives: true, sensors: false });
     let (recorder, tap) = Recorder::create_with(&file, &[0], Calibration::default(), &how).unwrap();
     poll(true, 0.5, 4, Some(tap));
     recorder.finish().unwrap();

@@ -259,7 +259,7 @@ fn a_recording_has_readings_in_the_rows_in_which_they_came() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
     let pages = PageColumns { drives: false, sensors: true };
-    let how = RecorderOptions { pages, ..RecorderOptions::default() };
+    let how = RecorderOptions::default().pages(pages);
     let (recorder, tap) = Recorder::create_with(&file, &[0], Calibration::default(), &how).unwrap();
     let board = Board::with(Some(SUPPLY_ALONE));
     let mut run = Run::start(&board, 0.5, Some(tap));

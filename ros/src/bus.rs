@@ -105,11 +105,8 @@ impl OpenBus {
         let of =
             |&board: &u8| ChannelNames::new(first_joint + u16::from(board), settings.rig.as_ref(), board);
         let names = options.boards.iter().map(of).collect();
-        let watch = flags.watch.get(index).map(|parameters| WatchOptions {
-            parameters: parameters.clone(),
-            program: flags.watch_program.clone(),
-            ..WatchOptions::default()
-        });
+        let watched = |parameters| WatchOptions::new(parameters).program(flags.watch_program.clone());
+        let watch = flags.watch.get(index).map(watched);
         Ok(Self { bus, options, port, first_joint, names, watchdog_ns, watch, virtual_boards })
     }
 

@@ -150,12 +150,11 @@ fn record(settings: &Settings, buses: &[OpenBus]) -> Result<(Option<Recorder>, T
         })
         .collect();
     let prefix = settings.names.full();
-    let options = RecorderOptions {
-        overwrite: settings.flags.overwrite,
-        pages: PageColumns { drives: false, sensors: settings.flags.sensors.is_some() },
-        ambient_kpa: settings.rig.as_ref().and_then(Rig::ambient_kpa),
-        description: description(settings),
-    };
+    let options = RecorderOptions::default()
+        .overwrite(settings.flags.overwrite)
+        .pages(PageColumns { drives: false, sensors: settings.flags.sensors.is_some() })
+        .ambient_kpa(settings.rig.as_ref().and_then(Rig::ambient_kpa))
+        .description(description(settings));
     let (recorder, taps) =
         Recorder::create_bag_with(path, &prefix, &recorded, settings.calibration.clone(), &options)?;
     Ok((Some(recorder), taps.into_iter()))

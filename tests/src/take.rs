@@ -63,7 +63,7 @@ impl Take<'_> {
         let vented = vec![VENTED; rig.boards];
         let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vented);
         let pages = PageColumns { drives: self.drives, sensors: false };
-        let how = RecorderOptions { pages, ..RecorderOptions::default() };
+        let how = RecorderOptions::default().pages(pages);
         let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
         let mut bus = virtual_bus::bus(rig, BusOptions::default());
         bus.line_mut().sleep_until_s(self.begins_s);

@@ -93,15 +93,12 @@ fn look(args: &BusArgs, run: &RunArgs, file: &Path) -> Result<(), Failure> {
     let served = page.is_some();
     #[cfg(not(feature = "web"))]
     let served = false;
-    let options = PlayOptions {
-        name: file.display().to_string(),
-        boards,
-        calibration: session.setup.calibration.clone(),
-        speed: run.speed.unwrap_or(1.0),
-        repeat: run.repeat,
+    let calibration = session.setup.calibration.clone();
+    let options = PlayOptions::new(file.display().to_string(), boards, calibration)
+        .speed(run.speed.unwrap_or(1.0))
+        .repeat(run.repeat)
         // Whoever looks at lines sees the end by their end.
-        stay: live || served,
-    };
+        .stay(live || served);
     let player = replay::play(file, &contents, options, events.teller()).map_err(refused)?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, player.monitor(), &events)).transpose()?;

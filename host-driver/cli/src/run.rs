@@ -107,8 +107,11 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
     let recorder = match &run.record {
         Some(path) => {
-            let (pages, ambient_kpa) = (run.pages(), setup.ambient_kpa());
-            let how = RecorderOptions { overwrite: run.overwrite, pages, ambient_kpa, description };
+            let how = RecorderOptions::default()
+                .overwrite(run.overwrite)
+                .pages(run.pages())
+                .ambient_kpa(setup.ambient_kpa())
+                .description(description);
             let (recorder, tap) = Recorder::create_with(path, &options.boards, calibration.clone(), &how)?;
             observers.push(tap);
             events.sender().record(recorder.notes());

@@ -7,6 +7,7 @@ use pneudrive_host::Calibration;
 use pneudrive_host::poller::Observer;
 use pneudrive_record::PageColumns;
 use pneudrive_record::watch::{Watch, WatchError, WatchOptions};
+use std::time::Duration;
 
 /// A watch with what sits on the bus for it.
 type Watching = (Watch, Box<dyn Observer>);
@@ -20,12 +21,10 @@ pub fn start(
     events: &Events,
 ) -> Result<Option<Watching>, Failure> {
     let Some(parameters) = &run.watch else { return Ok(None) };
-    let options = WatchOptions {
-        parameters: parameters.clone(),
-        program: run.watch_program.clone(),
-        learn_s: run.watch_learn,
-        pages: PageColumns { drives: run.drives.is_some(), sensors: run.sensors.is_some() },
-    };
+    let options = WatchOptions::new(parameters)
+        .program(run.watch_program.clone())
+        .learn(run.watch_learn.map(Duration::from_secs_f64))
+        .pages(PageColumns { drives: run.drives.is_some(), sensors: run.sensors.is_some() });
     let (mut show, recordings) = (events.teller(), events.sender());
     let tell = move |notice: pneudrive_host::notices::Notice| {
         recordings.note(&notice);

@@ -30,10 +30,39 @@ pub struct PageColumns {
 impl RecorderOptions {
     /// The standard atmosphere, kPa.
     pub const STANDARD_ATMOSPHERE_KPA: f64 = 101.325;
+
+    /// Replaces a file that exists, or refuses to.
+    #[must_use]
+    pub fn overwrite(mut self, overwrite: bool) -> Self {
+        self.overwrite = overwrite;
+        self
+    }
+
+    /// Has columns for these pages.
+    #[must_use]
+    pub fn pages(mut self, pages: PageColumns) -> Self {
+        self.pages = pages;
+        self
+    }
+
+    /// Adds this pressure of the atmosphere, kPa absolute; `None` is the standard one.
+    #[must_use]
+    pub fn ambient_kpa(mut self, ambient_kpa: Option<f64>) -> Self {
+        self.ambient_kpa = ambient_kpa;
+        self
+    }
+
+    /// Says this of itself.
+    #[must_use]
+    pub fn description(mut self, description: Description) -> Self {
+        self.description = description;
+        self
+    }
 }
 
 /// What is given to a [`Recorder`](super::Recorder) beside its file.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RecorderOptions {
     /// Whether a file that exists is replaced.
     pub overwrite: bool,

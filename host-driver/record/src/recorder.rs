@@ -96,7 +96,7 @@ impl Recorder {
         calibration: impl Into<Calibration>,
         overwrite: bool,
     ) -> Result<(Self, Box<dyn Observer>), RecordError> {
-        let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
+        let options = RecorderOptions::default().overwrite(overwrite);
         Self::create_with(path, boards, calibration, &options)
     }
 
@@ -160,7 +160,7 @@ impl Recorder {
         calibration: impl Into<Calibration>,
         overwrite: bool,
     ) -> Result<(Self, Vec<Box<dyn Observer>>), RecordError> {
-        let options = RecorderOptions { overwrite, ..RecorderOptions::default() };
+        let options = RecorderOptions::default().overwrite(overwrite);
         Self::create_bag_with(path, prefix, buses, calibration, &options)
     }
 

@@ -47,7 +47,7 @@ fn record(file: &Path) {
         Description::default().with("port", "sim").with("rig", "[supply]\npressure_kpa = 550.0\n");
     let names = serde_json::json!({ "1": { "board": "elbow", "3": "front left" } });
     let description = description.with("names", names);
-    let how = RecorderOptions { description, ..RecorderOptions::default() };
+    let how = RecorderOptions::default().description(description);
     let (recorder, tap) = Recorder::create_with(file, &polled.boards, SCALE, &how).unwrap();
     let bus = Bus::new(line, options).unwrap();
     let mut polling = Polling::new(bus, polled, Box::new(Counting(0)), vec![tap]);

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 /// How a recording is shown.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PlayOptions {
     /// What the recording is called, for people.
     pub name: String,
@@ -26,6 +27,35 @@ pub struct PlayOptions {
     pub repeat: bool,
     /// Whether its last row stays until the player is dropped; otherwise the player finishes.
     pub stay: bool,
+}
+
+impl PlayOptions {
+    /// Shows these boards of a recording once, as fast as it was.
+    pub fn new(name: impl Into<String>, boards: Vec<u8>, calibration: impl Into<Calibration>) -> Self {
+        let (name, calibration) = (name.into(), calibration.into());
+        Self { name, boards, calibration, speed: 1.0, repeat: false, stay: false }
+    }
+
+    /// So many times as fast as it was; above 0.
+    #[must_use]
+    pub fn speed(mut self, speed: f64) -> Self {
+        self.speed = speed;
+        self
+    }
+
+    /// Begins anew when it is over, or not.
+    #[must_use]
+    pub fn repeat(mut self, repeat: bool) -> Self {
+        self.repeat = repeat;
+        self
+    }
+
+    /// Keeps its last row until the player is dropped, or finishes.
+    #[must_use]
+    pub fn stay(mut self, stay: bool) -> Self {
+        self.stay = stay;
+        self
+    }
 }
 
 /// Shows a recording on a thread of its own, until it is dropped.

@@ -52,7 +52,7 @@ fn report(effects: &[&str], seed: u64, measured: bool) -> serde_json::Value {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
     let pages = PageColumns { drives: measured, sensors: false };
-    let how = RecorderOptions { pages, ..RecorderOptions::default() };
+    let how = RecorderOptions::default().pages(pages);
     let (recorder, tap) = Recorder::create_with(&file, &options.boards, SCALE, &how).unwrap();
     let movements =
         Movements([0, 1, 2, 3].map(|place| SetPoints::new(Excitation::Mixed, [50.0, 300.0], seed, place)));

@@ -59,7 +59,7 @@ fn bend(file: &Path) -> (Polling<VirtualBus>, Vec<Moment>) {
     let trajectory = Trajectory::parse("bend.csv", BEND.as_bytes(), 2, SCALE).unwrap();
     let source = trajectory.play(Interpolation::Hold, AtEnd::Stop, SCALE, vec![VENTED; 2]);
     let pages = PageColumns { drives: false, sensors: true };
-    let how = RecorderOptions { pages, ..RecorderOptions::default() };
+    let how = RecorderOptions::default().pages(pages);
     let (recorder, tap) = Recorder::create_with(file, &options.boards, SCALE, &how).unwrap();
     let seen = Seen::default();
     let bus = virtual_bus::bus(&rig(), BusOptions::default());

@@ -18,17 +18,46 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// What is watched with.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct WatchOptions {
     /// The calibrated model: parameter file of `pneudrive-model fit`, or `extended.toml` of
     /// `diagnose`.
     pub parameters: PathBuf,
     /// The program; `None` looks for `pneudrive-model` beside this one, then on the search path.
     pub program: Option<PathBuf>,
-    /// How long what is usual is learnt, s; `None` is the program's usual time.
-    pub learn_s: Option<f64>,
+    /// How long what is usual is learnt; `None` is the program's usual time.
+    pub learn: Option<Duration>,
     /// What rows have beside commands and pressures.
     pub pages: PageColumns,
+}
+
+impl WatchOptions {
+    /// Watches with this model, by the program that lies beside this one, for its usual times.
+    pub fn new(parameters: impl Into<PathBuf>) -> Self {
+        Self { parameters: parameters.into(), program: None, learn: None, pages: PageColumns::default() }
+    }
+
+    /// Another program; `None` looks for it.
+    #[must_use]
+    pub fn program(mut self, program: Option<PathBuf>) -> Self {
+        self.program = program;
+        self
+    }
+
+    /// Learns for so long what is usual; `None` leaves it to the program.
+    #[must_use]
+    pub fn learn(mut self, learn: Option<Duration>) -> Self {
+        self.learn = learn;
+        self
+    }
+
+    /// Rows have these pages.
+    #[must_use]
+    pub fn pages(mut self, pages: PageColumns) -> Self {
+        self.pages = pages;
+        self
+    }
 }
 
 /// A watch beside a run.
@@ -137,8 +166,8 @@ impl Drop for Watch {
 fn command(path: &Path, options: &WatchOptions) -> Command {
     let mut command = Command::new(path);
     command.args(["watch", "-", "--json", "--parameters"]).arg(&options.parameters);
-    if let Some(seconds) = options.learn_s {
-        command.arg("--learn").arg(seconds.to_string());
+    if let Some(learn) = options.learn {
+        command.arg("--learn").arg(learn.as_secs_f64().to_string());
     }
     // Ctrl-C is for this program: the other one ends when its rows do.
     command.process_group(0).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
