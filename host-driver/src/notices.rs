@@ -140,14 +140,14 @@ impl Notice {
 /// Turns the events of one bus into notices. One lost answer is none: a board becomes news when it
 /// stays away, and when it comes back.
 #[derive(Debug, Clone, Default)]
-pub struct Narrator {
+pub struct NoticeWriter {
     /// Boards that have been reported missing.
     missing: BTreeSet<u8>,
     /// Boards that had a supply sensor, and an IMU, when they told last.
     had: BTreeMap<u8, [bool; 2]>,
 }
 
-impl Narrator {
+impl NoticeWriter {
     /// What there is to say about `event`, if anything.
     pub fn notice(&mut self, event: &Event<'_>) -> Option<Notice> {
         let new = |kind, text: String| Some(Notice::new(kind, text));
@@ -250,7 +250,7 @@ impl Narrator {
     }
 }
 
-impl Narrator {
+impl NoticeWriter {
     /// What is on a board's I2C connector.
     fn sensors(&mut self, board: u8, status: &SensorStatus) -> Notice {
         let one = |what: &str, part: SensorPart, state: SensorState| match part {
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn a_board_is_news_when_it_stays_away_and_when_it_is_back() {
-        let mut narrator = Narrator::default();
+        let mut narrator = NoticeWriter::default();
         let mut tell = |state| {
             let notice = narrator.notice(&Event::Board { board: 2, state, error: None, host_late: None });
             notice.map(|notice| (notice.kind.name(), notice.board, notice.text))
@@ -337,7 +337,7 @@ mod tests {
             unheard: Duration::from_millis(430),
             host_late: Some(Duration::from_millis(188)),
         };
-        let notice = Narrator::default().notice(&event).unwrap();
+        let notice = NoticeWriter::default().notice(&event).unwrap();
         assert!(notice.kind.is_warning() && notice.kind.name() == "paused");
         assert_eq!(
             notice.text,
@@ -353,7 +353,7 @@ mod tests {
         let error = ExchangeError::NoAnswer { asked, waited: Duration::from_millis(2) };
         let text = |host_late| {
             let event = Event::Board { board: 2, state: BoardState::Missing, error: Some(&error), host_late };
-            Narrator::default().notice(&event).unwrap().text
+            NoticeWriter::default().notice(&event).unwrap().text
         };
         assert!(text(None).contains("the two wires"), "{}", text(None));
         let late = text(Some(Duration::from_millis(700)));

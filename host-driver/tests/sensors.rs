@@ -6,7 +6,7 @@ use crate::support::virtual_line::{AT_ONCE, Reply, VirtualLine};
 use pneudrive_host::Calibration;
 use pneudrive_host::bus::{Bus, BusOptions, EchoMode, PageError};
 use pneudrive_host::line::Line;
-use pneudrive_host::notices::Narrator;
+use pneudrive_host::notices::NoticeWriter;
 use pneudrive_host::poller::{
     BoardSensors, Event, Observer, Pace, PageShare, PollerOptions, Polling, Row, SetPoints,
 };
@@ -107,7 +107,7 @@ struct Told(Arc<Mutex<Heard>>);
 #[derive(Default)]
 struct Heard {
     rows: Vec<BoardSensors>,
-    narrator: Narrator,
+    narrator: NoticeWriter,
     lines: Vec<String>,
 }
 

@@ -3,7 +3,7 @@
 use crate::args::Settings;
 use crate::channel_names::ChannelNames;
 use crate::failure::Failure;
-use crate::gate::{Gate, Joint};
+use crate::gate::{CommandGate, Joint};
 use crate::live::Live;
 use crate::publish::PublishCounters;
 use crate::tap::{State, Tap};
@@ -43,7 +43,7 @@ pub struct RunningBus {
     /// On a thread of its own.
     pub poller: Poller,
     /// One for each board, in the poller's order.
-    pub gates: Vec<Arc<Gate>>,
+    pub gates: Vec<Arc<CommandGate>>,
     /// Closed while 0 kPa is commanded whatever comes: after ~/vent, and when the port came back.
     /// ~/release opens it.
     pub vent: VentLatch,
@@ -146,7 +146,7 @@ impl OpenBus {
             scales: self.options.calibration.of(board),
         };
         let joints = self.options.boards.iter().enumerate().map(joint);
-        let gates = joints.map(|joint| Arc::new(Gate::new(set_points.clone(), joint))).collect();
+        let gates = joints.map(|joint| Arc::new(CommandGate::new(set_points.clone(), joint))).collect();
         let vent = self.options.vent.clone();
         let (tap, states, dropped) = Tap::new(Arc::clone(live), self.options.calibration.clone());
         let watch = self.watch.as_ref().map(|options| {

@@ -25,7 +25,7 @@ pub struct Joint {
 
 /// Stands between the command topic of one joint and its board.
 #[derive(Debug)]
-pub struct Gate {
+pub struct CommandGate {
     set_points: SetPoints,
     joint: Joint,
     state: Mutex<State>,
@@ -39,7 +39,7 @@ struct State {
     commanded_ns: [Option<u64>; CHANNELS],
 }
 
-impl Gate {
+impl CommandGate {
     /// Commands of `joint` into `set_points`.
     pub fn new(set_points: SetPoints, joint: Joint) -> Self {
         Self { set_points, joint, state: Mutex::default() }

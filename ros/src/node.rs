@@ -4,7 +4,7 @@ use crate::args::{MessageType, Settings};
 use crate::channel_names::ChannelNames;
 use crate::diagnostic_msgs::DiagnosticArray;
 use crate::failure::Failure;
-use crate::gate::Gate;
+use crate::gate::CommandGate;
 use crate::live::Live;
 use crate::parameter_services::ParameterServices;
 use crate::parameters;
@@ -30,7 +30,7 @@ pub struct Joint {
     /// Its number in topic names.
     pub number: u16,
     /// Lets commands through.
-    pub gate: Arc<Gate>,
+    pub gate: Arc<CommandGate>,
 }
 
 /// A node that can be heard but does not listen yet.

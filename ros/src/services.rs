@@ -2,7 +2,7 @@
 
 use crate::args::Settings;
 use crate::failure::Failure;
-use crate::gate::Gate;
+use crate::gate::CommandGate;
 use futures::StreamExt;
 use futures::future::join;
 use pneudrive_host::poller::VentLatch;
@@ -34,7 +34,7 @@ pub struct Target {
     /// One for each bus.
     pub latches: Vec<VentLatch>,
     /// One for each joint.
-    pub gates: Vec<Arc<Gate>>,
+    pub gates: Vec<Arc<CommandGate>>,
 }
 
 impl Target {
@@ -125,7 +125,7 @@ mod tests {
     fn a_release_follows_new_commands_only() {
         let points = SetPoints::new(1);
         let (limits, scales) = (Limits::default(), [SensorScale::ORIGINAL; 4]);
-        let gate = Gate::new(
+        let gate = CommandGate::new(
             points.clone(),
             Joint { names: ChannelNames::default(), board: 0, index: 0, limits, scales },
         );

@@ -17,6 +17,7 @@ use pneudrive_host::poller::{PollerOptions, Polling, SetPoints};
 use pneudrive_host::real_time::RealTime;
 use pneudrive_host::statistics::{HistogramBin, Statistics};
 use pneudrive_protocol::{Baud, CHANNELS, Counts};
+use pneudrive_virtual::VirtualBoards;
 use serde::Serialize;
 
 /// Exchanges before what is measured: in them the bus learns how soon boards answer, and which way
@@ -81,7 +82,7 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
         runs: Vec::new(),
     };
     for boards in 1..=most {
-        let Connection { bus, behind } = connect_for_measurement(args, boards, bench.dated)?;
+        let Connection { bus, virtual_boards } = connect_for_measurement(args, boards, bench.dated)?;
         report.port = if is_sim(args) { "sim".to_owned() } else { bus.line().path().display().to_string() };
         if report.runs.is_empty() && !args.json {
             bench_table::print_header(&report.port, report.baud, report.cycles);
@@ -96,7 +97,10 @@ pub fn run(args: &BusArgs, bench: &BenchArgs) -> Result<(), Failure> {
             };
             scope.spawn(body).join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         });
-        let dated_back_us = behind.dated_back().map(|duration| duration.as_nanos() as f64 * 1e-3);
+        let dated_back_us = virtual_boards
+            .as_ref()
+            .and_then(VirtualBoards::dated_back)
+            .map(|duration| duration.as_nanos() as f64 * 1e-3);
         let run = BenchRun { dated_back_us, ..measured? };
         if !args.json {
             bench_table::print_row(&run);

@@ -105,7 +105,7 @@ fn show(args: &BusArgs, BoardStatusArgs { board }: BoardStatusArgs, setup: &Setu
     } else {
         print(&report, &setup.board(board), setup.unit);
     }
-    connection.behind.end();
+    drop(connection.virtual_boards);
     Ok(())
 }
 

@@ -42,7 +42,7 @@ pub fn show(args: &BusArgs, board: u8, setup: &Setup) -> Result<(), Failure> {
     } else {
         print(&report, &setup.board(board));
     }
-    connection.behind.end();
+    drop(connection.virtual_boards);
     Ok(())
 }
 
@@ -147,7 +147,7 @@ fn change(
             None => outln!("{name}: kept in its flash; it has restarted at the address of its switch"),
         }
     }
-    connection.behind.end();
+    drop(connection.virtual_boards);
     Ok(())
 }
 

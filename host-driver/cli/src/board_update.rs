@@ -62,7 +62,7 @@ pub fn update(args: &BusArgs, update: &BoardUpdateArgs, setup: &Setup) -> Result
     } else {
         outln!("{name}: runs this program already, nothing was sent");
     }
-    connection.behind.end();
+    drop(connection.virtual_boards);
     Ok(())
 }
 

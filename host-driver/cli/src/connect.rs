@@ -8,26 +8,11 @@ use pneudrive_protocol::{Baud, Echo};
 use pneudrive_virtual::{Punctuality, VirtualBoards, VirtualOptions};
 use std::time::Duration;
 
-/// An open bus and, where it is virtual, what is behind it.
+/// An open bus and, where it is virtual, its boards.
 pub struct Connection {
     pub bus: Bus,
-    /// Ends when dropped, after the bus.
-    pub behind: Behind,
-}
-
-/// What keeps the other end of the line alive: virtual boards, or nothing of ours.
-#[derive(Default)]
-pub struct Behind(Option<VirtualBoards>);
-
-impl Behind {
-    /// What virtual boards date requests back by. `None` on a real port, and where nothing is
-    /// dated.
-    pub fn dated_back(&self) -> Option<Duration> {
-        self.0.as_ref().and_then(VirtualBoards::dated_back)
-    }
-
-    /// Ends it. To be called when the bus is closed.
-    pub fn end(self) {}
+    /// They end when dropped: after the bus. `None` on a real port.
+    pub virtual_boards: Option<VirtualBoards>,
 }
 
 /// The number of boards, checked: `default` if none is given.
@@ -106,7 +91,7 @@ fn open(
         )
     })?;
     if !is_sim(args) {
-        return Ok(Connection { bus: Bus::open(port, options)?, behind: Behind::default() });
+        return Ok(Connection { bus: Bus::open(port, options)?, virtual_boards: None });
     }
     let boards = VirtualBoards::start(
         &VirtualOptions::new(devices, options.baud)
@@ -116,5 +101,5 @@ fn open(
             .punctuality(punctuality),
     )?;
     let bus = Bus::open(boards.path(), options)?;
-    Ok(Connection { bus, behind: Behind(Some(boards)) })
+    Ok(Connection { bus, virtual_boards: Some(boards) })
 }

@@ -2,7 +2,7 @@
 
 use crate::args::{BusArgs, RunArgs};
 use crate::command_arg::commands;
-use crate::connect::{Behind, Connection, connect, devices, is_sim};
+use crate::connect::{Connection, connect, devices, is_sim};
 use crate::end_reason::{self, EndReason, Seen};
 use crate::failure::Failure;
 use crate::limits;
@@ -19,6 +19,7 @@ use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::Baud;
 use pneudrive_record::watch::Watch;
 use pneudrive_record::{Recorder, RecorderOptions, RecordingSummary};
+use pneudrive_virtual::VirtualBoards;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -87,7 +88,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let mut page =
         super::web::prepare(run, setup, &boards, &limits, Some(&overriding), &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
-    let Connection { mut bus, behind } = connect(args, devices, calibration)?;
+    let Connection { mut bus, virtual_boards } = connect(args, devices, calibration)?;
     let mut options = PollerOptions::for_devices(devices)
         .pace(pace)
         .filter(run.filter)
@@ -182,7 +183,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         Ok(finished) if run.require_all => never_answered(finished, setup),
         _ => Vec::new(),
     };
-    let concluded = conclude(args.json, &about, finished, recorded, shown, behind);
+    let concluded = conclude(args.json, &about, finished, recorded, shown, virtual_boards);
     if never.is_empty() {
         return concluded;
     }
@@ -211,7 +212,7 @@ fn conclude(
     finished: Result<Finished, PollerPanicked>,
     recorded: Result<Option<RecordingSummary>, pneudrive_record::RecordError>,
     shown: Result<view::EndedBy, Failure>,
-    behind: Behind,
+    virtual_boards: Option<VirtualBoards>,
 ) -> Result<(), Failure> {
     let finished = finished?;
     let recording = recorded.as_ref().ok().and_then(Option::as_ref);
@@ -230,7 +231,7 @@ fn conclude(
             outln!("{}: {} rows, {} bytes", recording.file.display(), recording.rows, recording.bytes);
         }
     }
-    behind.end();
+    drop(virtual_boards);
     end_reason::concluded(&finished)?;
     recorded?;
     shown.map(|_| ())

@@ -86,6 +86,6 @@ pub fn boards(args: &BusArgs, port: &Path, most: u16, setup: &Setup) -> Result<V
         // A line that has failed finds no further boards.
         let _ = bus.leave(board);
     }
-    connection.behind.end();
+    drop(connection.virtual_boards);
     Ok(found)
 }

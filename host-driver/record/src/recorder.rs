@@ -6,7 +6,7 @@ use super::writer::Writer;
 use super::{RecordError, RecorderOptions};
 use pneudrive_host::Calibration;
 use pneudrive_host::line::Clock;
-use pneudrive_host::notices::{Narrator, Notice};
+use pneudrive_host::notices::{Notice, NoticeWriter};
 use pneudrive_host::poller::{Event, Observer, Row};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub struct Recorder {
 struct Tap {
     batch: Batch,
     batch_since_ns: u64,
-    narrator: Narrator,
+    narrator: NoticeWriter,
     /// What has happened since the last row.
     happened: Vec<Notice>,
     /// Of the last row: its time on the line's clock and since the run's start, ns.
@@ -226,7 +226,7 @@ impl Recorder {
             taps.push(Box::new(Tap {
                 batch,
                 batch_since_ns: 0,
-                narrator: Narrator::default(),
+                narrator: NoticeWriter::default(),
                 happened: Vec::new(),
                 last: (0, 0),
                 full,

@@ -9,16 +9,16 @@ const AGE_NS: u64 = 500_000_000;
 const KPA: [f64; 4] = [0.0, 100.0, 200.0, 300.0];
 const SCALE: SensorScale = SensorScale::ORIGINAL;
 
-fn limited(max_kpa: f64) -> (Gate, SetPoints) {
+fn limited(max_kpa: f64) -> (CommandGate, SetPoints) {
     let points = SetPoints::new(2);
     let limit = ChannelLimit { max_kpa, max_rate_kpa_s: f64::INFINITY };
     let limits = Limits::everywhere(limit).unwrap();
     let names = ChannelNames::new(5, None, 1);
     let joint = Joint { names, board: 1, index: 1, limits, scales: [SCALE; CHANNELS] };
-    (Gate::new(points.clone(), joint), points)
+    (CommandGate::new(points.clone(), joint), points)
 }
 
-fn gate() -> (Gate, SetPoints) {
+fn gate() -> (CommandGate, SetPoints) {
     limited(f64::INFINITY)
 }
 
@@ -35,7 +35,7 @@ fn stamped(ns: u64, mut message: JointState) -> JointState {
     message
 }
 
-fn offer(gate: &Gate, message: &JointState) -> Result<(), Refusal> {
+fn offer(gate: &CommandGate, message: &JointState) -> Result<(), Refusal> {
     gate.offer(&message.command(Part::Joint), NOW_NS, AGE_NS)
 }
 

@@ -73,7 +73,7 @@ pub fn run(args: &BusArgs, calibrate: &CalibrateArgs, setup: &Setup) -> Result<(
         }
     });
     let finished = poller.stop()?;
-    connection.behind.end();
+    drop(connection.virtual_boards);
     done?;
     concluded(&finished)
 }

@@ -158,7 +158,7 @@ fn test(
     const LOOK_EVERY: Duration = Duration::from_millis(20);
     args.real_time().check()?;
     let stop = StopSignal::install(false)?;
-    let Connection { mut bus, behind } = connect(args, devices, &setup.calibration)?;
+    let Connection { mut bus, virtual_boards } = connect(args, devices, &setup.calibration)?;
     let options = PollerOptions::for_devices(devices)
         .limits(limits)
         .pace(pace)
@@ -186,6 +186,6 @@ fn test(
         std::thread::sleep(LOOK_EVERY);
     }
     let finished = poller.stop()?;
-    behind.end();
+    drop(virtual_boards);
     Ok((test.reports(earlier), finished))
 }

@@ -1,4 +1,4 @@
-use pneudrive_host::notices::{Narrator, Notice};
+use pneudrive_host::notices::{Notice, NoticeWriter};
 use pneudrive_host::poller::{Event, Observer, Row};
 use pneudrive_record::Notes;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -22,7 +22,7 @@ pub struct EventSender {
 
 struct Tap {
     senders: Vec<Sender<String>>,
-    narrator: Narrator,
+    narrator: NoticeWriter,
 }
 
 impl Events {
@@ -33,7 +33,7 @@ impl Events {
     }
 
     pub fn observer(&self) -> impl Observer + use<> {
-        Tap { senders: self.senders(), narrator: Narrator::default() }
+        Tap { senders: self.senders(), narrator: NoticeWriter::default() }
     }
 
     /// As an observer, for what happened when a recording was made.

@@ -99,7 +99,7 @@ fn measure(
     watched: bool,
     stop: &StopSignal,
 ) -> Result<(Statistics, f64), Failure> {
-    let Connection { mut bus, behind } = connect(args, devices, &Calibration::default())?;
+    let Connection { mut bus, virtual_boards } = connect(args, devices, &Calibration::default())?;
     let options = PollerOptions::for_devices(devices);
     let silent = find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())?;
     if let Some((board, error)) = silent.first() {
@@ -110,7 +110,7 @@ fn measure(
         std::thread::sleep(Duration::from_millis(20));
     }
     let finished = poller.stop()?;
-    behind.end();
+    drop(virtual_boards);
     let pictures = match page {
         Some((server, watcher)) => {
             server.end(None);
