@@ -32,6 +32,7 @@ mod output;
 pub mod page;
 mod ping;
 mod preview;
+mod recorders;
 mod replay;
 mod run;
 mod scan;

@@ -8,17 +8,19 @@ use crate::failure::Failure;
 use crate::limits;
 use crate::output::{out, outln};
 use crate::output::{print_json, statistics_text};
+use crate::recorders::Recorders;
 use crate::setup::Setup;
 use crate::signals::StopSignal;
 use crate::sources::{self, Source};
 use crate::stream::UdpStream;
-use crate::view::{self, Events, KeyRecorder, Session};
+use crate::view::{self, Events, Session};
 use crate::{find_boards, preview, start, watch};
+use pneudrive_host::Calibration;
 use pneudrive_host::poller::{Finished, Observer, Override, Pace, Poller, PollerOptions, PollerPanicked};
 use pneudrive_host::statistics::Statistics;
 use pneudrive_protocol::Baud;
 use pneudrive_record::watch::Watch;
-use pneudrive_record::{Recorder, RecorderOptions, RecordingSummary};
+use pneudrive_record::{Recorder, RecordingSummary};
 use pneudrive_virtual::VirtualBoards;
 use serde::Serialize;
 use std::sync::atomic::Ordering;
@@ -81,7 +83,6 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let stream = stream.transpose().map_err(|error| Failure::input(format!("--udp {error}")))?;
     args.real_time().check()?;
     let description = start::description(args, run, devices, setup, &limits);
-    let by_key_description = description.clone();
     #[cfg_attr(not(feature = "web"), allow(unused_mut, reason = "only the page listens too"))]
     let mut events = Events::new();
     #[cfg(feature = "web")]
@@ -89,46 +90,12 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         super::web::prepare(run, setup, &boards, &limits, Some(&overriding), &description, &mut events)?;
     let stop = StopSignal::install(run.keep_running)?;
     let Connection { mut bus, virtual_boards } = connect(args, devices, calibration)?;
-    let mut options = PollerOptions::for_devices(devices)
-        .pace(pace)
-        .filter(run.filter)
-        .real_time(args.real_time())
-        .limits(limits)
-        .calibration(calibration.clone())
-        .vent(overriding.latch())
-        .resume(run.resume)
-        .drives(run.drives)
-        .sensors(run.sensors)
-        .line_rate(args.line_rate());
-    if run.no_reopen {
-        options.reopen = None;
-    }
+    let options = options(args, run, devices, calibration).pace(pace).limits(limits).vent(overriding.latch());
     // Those that are missing are told by the poller, as soon as it has missed them.
     find_boards::find(&mut bus, &options.boards, args.wait, || stop.came())?;
     let mut observers: Vec<Box<dyn Observer>> = Vec::new();
-    let recorder = match &run.record {
-        Some(path) => {
-            let how = RecorderOptions::default()
-                .overwrite(run.overwrite)
-                .pages(run.pages())
-                .ambient_kpa(setup.ambient_kpa())
-                .description(description);
-            let (recorder, tap) = Recorder::create_with(path, &options.boards, calibration.clone(), &how)?;
-            observers.push(tap);
-            events.sender().record(recorder.notes());
-            Some(recorder)
-        }
-        None => None,
-    };
-    let by_key = match &run.record {
-        None if view::wants_live(args.json, run.plain) => {
-            let (by_key, tap) = KeyRecorder::new(&options.boards, setup, &by_key_description, run.pages());
-            observers.push(tap);
-            events.sender().record(by_key.notes());
-            Some(by_key)
-        }
-        _ => None,
-    };
+    let recorders =
+        Recorders::begin(args, run, (&options.boards, setup), description, &events, &mut observers)?;
     observers.extend(stream.map(|stream| Box::new(stream) as Box<dyn Observer>));
     let watch = watch::start(run, &options.boards, calibration, &events)?;
     let (watch, tap) = watch.map_or((None, None), |(watch, tap)| (Some(watch), Some(tap)));
@@ -143,7 +110,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         overriding,
         setup: setup.clone(),
         limits: options.limits.clone(),
-        recorder: by_key.clone(),
+        recorder: recorders.by_key(),
         keep_running: run.keep_running,
         watch: watch.as_ref().map(Watch::status),
     };
@@ -152,9 +119,8 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let poller = Poller::start(bus, options, source, observers)?;
     #[cfg(feature = "web")]
     let page = page.map(|page| page.serve(&session, poller.monitor(), &events)).transpose()?;
-    let has_failed = || recorder.as_ref().is_some_and(Recorder::has_failed);
-    let watched = view::Watched::Boards(&poller);
-    let shown = view::show(&session, args.json, run.plain, watched, &events, || stop.came() || has_failed());
+    let over = || stop.came() || recorders.has_failed();
+    let shown = view::show(&session, args.json, run.plain, view::Watched::Boards(&poller), &events, over);
     let seen = Seen {
         ended_by: shown.as_ref().ok().copied(),
         signal: stop.came(),
@@ -171,11 +137,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
         Ok(()) => shown,
         Err(failure) => shown.and(Err(failure)),
     };
-    let recorded = recorder.map(Recorder::finish).transpose();
-    let recorded = recorded.and_then(|recorded| {
-        let by_key = by_key.map_or(Ok(None), |recorder| recorder.finish())?;
-        Ok(recorded.or(by_key))
-    });
+    let recorded = recorders.finish();
     // What was said too late to be shown.
     std::iter::from_fn(|| events.next()).for_each(|line| crate::output::errln!("{line}"));
     let about = About { port: &session.port, started_utc: &started_utc, ended };
@@ -190,6 +152,22 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
     let missed = Failure::running(format!("--require-all: never answered: {}", never.join(", ")));
     // Neither hides the other.
     concluded.inspect_err(|_| crate::output::errln!("error: {missed}")).and(Err(missed.clone()))
+}
+
+/// How the bus is polled, as far as arguments say it by themselves.
+fn options(args: &BusArgs, run: &RunArgs, devices: u16, calibration: &Calibration) -> PollerOptions {
+    let mut options = PollerOptions::for_devices(devices)
+        .calibration(calibration.clone())
+        .filter(run.filter)
+        .real_time(args.real_time())
+        .resume(run.resume)
+        .drives(run.drives)
+        .sensors(run.sensors)
+        .line_rate(args.line_rate());
+    if run.no_reopen {
+        options.reopen = None;
+    }
+    options
 }
 
 /// Boards that have not answered once.
