@@ -153,25 +153,12 @@ fn assemble(
     mut notes: Vec<String>,
     change: bool,
 ) -> Diagnosis {
-    let errors_of = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
     let finals = models_of(&outcome.stages);
-    let base_errors = errors_of(&outcome.base);
-    let final_errors = errors_of(&finals);
+    let base_errors = BlockErrors::of(&channels, &outcome.base, Role::Test);
+    let final_errors = BlockErrors::of(&channels, &finals, Role::Test);
     let Rest { base_stages, symptoms, left, share } = rest;
-    let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(&channels, stages);
-    let final_weighed = weighed(&outcome.stages);
     let imitated = if change { Vec::new() } else { imitated_beside(&channels, &outcome) };
-    let mut causes: Vec<Cause> = outcome
-        .causes
-        .iter()
-        .map(|found| {
-            let without = staged(&channels, found.without.clone(), change);
-            let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
-            let gain = Gain { weighted_ci95, ..errors_of(&found.without).gain(&final_errors) };
-            cause(&channels, &outcome, found, gain, change)
-        })
-        .collect();
-    descending(&mut causes, |item| item.gain.reduction);
+    let causes = measured_causes(&channels, &outcome, &final_errors, change);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
     let (causes, imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
@@ -202,24 +189,6 @@ fn assemble(
     // Where nothing is named, the sentence says so.
     notes.extend(withheld.as_ref().filter(|_| verdict != Verdict::Unexplained).map(verdict::withheld));
     notes.extend(verdict::other_supply(&channels, &finals));
-    let noise = (channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64).sqrt();
-    let baseline = Baseline {
-        model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),
-        test_rmse_kpa: base_errors.all(),
-        noise_floor_kpa: noise,
-        channels: channels
-            .iter()
-            .enumerate()
-            .map(|(k, data)| {
-                let named = data.plant.parameters().into_iter().zip(&outcome.base[k].values);
-                let channel = BaselineChannel {
-                    parameters: named.map(|(p, v)| (p.name, *v)).collect(),
-                    test_rmse_kpa: base_errors.channel(k),
-                };
-                (data.id.to_string(), channel)
-            })
-            .collect(),
-    };
     let count = |role| channels.first().map_or(0, |d| d.blocks.iter().filter(|b| b.role == role).count());
     let extended = extended_file(&channels, &extended_models, rig);
     let report = Report {
@@ -232,7 +201,7 @@ fn assemble(
         },
         verdict,
         sentence: String::new(),
-        baseline,
+        baseline: baseline(&channels, &outcome.base, &base_errors),
         symptoms: significant(&channels, &symptoms),
         causes,
         imperfections,
@@ -264,6 +233,48 @@ fn assemble(
         outcome,
         change,
         plan: None,
+    }
+}
+
+/// What was found, with sizes and gains on the test blocks, the largest gain first.
+fn measured_causes(
+    channels: &[ChannelData],
+    outcome: &Outcome,
+    final_errors: &BlockErrors,
+    change: bool,
+) -> Vec<Cause> {
+    let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(channels, stages);
+    let final_weighed = weighed(&outcome.stages);
+    let mut causes: Vec<Cause> = outcome
+        .causes
+        .iter()
+        .map(|found| {
+            let without = staged(channels, found.without.clone(), change);
+            let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
+            let plain = BlockErrors::of(channels, &found.without, Role::Test).gain(final_errors);
+            cause(channels, outcome, found, Gain { weighted_ci95, ..plain }, change)
+        })
+        .collect();
+    descending(&mut causes, |item| item.gain.reduction);
+    causes
+}
+
+/// The base models with their errors.
+fn baseline(channels: &[ChannelData], base: &[Extended], errors: &BlockErrors) -> Baseline {
+    let variance = channels.iter().map(|d| d.noise_kpa.powi(2)).sum::<f64>() / channels.len() as f64;
+    let of = |(k, data): (usize, &ChannelData)| {
+        let named = data.plant.parameters().into_iter().zip(&base[k].values);
+        let channel = BaselineChannel {
+            parameters: named.map(|(p, v)| (p.name, *v)).collect(),
+            test_rmse_kpa: errors.channel(k),
+        };
+        (data.id.to_string(), channel)
+    };
+    Baseline {
+        model: channels.first().map_or("nonlinear", |d| d.plant.model.name()).to_owned(),
+        test_rmse_kpa: errors.all(),
+        noise_floor_kpa: variance.sqrt(),
+        channels: channels.iter().enumerate().map(of).collect(),
     }
 }
 
