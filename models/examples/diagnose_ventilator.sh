@@ -1,5 +1,5 @@
 #!/bin/sh
-# The table of docs/diagnosis.md: all sixteen ventilator runs diagnosed.
+# The table of docs/diagnosis-trust.md: all sixteen ventilator runs diagnosed.
 # usage: PNEUDRIVE_DATA=... diagnose_ventilator.sh OUT [MORE ARGUMENTS OF diagnose]
 set -eu
 : "${PNEUDRIVE_DATA:?set PNEUDRIVE_DATA to the folder that holds respiraworks/}"

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The tables of docs/diagnosis.md, "Several recordings of one machine": the eight runs of each
+# The tables of docs/diagnosis-trust.md, "Two machines, eight loads each": the eight runs of each
 # ventilator together, and every run alone with the valves of the other seven. Ten minutes on two
 # cores.
 # usage: PNEUDRIVE_DATA=... diagnose_ventilator_machine.sh OUT

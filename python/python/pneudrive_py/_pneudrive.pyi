@@ -1450,8 +1450,9 @@ def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | 
 
     Notes
     -----
-    docs/diagnosis.md says how causes are decided upon, and what that has been measured to find. All cores are used; where several
-    processes share a machine, set the environment variable ``RAYON_NUM_THREADS`` for each.
+    docs/diagnosis.md says how to read it, docs/diagnosis-trust.md what it has been measured to find.
+    All cores are used; where several processes share a machine, set the environment variable
+    ``RAYON_NUM_THREADS`` for each.
     """
 
 def effects() -> dict[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-//! Blind tests of the diagnosis from the command line; docs/diagnosis.md says how to use it.
+//! Blind tests of the diagnosis from the command line; docs/diagnosis-trust.md says how to use it.
 //!
 //! ```text
 //! blind generate DIR --rounds 3     recordings and truth.json, by the truth plant alone; --seed 7

@@ -2,7 +2,7 @@
 //! file and the nominal rig.
 //!
 //! Shorter than the published cases (60 s, two channels) so that it takes a few minutes at most;
-//! the whole table is `cargo run -p system-tests --example blind`, see docs/diagnosis.md.
+//! the whole table is `cargo run -p system-tests --example blind`, see docs/diagnosis-trust.md.
 
 use pneudrive_model::data::{LoadOptions, load};
 use pneudrive_model::diagnosis::{Request, diagnose};

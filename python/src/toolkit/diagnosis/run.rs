@@ -163,9 +163,11 @@ impl Reference {
 ///     The data cannot carry a diagnosis, recordings do not belong together, the reference or the
 ///     machine does not fit, or arguments contradict each other.
 ///
-/// Notes ----- docs/diagnosis.md says how causes are decided upon, and what that has been measured
-/// to find. All cores are used; where several processes share a machine, set the environment
-/// variable ``RAYON_NUM_THREADS`` for each.
+/// Notes
+/// -----
+/// docs/diagnosis.md says how to read it, docs/diagnosis-trust.md what it has been measured to
+/// find. All cores are used; where several processes share a machine, set the environment variable
+/// ``RAYON_NUM_THREADS`` for each.
 #[pyfunction]
 #[pyo3(signature = (recording, rig=None, *, reference=None, loads="auto", machine=None, highest_kpa=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
