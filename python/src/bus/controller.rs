@@ -67,12 +67,14 @@ use std::sync::Arc;
 /// DataError, FileError
 ///     The rig file cannot be used or read.
 ///
-/// Notes ----- All boards are commanded to 0 kPa and the port is closed when the ``with`` block
-/// ends, by ``close``, when the controller is deleted, and when the interpreter ends (also by
-/// ``sys.exit``, an exception or Ctrl-C). A poller is ended by the same. Python cannot do so when
-/// it is killed, as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own
-/// command timeout, and boards without one keep their pressure. A forked child cannot use the
-/// controller, and its end changes nothing.
+/// Notes
+/// -----
+/// All boards are commanded to 0 kPa and the port is closed when the ``with`` block ends, by
+/// ``close``, when the controller is deleted, and when the interpreter ends (also by ``sys.exit``,
+/// an exception or Ctrl-C). A poller is ended by the same. Python cannot do so when it is killed,
+/// as by SIGTERM unless a handler calls ``sys.exit``: then boards vent by their own command
+/// timeout, and boards without one keep their pressure. A forked child cannot use the controller,
+/// and its end changes nothing.
 ///
 /// All methods may be called from several threads; exchanges then wait for each other. Ctrl-C ends
 /// every wait.

@@ -135,9 +135,10 @@ impl Batch<'_> {
 /// they are those of the loss: one call, whatever the number of inputs. They are exact for the
 /// discretised model (reverse accumulation), not differences.
 ///
-/// Parameters ---------- model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or
-/// None
+/// Parameters
+/// ----------
+/// model : {"nonlinear", "parametric", "linear"}, Parameters or ExtendedModel
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), dict, None
 ///     As of ``simulate_batch``, like all that is not described here.
 /// interval_s : float
 /// weights : array_like of float, shape (), (rows,) or (chambers, rows)
@@ -167,10 +168,12 @@ impl Batch<'_> {
 /// DataError
 ///     As ``simulate_batch``; weights that are not finite; a model with a smooth correction.
 ///
-/// Notes ----- Ports that close and flows that begin to choke have kinks; there the derivative is
-/// one of the two. An ``ExtendedModel`` is differentiated forwards by its parameters, eight at a
-/// time, and backwards by its inputs. Where its board's loop hunts, around play or friction, the
-/// derivatives grow without bound.
+/// Notes
+/// -----
+/// Ports that close and flows that begin to choke have kinks; there the derivative is one of the
+/// two. An ``ExtendedModel`` is differentiated forwards by its parameters, eight at a time, and
+/// backwards by its inputs. Where its board's loop hunts, around play or friction, the derivatives
+/// grow without bound.
 #[pyfunction]
 #[pyo3(signature = (model, parameters, interval_s, weights, *, drive=None, fill=None, vent=None, command_kpa=None, supply_kpa=None, volume_m3=None, start_kpa=None, rig=None, controller=None, substeps=None, channel=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function

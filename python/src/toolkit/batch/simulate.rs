@@ -72,8 +72,7 @@ impl Batch<'_> {
 ///     A model by its name, or one that was calibrated, such as ``fit(...).parameters`` or
 ///     ``diagnose(...).extended_model``: with its rig, its effects, and what drove it. What other
 ///     channels do to the chambers is left out.
-/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), or dict, or
-/// None
+/// parameters : array_like of float, shape (parameters,) or (chambers, parameters), dict, None
 ///     In the order and units of ``model_parameters``; of a dict by name, each of shape () or
 ///     (chambers,). ``None``, and what a dict leaves out, are the values of a calibrated model.
 /// interval_s : float
@@ -126,10 +125,12 @@ impl Batch<'_> {
 ///     float32 with ``sensitivities``, ``controller`` or effects; ``sensitivities`` of a model with
 ///     a smooth correction.
 ///
-/// Notes ----- Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind
-/// valves of a few mm^2; compare with twice as many substeps when in doubt. An ``ExtendedModel``
-/// gives what ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of
-/// many in lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the
+/// Notes
+/// -----
+/// Rows of 10 ms and one substep suffice for chambers of 0.1 litre and more behind valves of a few
+/// mm^2; compare with twice as many substeps when in doubt. An ``ExtendedModel`` gives what
+/// ``simulate`` gives for a recording of the same inputs, chamber by chamber instead of many in
+/// lockstep: 30 to 120 times as long a row (docs/performance.md). All cores are used; the
 /// environment variable ``RAYON_NUM_THREADS`` limits them. Contiguous arrays of float64, and of
 /// float32 with shape (chambers, rows), are not copied: no other thread may change them meanwhile.
 #[pyfunction]
