@@ -1,5 +1,5 @@
-//! Cost of the truth plant. `cargo bench -p pneudrive-truth --bench plant`; divan prints steps of one
-//! channel per second.
+//! Cost of the truth plant. `cargo bench -p pneudrive-truth --bench plant`; divan prints steps of
+//! one channel per second.
 
 use divan::counter::ItemsCount;
 use pneudrive_sim::record::{Recorder, RecordingSettings};

@@ -9,8 +9,8 @@ use std::process::Command;
 /// Two arrows are missing on purpose. Host and simulator meet only through bytes, so that they
 /// cannot share a bug above the packet: what takes `sim` for a port (the program `pneudrive-host`,
 /// the Python package, the ROS node) has virtual boards started by a crate which gives it their
-/// port's path, and to which the simulator is an optional dependency. And the simulator's plant does
-/// not use the models, or every fit would be tested against itself.
+/// port's path, and to which the simulator is an optional dependency. And the simulator's plant
+/// does not use the models, or every fit would be tested against itself.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-protocol", &[]),
     ("pneudrive-control", &["pneudrive-protocol"]),

@@ -7,8 +7,8 @@
 //! ```
 //!
 //! The bus thread does the same work whether somebody looks or not: it leaves its newest row where
-//! the page finds it ([`Latest`](pneudrive_host::poller::Latest)), and waits for nothing that the page
-//! holds.
+//! the page finds it ([`Latest`](pneudrive_host::poller::Latest)), and waits for nothing that the
+//! page holds.
 
 mod moment;
 mod recording;
