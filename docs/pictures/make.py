@@ -1,7 +1,7 @@
 """Makes the pictures of the README from real runs.
 
     python -m pip install playwright pillow
-    cargo build --release -p pneudrive-host-cli -p pneudrive-model --bins
+    cargo build --release -p pneudrive-host-cli -p pneudrive-model-cli --bins
     python docs/pictures/make.py live                     # docs/pictures/live.webp: the live page of four virtual boards
     python docs/pictures/make.py report REPORT.html OUT   # a page as a picture
 

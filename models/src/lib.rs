@@ -23,8 +23,7 @@
 //! [`board`], [`rollout`] and [`effects`] are the crate `pneudrive-plant`, which reads no files.
 //!
 //! Pressures are kPa gauge at the border (recordings, rig files, results) and Pa absolute inside.
-//! Nothing prints but `cli` (feature), the command line of the program `pneudrive-model` and of
-//! packages that bring it along.
+//! Nothing prints: that is for the program `pneudrive-model`, the crate `pneudrive-model-cli`.
 //!
 //! Four things that most callers want, each an example of its own
 //! (`cargo run -p pneudrive-model --example fit`):
@@ -53,8 +52,6 @@
 #![doc = include_str!("../examples/diagnose.rs")]
 //! ```
 
-#[cfg(feature = "cli")]
-pub mod cli;
 pub mod diagnosis;
 pub mod experiment;
 pub mod export;
@@ -72,7 +69,3 @@ pub use pneudrive_data as data;
 pub use pneudrive_data::rig;
 use pneudrive_plant::parallel;
 pub use pneudrive_plant::{board, effects, model, numeric, rollout};
-
-// The command line names this library as other programs do.
-#[cfg(feature = "cli")]
-extern crate self as pneudrive_model;

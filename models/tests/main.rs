@@ -1,18 +1,7 @@
-//! The toolkit's library and program, as users meet them.
+//! The toolkit's library, as its users meet it.
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-mod bad_recordings;
-mod command_line;
-mod common;
 mod effects;
 mod engine;
-mod export_command;
-mod extended_model;
-mod manual_command;
-mod outputs;
 mod own_tables;
-mod real_recordings;
-mod several_recordings;
-mod simulate_command;
-mod trends_command;

@@ -19,7 +19,7 @@ pub fn run_program(py: Python<'_>, program: &str, arguments: Vec<OsString>) -> P
         "pneudrive-host" => pneudrive_host_cli::main,
         #[cfg(feature = "sim")]
         "pneudrive-sim" => pneudrive_sim::cli::main,
-        "pneudrive-model" => pneudrive_model::cli::main,
+        "pneudrive-model" => pneudrive_model_cli::main,
         _ => return Err(PyValueError::new_err(format!("this build has no program {program}"))),
     };
     let line = [OsString::from(program)].into_iter().chain(arguments).collect();

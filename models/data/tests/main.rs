@@ -5,7 +5,7 @@
 mod data_errors;
 mod data_quality;
 // The toolkit's tests have the same need.
-#[path = "../../tests/common/folder.rs"]
+#[path = "../../cli/tests/common/folder.rs"]
 mod folder;
 mod rig_file;
 

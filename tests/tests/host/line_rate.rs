@@ -5,7 +5,7 @@
 use pneudrive_control::BoardConfig;
 use pneudrive_host::bus::{Bus, BusOptions, FormatPolicy, LineRateError};
 use pneudrive_host::line::Line;
-use pneudrive_host::notices::Narrator;
+use pneudrive_host::notices::NoticeWriter;
 use pneudrive_host::poller::{
     BoardState, Event, LineRatePolicy, Observer, Pace, PollerOptions, Polling, Row, SetPoints,
 };
@@ -21,7 +21,7 @@ const MS: u64 = 1_000_000;
 
 /// What people are told.
 #[derive(Clone, Default)]
-struct Told(Arc<Mutex<(Narrator, Vec<String>)>>);
+struct Told(Arc<Mutex<(NoticeWriter, Vec<String>)>>);
 
 impl Observer for Told {
     fn row(&mut self, _: &Row<'_>) {}

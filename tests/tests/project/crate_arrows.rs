@@ -43,7 +43,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("pneudrive-chip", &[]),
     ("pneudrive-plant", &[]),
     ("pneudrive-data", &["pneudrive-plant", "pneudrive-rig"]),
-    ("pneudrive-model", &["pneudrive-data", "pneudrive-plant", "pneudrive-manual"]),
+    ("pneudrive-model", &["pneudrive-data", "pneudrive-plant"]),
+    ("pneudrive-model-cli", &["pneudrive-model", "pneudrive-manual"]),
     ("pneudrive-capi", &["pneudrive-model"]),
     (
         "pneudrive_py",
@@ -52,6 +53,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "pneudrive-host",
             "pneudrive-host-cli",
             "pneudrive-model",
+            "pneudrive-model-cli",
             "pneudrive-protocol",
             "pneudrive-record",
             "pneudrive-sim",

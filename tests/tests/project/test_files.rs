@@ -46,6 +46,7 @@ fn every_file_of_tests_is_in_a_binary() {
         "host-driver/page",
         "host-driver/record",
         "models",
+        "models/cli",
         "models/data",
         "protocol",
         "rig",

@@ -1,4 +1,5 @@
-//! The command line: one file per command, and what they share.
+//! The command line of `pneudrive-model`, for the program of that name and for packages that bring
+//! it along: one file per command, and what they share.
 
 mod compare;
 mod diagnose;

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// `println!` without its panic.
 macro_rules! outln {
-    ($($arg:tt)*) => { $crate::cli::print::put(format_args!("{}\n", format_args!($($arg)*))) };
+    ($($arg:tt)*) => { $crate::print::put(format_args!("{}\n", format_args!($($arg)*))) };
 }
 
 /// `eprintln!` without its panic.
 macro_rules! errln {
-    ($($arg:tt)*) => { $crate::cli::print::put_error(format_args!("{}\n", format_args!($($arg)*))) };
+    ($($arg:tt)*) => { $crate::print::put_error(format_args!("{}\n", format_args!($($arg)*))) };
 }
 
 pub(crate) use {errln, outln};

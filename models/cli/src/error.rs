@@ -115,7 +115,7 @@ impl From<SimulationError> for Failure {
             SimulationError::Parameters(error) => error.into(),
             SimulationError::Recording(error) => error.into(),
             SimulationError::RunsAway { .. } => Self::running(error),
-            SimulationError::Extended(_) | SimulationError::Inputs(_) => Self::input(error),
+            _ => Self::input(error),
         }
     }
 }

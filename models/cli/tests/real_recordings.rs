@@ -24,7 +24,7 @@ fn all_sixteen_are_read_without_a_blemish() {
 #[test]
 fn a_ventilator_run_is_compared() {
     let Some(data) = real_data("a_ventilator_run_is_compared") else { return };
-    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/ventilator_solenoid.toml");
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/ventilator_solenoid.toml");
     let path = data.join("respiraworks/solenoid/run1.csv");
     let folder = Folder::new();
     let arguments = ["compare", path.to_str().unwrap(), "--rig", rig, "--fit-seconds", "15", "--out", "r"];
@@ -45,7 +45,7 @@ fn a_ventilator_run_is_compared() {
 fn the_resistance_behind_the_sensor_is_named() {
     let Some(data) = real_data("the_resistance_behind_the_sensor_is_named") else { return };
     for (valve, number) in [("solenoid", 4), ("pinch_valve", 1)] {
-        let rig = format!("{}/examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+        let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
         let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
         let folder = Folder::new();
         let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
@@ -67,7 +67,7 @@ fn the_resistance_behind_the_sensor_is_named() {
 fn what_a_model_suggests_that_is_far_off_is_not_named() {
     let Some(data) = real_data("what_a_model_suggests_that_is_far_off_is_not_named") else { return };
     for (valve, number) in [("solenoid", 1), ("pinch_valve", 8)] {
-        let rig = format!("{}/examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+        let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
         let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
         let folder = Folder::new();
         let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
@@ -82,7 +82,7 @@ fn what_a_model_suggests_that_is_far_off_is_not_named() {
 #[test]
 fn several_runs_of_one_machine_tell_its_loads() {
     let Some(data) = real_data("several_runs_of_one_machine_tell_its_loads") else { return };
-    let rig = format!("{}/examples/ventilator_pinch_valve.toml", env!("CARGO_MANIFEST_DIR"));
+    let rig = format!("{}/../examples/ventilator_pinch_valve.toml", env!("CARGO_MANIFEST_DIR"));
     let path = |k: usize| data.join(format!("respiraworks/pinch_valve/run{k}.csv")).display().to_string();
     let folder = Folder::new();
     let runs: Vec<String> = [1, 3, 4, 6].map(path).to_vec();

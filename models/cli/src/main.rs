@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    ExitCode::from(pneudrive_model::cli::main(std::env::args_os().collect()))
+    ExitCode::from(pneudrive_model_cli::main(std::env::args_os().collect()))
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::super::Failure;
+use crate::Failure;
 
 /// Its name.
 pub const FILE: &str = "libpneudrive_capi.so";

@@ -10,10 +10,10 @@ use sha2::{Digest, Sha256};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-use super::super::origin::origin;
-use super::super::print::outln;
 use super::library::{FILE, LibraryArgs};
 use super::{Failure, input, target};
+use crate::origin::origin;
+use crate::print::outln;
 
 /// An FMI 3.0 unit for co-simulation: one zip with the library and the parameter file
 #[derive(Debug, clap::Args)]

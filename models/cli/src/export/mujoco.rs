@@ -7,10 +7,10 @@ use pneudrive_model::report::{Table, number, significant};
 use pneudrive_model::rig::Rig;
 use pneudrive_model::simulation::{CalibratedModel, FirstOrder, first_order};
 
-use super::super::print::outln;
 use super::c::HEADER;
 use super::library::{FILE, LibraryArgs};
 use super::{Failure, From, PARAMETERS};
+use crate::print::outln;
 
 const PLUGIN: &str = include_str!("../../../../capi/mujoco/pneudrive_actuator.c");
 const BUILD: &str = include_str!("../../../../capi/mujoco/build.sh");
