@@ -192,7 +192,7 @@ fn both_kinds_of_calibration_are_taken_as_a_reference() {
     folder.write("other.toml", b"schema = \"something/1\"\n");
     for (reference, said) in [
         ("other.toml", "schema is something/1, expected pneudrive-extended/1"),
-        ("none.toml", "none.toml: cannot be read"),
+        ("none.toml", "none.toml: cannot be opened: there is no such file"),
         ("fitted.toml", "b0c0 has no parameter leak_in"),
     ] {
         let arguments =
