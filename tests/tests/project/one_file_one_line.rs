@@ -8,6 +8,11 @@ fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/src")
 }
 
+/// Sources of its program.
+fn program() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/cli/src")
+}
+
 /// Sources of what it reads.
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/data/src")
@@ -65,7 +70,7 @@ fn an_effect_is_one_file_and_one_line_of_the_catalogue() {
     // Nothing else of the toolkit asks for one of them by its id: what makes it different are its
     // traits.
     let mut named = Vec::new();
-    let all = [models(), data(), plant()].into_iter().flat_map(|folder| sources(&folder));
+    let all = [models(), program(), data(), plant()].into_iter().flat_map(|folder| sources(&folder));
     for (path, text) in all.filter(|(path, _)| !path.starts_with(&folder)) {
         named.extend(
             files.iter().filter(|id| text.contains(&format!("\"{id}\""))).map(|id| (path.clone(), id)),
@@ -89,7 +94,7 @@ fn a_model_is_one_file_and_one_line_of_the_list() {
     // from there.
     let last = "Parametric";
     let mut places = vec![plant().join("rollout"), data()];
-    places.extend(["experiment", "cli", "store"].map(|place| models().join(place)));
+    places.extend([models().join("experiment"), program(), models().join("store")]);
     for (path, text) in places.iter().flat_map(|place| sources(place)) {
         let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
         let named: Vec<&str> = code.filter(|line| line.contains(last)).collect();
