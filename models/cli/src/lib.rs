@@ -31,7 +31,7 @@ use std::sync::OnceLock;
 use clap::{CommandFactory, Parser, Subcommand};
 use pneudrive_manual::Manual;
 
-pub use error::Failure;
+use error::Failure;
 use print::errln;
 
 /// Pressure models of pneumatic chambers: fit them to recordings, simulate, compare.
@@ -41,7 +41,7 @@ use print::errln;
     after_help = "A recording is a CSV file (plain, gzip or zstd) with the columns t_s, b0_cmd0_kpa, b0_p0_kpa, b0_u0 ...; \
 `import` makes one of any CSV.\nExit status: 0 done, 1 failed or interrupted while running, 2 unusable arguments or input."
 )]
-pub struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Command,
 }
@@ -93,7 +93,7 @@ fn arguments() -> &'static [OsString] {
 
 impl Cli {
     /// Runs the chosen command.
-    pub fn run(self) -> Result<(), Failure> {
+    fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Fit(args) => args.run(),
             Command::Simulate(args) => args.run(),
