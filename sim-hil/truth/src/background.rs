@@ -50,6 +50,13 @@ impl Background {
         Self { valve_curve: 0.004, flow_function: 0.004, exponent: 0.01, tube: 0.03, fast_wander: 0.003 }
     }
 
+    /// Volume of the tube between valve and chamber, m^3: none where there is no tube. The gas behind
+    /// the valve fills it as well, and no wall gives way there.
+    #[must_use]
+    pub fn tube_m3(&self) -> f64 {
+        if self.tube > 0.0 { TUBE_M3 } else { 0.0 }
+    }
+
     /// Fields with name, value, upper bound and range in words, for checks.
     pub(super) fn checks(&self) -> [(&'static str, f64, f64, &'static str); 5] {
         [
@@ -88,7 +95,7 @@ impl Background {
             let restriction = self.tube * (0.9 + 0.4 * uniform(&mut rng));
             channel.chamber.line = Some(SideVolume {
                 conductance: valve.conductance_m3_per_s_pa / restriction,
-                volume_m3: TUBE_M3,
+                volume_m3: self.tube_m3(),
             });
         }
     }
