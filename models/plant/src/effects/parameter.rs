@@ -20,6 +20,9 @@ pub struct EffectParameter {
     /// Largest distance from `null` that is usual on sound rigs, of the logarithm where that is
     /// fitted; infinite where the parameter says nothing about how large the effect is.
     pub usual: f64,
+    /// By how much more a sound rig's may seem to differ in a board's loop, where the drive is not
+    /// recorded: what the rig file's tolerances look like there.
+    pub seeming_in_loop: f64,
     /// Is it free, as far as is usual, in every base model of a valve?
     pub in_base: bool,
     /// Does it belong to what hangs on the valves, which may differ between recordings of one
@@ -46,6 +49,7 @@ impl EffectParameter {
             null,
             scale: Scale::Linear,
             usual: f64::INFINITY,
+            seeming_in_loop: 0.0,
             in_base: false,
             of_load: false,
             meaning,
@@ -80,6 +84,13 @@ impl EffectParameter {
         self.usual_to(distance)
     }
 
+    /// With a further distance that a sound rig's may seem to have in a board's loop.
+    #[must_use]
+    pub const fn seeming_in_loop(mut self, distance: f64) -> Self {
+        self.seeming_in_loop = distance;
+        self
+    }
+
     /// It belongs to what hangs on the valves: each recording of a machine may have its own.
     #[must_use]
     pub const fn of_load(mut self) -> Self {
@@ -95,6 +106,13 @@ impl EffectParameter {
             Scale::Logarithmic => (self.null * (-self.usual).exp(), self.null * self.usual.exp()),
         };
         if usual { (low.max(self.lower), high.min(self.upper)) } else { (self.lower, self.upper) }
+    }
+
+    /// Largest distance from `null` that says nothing against a rig; `looped`: of a board's loop
+    /// whose drive is not recorded.
+    #[must_use]
+    pub fn unsuspicious(&self, looped: bool) -> f64 {
+        self.usual + if looped { self.seeming_in_loop } else { 0.0 }
     }
 
     /// Distance of a value from `null`, on the scale of fitting.

@@ -54,7 +54,7 @@ fn odd_channels(info: &EffectInfo, by_channel: &ByChannel, looped: bool) -> Opti
         return None;
     }
     let mut odd = by_channel.clone();
-    odd.retain(|(_, coordinates)| stands_out(info, &named(info, coordinates.clone())));
+    odd.retain(|(_, coordinates)| stands_out(info, &named(info, coordinates.clone()), looped));
     (!odd.is_empty()).then_some(odd)
 }
 

@@ -70,7 +70,7 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
 /// that is not determined may.
 fn may_be_usual(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(|k| {
-        telling(CATALOGUE[k]).next().is_some() && !stands_out(CATALOGUE[k], &cause.parameters)
+        telling(CATALOGUE[k]).next().is_some() && !stands_out(CATALOGUE[k], &cause.parameters, true)
     })
 }
 
@@ -117,14 +117,15 @@ fn is_usual_size(parameter: &EffectParameter, size: &Estimate, looped: bool) -> 
     let Some([low, high]) = size.ci95 else { return false };
     let doubtful = (low..=high).contains(&parameter.null);
     let usual_sizes = if doubtful { SETTINGS.usual_doubtful } else { 1.0 };
-    doubtful && looped || parameter.distance(size.value) <= parameter.usual * usual_sizes
+    doubtful && looped || parameter.distance(size.value) <= parameter.unsuspicious(looped) * usual_sizes
 }
 
 /// Is one of them, with its whole interval, beyond that?
 #[must_use]
-pub fn stands_out(info: &EffectInfo, sizes: &Sizes) -> bool {
+pub fn stands_out(info: &EffectInfo, sizes: &Sizes, looped: bool) -> bool {
     let beyond = |p: &EffectParameter, [low, high]: [f64; 2]| {
-        !(low..=high).contains(&p.null) && f64::min(p.distance(low), p.distance(high)) > p.usual
+        let nearest = f64::min(p.distance(low), p.distance(high));
+        !(low..=high).contains(&p.null) && nearest > p.unsuspicious(looped)
     };
     telling(info).any(|p| sizes.get(p.name).and_then(|size| size.ci95).is_some_and(|range| beyond(p, range)))
 }
@@ -158,6 +159,27 @@ mod tests {
         // 0.875 may be 1.
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.7, 1.05]), 0.4), Some(Unnamed::Usual));
         assert_eq!(verdict("valve_asymmetry", "ratio", Some([0.8, 0.95]), 0.4), None);
+    }
+
+    #[test]
+    fn in_a_loop_a_supply_within_its_tolerance_makes_no_suspicious_ratio_of_gains() {
+        let asymmetry = CATALOGUE[index_of("valve_asymmetry").unwrap()];
+        let ratio = &asymmetry.parameters[0];
+        for stated in [0.95, 1.05] {
+            let (mut data, base) = testing::channel(true);
+            let ambient = data.inputs.ambient_pa;
+            let told = data.inputs.supply_pa.iter().map(|p| ambient + stated * (p - ambient)).collect();
+            data.inputs.supply_pa = told;
+            let fitted = testing::fitted(&data, &testing::with(&data, &base, "valve_asymmetry", &[1.0]));
+            let seeming = *fitted.model.values.last().unwrap();
+            let distance = ratio.distance(seeming);
+            // Most of what is allowed for, and no more.
+            assert!((0.5..1.0).contains(&(distance / ratio.seeming_in_loop)), "{stated}: {seeming}");
+        }
+        let verdict = |looped| {
+            why_not(&cause("valve_asymmetry", "ratio", Some([0.84, 0.91]), 0.4), false, looped)
+        };
+        assert_eq!((verdict(false), verdict(true)), (None, Some(Unnamed::Usual)));
     }
 
     #[test]
