@@ -51,7 +51,8 @@ fn is_beyond_usual(channels: &[ChannelData], models: &[Extended], effect: usize)
         let range = model.range(&data.plant, effect).filter(|_| model.has(effect));
         range.is_some_and(|range| {
             let values = &model.values[range];
-            told().next().is_none() || told().any(|(k, p)| p.distance(values[k]) > p.unsuspicious(data.inputs.in_loop()))
+            told().next().is_none()
+                || told().any(|(k, p)| p.distance(values[k]) > p.unsuspicious(data.inputs.in_loop()))
         })
     };
     channels.iter().zip(models).any(beyond)

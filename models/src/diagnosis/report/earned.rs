@@ -176,9 +176,8 @@ mod tests {
             // Most of what is allowed for, and no more.
             assert!((0.5..1.0).contains(&(distance / ratio.seeming_in_loop)), "{stated}: {seeming}");
         }
-        let verdict = |looped| {
-            why_not(&cause("valve_asymmetry", "ratio", Some([0.84, 0.91]), 0.4), false, looped)
-        };
+        let verdict =
+            |looped| why_not(&cause("valve_asymmetry", "ratio", Some([0.84, 0.91]), 0.4), false, looped);
         assert_eq!((verdict(false), verdict(true)), (None, Some(Unnamed::Usual)));
     }
 

@@ -1,7 +1,7 @@
 //! Effects that passed the gate, refitted in earnest.
 
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
-use crate::diagnosis::estimation::{ChannelStage, fit_from};
+use crate::diagnosis::estimation::{ChannelStage, fit_from, plain_costs};
 use crate::diagnosis::evidence::{Explanation, Missing};
 use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, total, whitened_residuals};
 use crate::diagnosis::resampling::bootstrap;
@@ -12,6 +12,8 @@ use crate::effects::{Question, Reach};
 use crate::order::ascending;
 use crate::parallel;
 
+/// Starts of a first look on a channel.
+const STARTS: usize = 2;
 /// A second start is looked at when what it promises is not worse by more than this factor.
 const SECOND: f64 = 1.5;
 
@@ -42,49 +44,81 @@ impl Candidate {
     }
 }
 
-/// Refits one effect on every channel with some evaluations of the model, from where an earlier
-/// refit ended or, without one, from the best trials.
+/// From where a first look at an effect begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Starts {
+    /// The best trials, in which the other parameters have made way along their derivatives.
+    Trials,
+    /// These, and the effect in its best sizes beside parameters that stay where they are: derivatives
+    /// lead nowhere where a model is far from straight.
+    TrialsAndSizes,
+}
+
+/// Looks at one effect on every channel with some evaluations of the model.
 #[must_use]
-pub fn refit_effect(
+pub fn first_look(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     trials: &[Vec<Trial>],
-    effect: usize,
-    before: Option<&Candidate>,
+    (effect, from): (usize, Starts),
     evaluations: usize,
 ) -> Candidate {
-    let fitted: Vec<(Extended, Losses, bool)> =
-        parallel::map(channels.iter().zip(stages).zip(trials).enumerate(), |(k, ((data, stage), trials))| {
-            let kept = stage.losses.clone();
-            if let Some(look) = before {
-                if !look.models[k].has(effect) {
-                    return (stage.model.clone(), kept, false);
-                }
-                let model = fit_from(data, stage, &look.models[k], effect, evaluations);
-                let losses = losses_of(data, stage, &model);
-                let acts = acts(data, stage, &model, &losses);
-                return (model, losses, acts);
-            }
-            let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
-            ascending(&mut starts, |item| item.loss);
-            let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
-            let mut best: Option<(f64, Extended, Losses)> = None;
-            for start in starts.into_iter().take(2).filter(|t| t.loss <= limit) {
-                let model = fit_from(data, stage, &start.start, effect, evaluations);
-                let losses = losses_of(data, stage, &model);
-                let fit = total(data, &losses.deviance, &[Role::Fit]);
-                if fit.is_finite() && best.as_ref().is_none_or(|(c, _, _)| fit < *c) {
-                    best = Some((fit, model, losses));
-                }
-            }
-            match best {
-                Some((_, model, losses)) => {
-                    let acts = acts(data, stage, &model, &losses);
-                    (model, losses, acts)
-                }
-                None => (stage.model.clone(), kept, false),
-            }
+    let fitted = parallel::map(channels.iter().zip(stages).zip(trials), |((data, stage), trials)| {
+        let mut starts = best_trials(trials, effect);
+        if from == Starts::TrialsAndSizes {
+            starts.extend(best_sizes(data, stage, effect));
+        }
+        let fitted = starts.iter().map(|start| {
+            let model = fit_from(data, stage, start, effect, evaluations);
+            let losses = losses_of(data, stage, &model);
+            (total(data, &losses.deviance, &[Role::Fit]), model, losses)
         });
+        match fitted.filter(|(loss, ..)| loss.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((_, model, losses)) => {
+                let acts = acts(data, stage, &model, &losses);
+                (model, losses, acts)
+            }
+            None => (stage.model.clone(), stage.losses.clone(), false),
+        }
+    });
+    assemble(channels, stages, effect, fitted)
+}
+
+/// Where the best trials of an effect on a channel stand.
+fn best_trials(trials: &[Trial], effect: usize) -> Vec<Extended> {
+    let mut starts: Vec<&Trial> = trials.iter().filter(|t| t.effect == effect).collect();
+    ascending(&mut starts, |item| item.loss);
+    let limit = starts.first().map_or(0.0, |t| t.loss * SECOND);
+    starts.into_iter().take(STARTS).filter(|t| t.loss <= limit).map(|t| t.start.clone()).collect()
+}
+
+/// The model of a channel with an effect in those of its sizes that describe the readings best.
+fn best_sizes(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Extended> {
+    let with = |size: &&[f64]| stage.model.with(&data.plant, effect, size);
+    let models: Vec<Extended> = CATALOGUE[effect].probes.iter().map(with).collect();
+    let mut by_cost: Vec<(f64, Extended)> = plain_costs(data, &models).into_iter().zip(models).collect();
+    ascending(&mut by_cost, |item| item.0);
+    by_cost.into_iter().take(STARTS).map(|(_, model)| model).collect()
+}
+
+/// Refits a candidate with some more evaluations of the model, from where it stands.
+#[must_use]
+pub fn refit_further(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    before: &Candidate,
+    evaluations: usize,
+) -> Candidate {
+    let effect = before.effect;
+    let fitted = parallel::map(channels.iter().zip(stages).zip(&before.models), |((data, stage), before)| {
+        if !before.has(effect) {
+            return (stage.model.clone(), stage.losses.clone(), false);
+        }
+        let model = fit_from(data, stage, before, effect, evaluations);
+        let losses = losses_of(data, stage, &model);
+        let acts = acts(data, stage, &model, &losses);
+        (model, losses, acts)
+    });
     assemble(channels, stages, effect, fitted)
 }
 
@@ -188,7 +222,7 @@ mod tests {
                 crate::diagnosis::screening::Probing::new(data, stage).try_effect(lag, &Default::default())
             })
             .collect();
-        (refit_effect(&channels, &stages, &trials, lag, None, 20), lag)
+        (first_look(&channels, &stages, &trials, (lag, Starts::Trials), 20), lag)
     }
 
     #[test]

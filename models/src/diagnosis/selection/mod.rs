@@ -3,6 +3,7 @@
 mod acceptance;
 mod adopt;
 mod candidate;
+mod chance;
 mod elimination;
 mod racing;
 mod restart;

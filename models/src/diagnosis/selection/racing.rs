@@ -6,7 +6,8 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
 
 use super::acceptance::{is_shown, least_share, worth_naming};
-use super::candidate::{Candidate, refit_effect};
+use super::candidate::{Candidate, Starts, first_look, refit_further};
+use super::chance::p_value;
 use super::settling::SETTLE;
 use super::warm_start::borrow;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
@@ -41,6 +42,17 @@ const ARRIVED_HUNTING: f64 = 0.02;
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
 const STUCK: f64 = 0.95;
+/// What a round refits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Entrants {
+    /// What passed the gate and promises enough.
+    Passed,
+    /// Whatever was tried. The gate sees only what lies straight ahead, and beside what leads a model far
+    /// from straight, like a tube, the way to what is missing does not. What wins without it must stand
+    /// out of chance where it ends.
+    Everything,
+}
+
 /// An effect in one round of the search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Considered {
@@ -67,67 +79,69 @@ pub struct Raced {
     pub harmful: Vec<Candidate>,
 }
 
-/// Refits what passed the gate and ranks it. `harms` says of models whether they are harmful: what
+/// Refits candidates and ranks them. `harms` says of models whether they are harmful: what
 /// takes up any error, like a spool that sticks, is then no winner, and what comes after it may be.
 pub fn round(
     channels: &[ChannelData],
     stages: &[ChannelStage],
     tried: &[Vec<Trial>],
-    gates: &[Gate],
+    (gates, entrants): (&[Gate], Entrants),
     rounds: &mut Vec<Vec<Considered>>,
     harms: impl Fn(&[Extended]) -> bool,
 ) -> Raced {
-    let mut passed: Vec<(f64, usize)> = gates
+    let whole: f64 = kept_total(channels, stages);
+    let everything = entrants == Entrants::Everything;
+    let mut looked: Vec<(f64, usize)> = gates
         .iter()
-        .filter(|g| g.p_value <= SETTINGS.level)
+        .filter(|g| everything || g.p_value <= SETTINGS.level)
         .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
         .collect();
-    ascending(&mut passed, |item| item.0);
-    let whole: f64 = kept_total(channels, stages);
-    let promised = passed.first().map_or(0.0, |p| whole - p.0);
-    let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
-    let least = (PROMISE * promised).max(HOPEFUL * needed);
-    passed.retain(|p| whole - p.0 >= least);
-    passed.truncate(MOST_LOOKS);
-    let look = |effect: usize, before: Option<&Candidate>, evaluations: usize| {
-        let candidate = refit_effect(channels, stages, tried, effect, before, evaluations);
-        let loss: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
-        (loss, candidate)
-    };
+    ascending(&mut looked, |item| item.0);
+    if !everything {
+        let promised = looked.first().map_or(0.0, |p| whole - p.0);
+        let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
+        let least = (PROMISE * promised).max(HOPEFUL * needed);
+        looked.retain(|p| whole - p.0 >= least);
+        looked.truncate(MOST_LOOKS);
+    }
+    let from = if everything { Starts::TrialsAndSizes } else { Starts::Trials };
+    let loss = |candidate: &Candidate| -> f64 { together(channels, &candidate.losses, &OPEN).iter().sum() };
     // A first look at all, then in earnest at the best, as long as that brings them further.
-    let mut ranked: Vec<(f64, Candidate)> =
-        parallel::map(passed.iter(), |&(_, effect)| look(effect, None, LOOK));
+    let mut ranked: Vec<(f64, Candidate)> = parallel::map(looked.iter(), |&(_, effect)| {
+        let candidate = first_look(channels, stages, tried, (effect, from), LOOK);
+        (loss(&candidate), candidate)
+    });
     let mut moving = vec![true; ranked.len()];
     for (near, evaluations) in EARNEST {
         let least = ranked.iter().map(|c| c.0).fold(f64::INFINITY, f64::min);
-        parallel::map(ranked.iter_mut().zip(&mut moving), |((loss, candidate), moving)| {
-            if !*moving || *loss - least > near * (whole - least) || *loss > OUTDONE * least {
+        parallel::map(ranked.iter_mut().zip(&mut moving), |((left, candidate), moving)| {
+            if !*moving || *left - least > near * (whole - least) || *left > OUTDONE * least {
                 return;
             }
-            let (_, further) = look(candidate.effect, Some(candidate), evaluations);
+            let further = refit_further(channels, stages, candidate, evaluations);
             let further = borrow(channels, stages, &further, evaluations);
-            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
+            let next = loss(&further);
             let hunting = channels.iter().zip(&further.models).any(|(data, model)| hunts(data, model));
             let arrived = if hunting { ARRIVED_HUNTING } else { ARRIVED };
-            *moving = *loss - next > arrived * (whole - *loss);
+            *moving = *left - next > arrived * (whole - *left);
             // Not only where it is better: of several looks at a loop that hunts the best would be
             // better by luck.
-            (*loss, *candidate) = (next, further);
+            (*left, *candidate) = (next, further);
         });
     }
     ascending(&mut ranked, |item| item.0);
     // Where much is left the best may not have arrived yet.
-    if let Some((loss, best)) = ranked.first_mut() {
+    if let Some((left, best)) = ranked.first_mut() {
         for _ in 0..MORE {
-            if *loss <= SETTINGS.large_error * open_rows(channels) {
+            if *left <= SETTINGS.large_error * open_rows(channels) {
                 break;
             }
-            let (_, further) = look(best.effect, Some(best), SETTLE);
+            let further = refit_further(channels, stages, best, SETTLE);
             let further = borrow(channels, stages, &further, SETTLE);
-            let next: f64 = together(channels, &further.losses, &OPEN).iter().sum();
-            let stuck = next > STUCK * *loss;
-            if next < *loss {
-                (*loss, *best) = (next, further);
+            let next = loss(&further);
+            let stuck = next > STUCK * *left;
+            if next < *left {
+                (*left, *best) = (next, further);
             }
             if stuck {
                 break;
@@ -139,7 +153,7 @@ pub fn round(
         .iter()
         .map(|gate| {
             let refitted = ranked.iter().find(|c| c.effect == gate.effect);
-            let loss = refitted.map(|c| together(channels, &c.losses, &OPEN).iter().sum());
+            let loss = refitted.map(&loss);
             Considered {
                 effect: gate.effect,
                 statistic: gate.statistic,
@@ -151,7 +165,11 @@ pub fn round(
         .collect();
     rounds.push(considered);
     let mut harmful = Vec::new();
-    let worth = |candidate: &Candidate| !is_foil(candidate) && worth_naming(channels, stages, candidate);
+    let by_chance =
+        |candidate: &Candidate| everything && p_value(channels, stages, candidate) > SETTINGS.level;
+    let worth = |candidate: &Candidate| {
+        !is_foil(candidate) && worth_naming(channels, stages, candidate) && !by_chance(candidate)
+    };
     loop {
         let winner = ranked.iter().position(worth);
         match winner {
@@ -225,7 +243,7 @@ mod tests {
         let tried = trials(&channels, &stages, Question::Structure, &|| {});
         let gates = judge(&tried);
         let raced = |harms: &dyn Fn(&[Extended]) -> bool| {
-            round(&channels, &stages, &tried, &gates, &mut Vec::new(), harms)
+            round(&channels, &stages, &tried, (&gates, Entrants::Passed), &mut Vec::new(), harms)
         };
         let effect = |raced: &Raced| raced.winner.map(|k| raced.ranked[k].effect);
         let first = raced(&|_| false);
@@ -236,5 +254,30 @@ mod tests {
         assert!(second.harmful.iter().any(|c| c.effect == best));
         assert!(second.ranked.iter().all(|c| c.effect != best));
         assert_eq!(effect(&raced(&|_| true)), None);
+    }
+
+    #[test]
+    fn what_the_gate_does_not_see_may_win_where_everything_is_refitted_and_noise_may_not() {
+        let (data, base) = channel(false);
+        let lagging = with(&data, &base, "valve_lag", &[0.05]);
+        let winner = |truth: &Extended, entrants: Entrants| {
+            let channels = [measured(data.clone(), truth, 0)];
+            let stages = channels.each_ref().map(|data| fitted(data, &base));
+            let tried = trials(&channels, &stages, Question::Structure, &|| {});
+            let mut closed = judge(&tried);
+            closed.iter_mut().for_each(|gate| gate.p_value = 1.0);
+            let raced = round(
+                &channels,
+                &stages,
+                &tried,
+                (&closed, entrants),
+                &mut Vec::new(),
+                |_: &[Extended]| false,
+            );
+            raced.winner.map(|k| CATALOGUE[raced.ranked[k].effect].id)
+        };
+        assert_eq!(winner(&lagging, Entrants::Passed), None);
+        assert_eq!(winner(&lagging, Entrants::Everything), Some("valve_lag"));
+        assert_eq!(winner(&base, Entrants::Everything), None);
     }
 }

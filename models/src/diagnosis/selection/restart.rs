@@ -8,15 +8,16 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
 
 use super::acceptance::worth_naming;
-use super::candidate::{Candidate, refit_effect};
+use super::candidate::{Candidate, refit_further};
+use super::chance::p_value;
 use super::racing::rivals;
 use super::selected::Found;
-use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
 use crate::diagnosis::estimation::{
     ChannelStage, GAINS, free_of, plain_cost, plain_costs, refit, start, with_usual,
 };
-use crate::diagnosis::likelihood::{Whitening, together, whitened_residuals};
-use crate::diagnosis::screening::{Trial, applicable, judge, scores};
+use crate::diagnosis::likelihood::{Whitening, together};
+use crate::diagnosis::screening::applicable;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::parallel;
@@ -56,7 +57,6 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
             (effect, fit(&channels[worst], &model))
         });
     looked.retain(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst]);
-    let none = vec![Vec::new(); channels.len()];
     let mut fitted: Vec<(f64, Candidate)> = looked
         .into_iter()
         .map(|(effect, lent)| {
@@ -65,7 +65,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
             let look = Candidate { effect, models, acts, losses: Vec::new() };
             // Only judged here: the weights that go with a model that is no description would lead
             // a fit astray.
-            let candidate = refit_effect(channels, stages, &none, effect, Some(&look), 0);
+            let candidate = refit_further(channels, stages, &look, 0);
             (together(channels, &candidate.losses, &OPEN).iter().sum(), candidate)
         })
         .collect();
@@ -99,26 +99,6 @@ fn fit(data: &ChannelData, model: &Extended) -> Extended {
     let free = free_of(data, model, false);
     let whitening = Whitening::new(data, &data.disturbances(model));
     refit(data, &whitening, model, &free, EVALUATIONS).0
-}
-
-/// What chance explains of the sum of the scores, on the blocks that were not fitted.
-fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> f64 {
-    let trial = |((data, stage), model): ((&ChannelData, &ChannelStage), &Extended)| {
-        let left = whitened_residuals(data, &stage.whitening, &data.readings(model));
-        let direction: Vec<f64> = stage.residuals.iter().zip(&left).map(|(r, l)| r - l).collect();
-        vec![Trial {
-            effect: candidate.effect,
-            probe: 0,
-            start: model.clone(),
-            scores: scores(data, &stage.residuals, &direction, &[Role::Select]),
-            loss: 0.0,
-            promise: 0.0,
-            one_sided: true,
-            searched: None,
-        }]
-    };
-    let trials: Vec<Vec<Trial>> = channels.iter().zip(stages).zip(&candidate.models).map(trial).collect();
-    judge(&trials).first().map_or(1.0, |gate| gate.p_value)
 }
 
 #[cfg(test)]

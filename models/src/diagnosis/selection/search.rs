@@ -2,7 +2,7 @@
 
 use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much};
 use super::elimination::eliminate;
-use super::racing::{Considered, Raced, is_foil, is_of_the_rig_file, rivals, round};
+use super::racing::{Considered, Entrants, Raced, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use super::settling::{fitted_by, settle_finely, staged};
@@ -148,8 +148,12 @@ fn name(
         }
         progress("refitting what passed", causes.len() as u64);
         let harms = |models: &[Extended]| harmless && choosing_kpa(channels, models) >= base_kpa;
-        let Raced { ranked, winner, harmful: refused } =
-            round(channels, stages, &tried, gates, rounds, harms);
+        let mut raced = round(channels, stages, &tried, (gates, Entrants::Passed), rounds, harms);
+        if raced.winner.is_none() && !causes.is_empty() && is_large(channels, stages) {
+            progress("refitting the whole catalogue", causes.len() as u64);
+            raced = round(channels, stages, &tried, (gates, Entrants::Everything), rounds, harms);
+        }
+        let Raced { ranked, winner, harmful: refused } = raced;
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
         // Beside another supply everything explains more: what is not named there is none.
         if withheld.is_none() {
