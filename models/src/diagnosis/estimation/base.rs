@@ -120,35 +120,40 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     ascending(&mut ranked, |item| item.0);
     // A few steps from the two best starts, then in earnest from the better; the weights depend on
     // the model.
-    let step = |model: Extended, evaluations: usize| {
-        let whitening = weights(data, &model);
-        refit(data, &whitening, &model, &free_of(data, &model, false), evaluations)
-    };
     let looked = ranked.into_iter().take(2).map(|(_, start)| {
-        let model = step(start, LOOK).0;
+        let model = steps(data, &start, LOOK).0;
         (plain_cost(data, &model), model)
     });
-    let best = looked.min_by(|a, b| a.0.total_cmp(&b.0));
-    match best {
-        Some((cost, look)) => {
-            let mut model = with_usual(data, &step(look.clone(), EARNEST).0);
-            let times = if data.inputs.spool_is_recorded() { AGAIN } else { 0 };
-            for _ in 0..=times {
-                let (next, spent) = step(model, EARNEST);
-                model = next;
-                if spent <= FEW {
-                    break;
-                }
-            }
-            // Where the model is no description, the weights (starts and supply free) lead it
-            // astray between the blocks.
-            if plain_cost(data, &model) > ASTRAY * cost { with_usual(data, &look) } else { model }
-        }
+    match looked.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((_, look)) => fit_base_from(data, &look),
         None => {
             let nominal = data.plant.parameters().iter().map(|p| p.nominal).collect();
             with_usual(data, &Extended::base(nominal))
         }
     }
+}
+
+/// Fits the base model to a channel from one start.
+#[must_use]
+pub fn fit_base_from(data: &ChannelData, start: &Extended) -> Extended {
+    let mut model = with_usual(data, &steps(data, start, EARNEST).0);
+    let times = if data.inputs.spool_is_recorded() { AGAIN } else { 0 };
+    for _ in 0..=times {
+        let (next, spent) = steps(data, &model, EARNEST);
+        model = next;
+        if spent <= FEW {
+            break;
+        }
+    }
+    // Where the model is no description, the weights (starts and supply free) lead it astray between
+    // the blocks.
+    if plain_cost(data, &model) > ASTRAY * plain_cost(data, start) { with_usual(data, start) } else { model }
+}
+
+/// Some steps of a fit with the weights that go with where it starts, and how many evaluations they
+/// took.
+fn steps(data: &ChannelData, model: &Extended, evaluations: usize) -> (Extended, usize) {
+    refit(data, &weights(data, model), model, &free_of(data, model, false), evaluations)
 }
 
 /// Weights that go with a model. What is left of its error when noise and wander have had their

@@ -10,8 +10,8 @@ mod objective;
 mod sensitivity;
 
 pub use base::{
-    CORNER, EDGES, GAINS, LEAK, fit_base, free_base, free_of, gain_of, plain_cost, plain_costs, rounded,
-    start, with_usual,
+    CORNER, EDGES, GAINS, LEAK, fit_base, fit_base_from, free_base, free_of, gain_of, plain_cost,
+    plain_costs, rounded, start, with_usual,
 };
 pub use effect::fit_from;
 pub use frozen_jacobian::{refit_near, refit_with};

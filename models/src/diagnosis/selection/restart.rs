@@ -52,10 +52,12 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
     let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
         return Vec::new();
     };
-    let mut looked =
-        parallel::map(first_looks(&channels[worst]).into_iter().take(LOOKED), |(effect, model)| {
-            (effect, fit(&channels[worst], &model))
-        });
+    let others = (0..channels.len()).filter(|&k| k != worst);
+    let valves: Vec<&Extended> = others.map(|k| &stages[k].model).collect();
+    let first = first_looks(&channels[worst], &valves);
+    let mut looked = parallel::map(first.into_iter().take(LOOKED), |(effect, model)| {
+        (effect, fit(&channels[worst], &model))
+    });
     looked.retain(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst]);
     let mut fitted: Vec<(f64, Candidate)> = looked
         .into_iter()
@@ -73,18 +75,18 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
     fitted.into_iter().map(|(_, candidate)| candidate).collect()
 }
 
-/// The best start of every effect on a channel, best first.
-fn first_looks(data: &ChannelData) -> Vec<(usize, Extended)> {
+/// The best start of every effect on a channel, best first, with a valve of each of seven gains and
+/// the `valves` of other channels.
+fn first_looks(data: &ChannelData, valves: &[&Extended]) -> Vec<(usize, Extended)> {
+    let of_gain = |gain: &f64| with_usual(data, &start(data, *gain, EDGE));
+    let bases: Vec<Extended> = GAINS.iter().map(of_gain).chain(valves.iter().map(|&v| v.clone())).collect();
     let asked = |&effect: &usize| {
         applicable(data, effect, Question::Structure) && CATALOGUE[effect].question == Question::Structure
     };
     let looked = parallel::map((0..CATALOGUE.len()).filter(asked), |effect| {
-        let starts = CATALOGUE[effect].probes.iter().flat_map(|probe| {
-            GAINS
-                .iter()
-                .map(|gain| with_usual(data, &start(data, *gain, EDGE)).with(&data.plant, effect, probe))
-        });
-        let starts: Vec<Extended> = starts.collect();
+        let probes = CATALOGUE[effect].probes.iter();
+        let starts: Vec<Extended> =
+            probes.flat_map(|probe| bases.iter().map(|base| base.with(&data.plant, effect, probe))).collect();
         let costs = plain_costs(data, &starts).into_iter().zip(starts);
         let costs = costs.map(|(cost, model)| (cost, effect, model));
         costs.filter(|(cost, ..)| cost.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))

@@ -6,8 +6,9 @@ use super::racing::{Considered, Entrants, Raced, is_foil, is_of_the_rig_file, ri
 use super::restart::explained_afresh;
 use super::selected::{Found, Withheld};
 use super::settling::{fitted_by, settle_finely, staged};
+use super::warm_start::lend_base;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, share_draws};
-use crate::diagnosis::estimation::{ChannelStage, fit_base, free_of, models_of, refit_near};
+use crate::diagnosis::estimation::{ChannelStage, fit_base, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::screening::{Gate, judge, trials};
@@ -51,16 +52,10 @@ pub fn search(
 ) -> Outcome {
     let question = if reference.is_some() { Question::Change } else { Question::Structure };
     progress("fitting the base model", 0);
-    let base: Vec<Extended> = match reference {
-        Some(models) => models,
-        None => parallel::map(channels.iter(), fit_base),
-    };
     let fixed = question == Question::Change;
+    let base = reference.unwrap_or_else(|| base_models(channels));
     share_draws(channels, &base);
-    let mut stages: Vec<ChannelStage> = parallel::map(channels.iter().zip(&base), |(data, model)| {
-        let free = if fixed { Vec::new() } else { free_of(data, model, false) };
-        ChannelStage::new(data, model.clone(), free)
-    });
+    let mut stages = staged(channels, base.clone(), fixed);
     let first = stages.clone();
     let mut named = Named::default();
     let rules = Rules { question, harmless: false };
@@ -101,6 +96,13 @@ pub fn search(
     }
     let Named { causes, gates, first_gates, rounds, explanations, withheld, .. } = named;
     Outcome { base, causes, stages, gates, first_gates, rounds, explanations, withheld, by_likelihood: false }
+}
+
+/// Base models fitted to every channel.
+fn base_models(channels: &mut [ChannelData]) -> Vec<Extended> {
+    let alone = parallel::map(channels.iter(), fit_base);
+    share_draws(channels, &alone);
+    models_of(&lend_base(channels, staged(channels, alone, false)))
 }
 
 /// What the rounds of a search find.

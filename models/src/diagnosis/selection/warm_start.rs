@@ -6,7 +6,7 @@
 
 use super::candidate::{Candidate, acts, assemble, losses_of};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
-use crate::diagnosis::estimation::{ChannelStage, fit_from, rounded};
+use crate::diagnosis::estimation::{ChannelStage, fit_base_from, fit_from, free_of, rounded};
 use crate::diagnosis::likelihood::{Losses, row_count, total};
 use crate::parallel;
 
@@ -37,6 +37,30 @@ pub fn borrow(
         best
     });
     assemble(channels, stages, candidate.effect, fitted)
+}
+
+/// Fits base models again, on channels that are described much worse than the best one, from that
+/// one's, and keeps what is better: valves of one rig are much alike, and a grid of starts may miss.
+#[must_use]
+pub fn lend_base(channels: &[ChannelData], stages: Vec<ChannelStage>) -> Vec<ChannelStage> {
+    let mean = |(data, stage): (&ChannelData, &ChannelStage)| {
+        total(data, &stage.losses.deviance, &OPEN) / row_count(data, &OPEN).max(1.0)
+    };
+    let means: Vec<f64> = channels.iter().zip(&stages).map(mean).collect();
+    let Some(lender) = (0..means.len()).min_by(|&a, &b| means[a].total_cmp(&means[b])) else {
+        return stages;
+    };
+    let (lent, least) = (stages[lender].model.clone(), means[lender]);
+    parallel::map(channels.iter().zip(stages).zip(means), |((data, stage), mean)| {
+        if mean < WORSE * least {
+            return stage;
+        }
+        let model = fit_base_from(data, &lent);
+        let free = free_of(data, &model, false);
+        let again = ChannelStage::new(data, model, free);
+        let left = |stage: &ChannelStage| total(data, &stage.losses.deviance, &[Role::Fit]);
+        if left(&again) < left(&stage) { again } else { stage }
+    })
 }
 
 /// The model of a channel on which the candidate acts, with its corner rounded again.
