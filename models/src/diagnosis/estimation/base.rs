@@ -121,7 +121,7 @@ pub fn fit_base(data: &ChannelData) -> Extended {
     // A few steps from the two best starts, then in earnest from the better; the weights depend on
     // the model.
     let looked = ranked.into_iter().take(2).map(|(_, start)| {
-        let model = steps(data, &start, LOOK).0;
+        let model = refit_by_own_weights(data, &start, LOOK).0;
         (plain_cost(data, &model), model)
     });
     match looked.min_by(|a, b| a.0.total_cmp(&b.0)) {
@@ -136,10 +136,10 @@ pub fn fit_base(data: &ChannelData) -> Extended {
 /// Fits the base model to a channel from one start.
 #[must_use]
 pub fn fit_base_from(data: &ChannelData, start: &Extended) -> Extended {
-    let mut model = with_usual(data, &steps(data, start, EARNEST).0);
+    let mut model = with_usual(data, &refit_by_own_weights(data, start, EARNEST).0);
     let times = if data.inputs.spool_is_recorded() { AGAIN } else { 0 };
     for _ in 0..=times {
-        let (next, spent) = steps(data, &model, EARNEST);
+        let (next, spent) = refit_by_own_weights(data, &model, EARNEST);
         model = next;
         if spent <= FEW {
             break;
@@ -152,7 +152,8 @@ pub fn fit_base_from(data: &ChannelData, start: &Extended) -> Extended {
 
 /// Some steps of a fit with the weights that go with where it starts, and how many evaluations they
 /// took.
-fn steps(data: &ChannelData, model: &Extended, evaluations: usize) -> (Extended, usize) {
+#[must_use]
+pub fn refit_by_own_weights(data: &ChannelData, model: &Extended, evaluations: usize) -> (Extended, usize) {
     refit(data, &weights(data, model), model, &free_of(data, model, false), evaluations)
 }
 

@@ -11,7 +11,7 @@ mod sensitivity;
 
 pub use base::{
     CORNER, EDGES, GAINS, LEAK, fit_base, fit_base_from, free_base, free_of, gain_of, plain_cost,
-    plain_costs, rounded, start, with_usual,
+    plain_costs, refit_by_own_weights, rounded, start, with_usual,
 };
 pub use effect::fit_from;
 pub use frozen_jacobian::{refit_near, refit_with};

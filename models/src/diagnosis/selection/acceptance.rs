@@ -83,6 +83,13 @@ pub fn is_large(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {
     kept_total(channels, stages) > SETTINGS.large_error * open_rows(channels)
 }
 
+/// Does a candidate leave much unexplained?
+#[must_use]
+pub fn leaves_large(channels: &[ChannelData], candidate: &Candidate) -> bool {
+    let left: f64 = together(channels, &candidate.losses, &OPEN).iter().sum();
+    left > SETTINGS.large_error * open_rows(channels)
+}
+
 /// Is much unexplained, too, where a loop that hunts takes up much of it?
 #[must_use]
 pub fn leaves_much(channels: &[ChannelData], stages: &[ChannelStage]) -> bool {

@@ -1,6 +1,6 @@
 //! The search: one cause at a time, everything refitted, until nothing passes.
 
-use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much};
+use super::acceptance::{a_trace_beside, forced, is_large, is_shown, kept_total, leaves_large, leaves_much};
 use super::elimination::eliminate;
 use super::racing::{Considered, Entrants, Raced, is_foil, is_of_the_rig_file, rivals, round};
 use super::restart::explained_afresh;
@@ -76,7 +76,9 @@ pub fn search(
             share_draws(channels, &base);
         }
     }
-    if named.withheld.is_none() && !fixed && is_large(channels, &stages) {
+    // Of a name that was not given the question is only what it was, if it explains the error at all.
+    let withheld = named.withheld.as_ref().is_some_and(|w| !leaves_large(channels, &w.foil));
+    if !withheld && !fixed && is_large(channels, &stages) {
         progress("trying the catalogue afresh", 0);
         let (left, models) = (kept_total(channels, &stages), models_of(&stages));
         share_draws(channels, &base);
@@ -88,7 +90,7 @@ pub fn search(
         match fresh {
             Some((fresh, found)) => {
                 stages = fresh;
-                named.causes = vec![found];
+                (named.causes, named.withheld) = (vec![found], None);
                 name(channels, (&first, &mut stages), rules, &mut named, progress);
             }
             None => share_draws(channels, &models),

@@ -6,7 +6,7 @@
 
 use super::candidate::{Candidate, acts, assemble, losses_of};
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
-use crate::diagnosis::estimation::{ChannelStage, fit_base_from, fit_from, free_of, rounded};
+use crate::diagnosis::estimation::{ChannelStage, fit_base_from, fit_from, free_of, plain_cost, rounded};
 use crate::diagnosis::likelihood::{Losses, row_count, total};
 use crate::parallel;
 
@@ -59,7 +59,10 @@ pub fn lend_base(channels: &[ChannelData], stages: Vec<ChannelStage>) -> Vec<Cha
         let free = free_of(data, &model, false);
         let again = ChannelStage::new(data, model, free);
         let left = |stage: &ChannelStage| total(data, &stage.losses.deviance, &[Role::Fit]);
-        if left(&again) < left(&stage) { again } else { stage }
+        // Weighed, and in plain kilopascals: far off, one is won while the other is lost.
+        let better =
+            left(&again) < left(&stage) && plain_cost(data, &again.model) < plain_cost(data, &stage.model);
+        if better { again } else { stage }
     })
 }
 
@@ -110,7 +113,7 @@ impl<'a> Lenders<'a> {
 mod tests {
     use super::*;
     use crate::diagnosis::estimation::free_base;
-    use crate::diagnosis::testing::channel;
+    use crate::diagnosis::testing::{channel, measured};
     use crate::effects::catalogue::index_of;
 
     /// Channels behind a driver that limits the first one's drive, and a candidate that is stuck
@@ -136,6 +139,25 @@ mod tests {
 
     fn left(channels: &[ChannelData], candidate: &Candidate) -> f64 {
         total(&channels[0], &candidate.losses[0].deviance, &[Role::Fit])
+    }
+
+    #[test]
+    fn a_base_model_that_is_stuck_is_fitted_from_the_best_channels_and_no_other_is_touched() {
+        let (data, base) = channel(false);
+        let channels = [1, 2, 3].map(|seed| measured(data.clone(), &base, seed));
+        let stage = |data: &ChannelData, model: &Extended| {
+            ChannelStage::new(data, model.clone(), free_of(data, model, false))
+        };
+        let mut stuck = base.clone();
+        let gain = channels[0].plant.position("gain").expect("a valve has one");
+        stuck.values[gain] *= 3.0;
+        let models = [&stuck, &base, &base];
+        let stages: Vec<ChannelStage> = channels.iter().zip(models).map(|(d, m)| stage(d, m)).collect();
+        let lent = lend_base(&channels, stages.clone());
+        let left = |stage: &ChannelStage| total(&channels[0], &stage.losses.deviance, &[Role::Fit]);
+        assert!(left(&lent[0]) < 0.1 * left(&stages[0]), "{} of {}", left(&lent[0]), left(&stages[0]));
+        let touched = |k: usize| lent[k].model != stages[k].model;
+        assert_eq!([0, 1, 2].map(touched), [true, false, false]);
     }
 
     #[test]
