@@ -7,7 +7,7 @@
 use crate::diagnosis::settings::SETTINGS;
 use crate::order::ascending;
 
-use super::acceptance::worth_naming;
+use super::acceptance::{is_large, worth_naming};
 use super::candidate::{Candidate, refit_further};
 use super::chance::p_value;
 use super::racing::rivals;
@@ -52,8 +52,9 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
     let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
         return Vec::new();
     };
-    let others = (0..channels.len()).filter(|&k| k != worst);
-    let valves: Vec<&Extended> = others.map(|k| &stages[k].model).collect();
+    // A valve that imitates what is missing there, too, leads as far astray.
+    let described = |k: &usize| !is_large(&channels[*k..=*k], &stages[*k..=*k]);
+    let valves: Vec<&Extended> = (0..channels.len()).filter(described).map(|k| &stages[k].model).collect();
     let first = first_looks(&channels[worst], &valves);
     let mut looked = parallel::map(first.into_iter().take(LOOKED), |(effect, model)| {
         (effect, fit(&channels[worst], &model))
@@ -76,7 +77,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
 }
 
 /// The best start of every effect on a channel, best first, with a valve of each of seven gains and
-/// the `valves` of other channels.
+/// the `valves` of channels that are described well.
 fn first_looks(data: &ChannelData, valves: &[&Extended]) -> Vec<(usize, Extended)> {
     let of_gain = |gain: &f64| with_usual(data, &start(data, *gain, EDGE));
     let bases: Vec<Extended> = GAINS.iter().map(of_gain).chain(valves.iter().map(|&v| v.clone())).collect();
