@@ -14,9 +14,9 @@ use super::racing::rivals;
 use super::selected::Found;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
 use crate::diagnosis::estimation::{
-    ChannelStage, GAINS, plain_cost, plain_costs, refit_by_own_weights, start, with_usual,
+    ChannelStage, GAINS, free_of, plain_cost, plain_costs, refit, refit_by_own_weights, start, with_usual,
 };
-use crate::diagnosis::likelihood::together;
+use crate::diagnosis::likelihood::{Whitening, together};
 use crate::diagnosis::screening::applicable;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
@@ -97,8 +97,15 @@ fn first_looks(data: &ChannelData, valves: &[&Extended]) -> Vec<(usize, Extended
     best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
 }
 
-/// Base parameters and effects, all free; where the fit leads astray, the start.
+/// Base parameters and effects, all free. Of a loop, the error that is left is weighed beside the
+/// wander, and where that leads astray the start stays. Where the drive is recorded and a model is
+/// far off, the likelihood judges instead: with the same weights this names what is false in two of
+/// the ventilators' runs, and it is no longer asked.
 fn fit(data: &ChannelData, start: &Extended) -> Extended {
+    if !data.inputs.in_loop() {
+        let whitening = Whitening::new(data, &data.disturbances(start));
+        return refit(data, &whitening, start, &free_of(data, start, false), EVALUATIONS).0;
+    }
     let fitted = refit_by_own_weights(data, start, EVALUATIONS).0;
     if plain_cost(data, &fitted) < plain_cost(data, start) { fitted } else { start.clone() }
 }
@@ -106,7 +113,6 @@ fn fit(data: &ChannelData, start: &Extended) -> Extended {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::estimation::free_of;
     use crate::diagnosis::testing::channel;
     use crate::effects::catalogue::index_of;
 

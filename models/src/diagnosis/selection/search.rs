@@ -153,7 +153,9 @@ fn name(
         progress("refitting what passed", causes.len() as u64);
         let harms = |models: &[Extended]| harmless && choosing_kpa(channels, models) >= base_kpa;
         let mut raced = round(channels, stages, &tried, (gates, Entrants::Passed), rounds, harms);
-        if raced.winner.is_none() && !causes.is_empty() && is_large(channels, stages) {
+        // Where the drive is recorded, a model that is far off is the likelihood's matter.
+        let looped = channels.iter().all(|data| data.inputs.in_loop());
+        if looped && raced.winner.is_none() && !causes.is_empty() && is_large(channels, stages) {
             progress("refitting the whole catalogue", causes.len() as u64);
             raced = round(channels, stages, &tried, (gates, Entrants::Everything), rounds, harms);
         }
