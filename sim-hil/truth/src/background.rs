@@ -50,8 +50,8 @@ impl Background {
         Self { valve_curve: 0.004, flow_function: 0.004, exponent: 0.01, tube: 0.03, fast_wander: 0.003 }
     }
 
-    /// Volume of the tube between valve and chamber, m^3: none where there is no tube. The gas behind
-    /// the valve fills it as well, and no wall gives way there.
+    /// Volume of the tube between valve and chamber, m^3: none where there is no tube. The gas
+    /// behind the valve fills it as well, and no wall gives way there.
     #[must_use]
     pub fn tube_m3(&self) -> f64 {
         if self.tube > 0.0 { TUBE_M3 } else { 0.0 }

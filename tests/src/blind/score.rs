@@ -88,7 +88,8 @@ const SAME: [(&str, &str, f64); 14] = [
     ("sensor_crosstalk", "share", 1.0),
 ];
 
-/// Effects of the chamber's wall, whose size is a growth relative to all the volume behind the valve.
+/// Effects of the chamber's wall, whose size is a growth relative to all the volume behind the
+/// valve.
 const OF_THE_WALL: [&str; 2] = ["wall_compliance", "wall_creep"];
 
 /// Part of the volume behind a valve whose wall gives way. On the rigs of hard rounds a rigid tube

@@ -145,8 +145,8 @@ pub fn fit_base_from(data: &ChannelData, start: &Extended) -> Extended {
             break;
         }
     }
-    // Where the model is no description, the weights (starts and supply free) lead it astray between
-    // the blocks.
+    // Where the model is no description, the weights (starts and supply free) lead it astray
+    // between the blocks.
     if plain_cost(data, &model) > ASTRAY * plain_cost(data, start) { with_usual(data, start) } else { model }
 }
 

@@ -49,8 +49,8 @@ impl Candidate {
 pub enum Starts {
     /// The best trials, in which the other parameters have made way along their derivatives.
     Trials,
-    /// These, and the effect in its best sizes beside parameters that stay where they are: derivatives
-    /// lead nowhere where a model is far from straight.
+    /// These, and the effect in its best sizes beside parameters that stay where they are:
+    /// derivatives lead nowhere where a model is far from straight.
     TrialsAndSizes,
 }
 

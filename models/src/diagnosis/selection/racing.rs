@@ -47,9 +47,9 @@ const STUCK: f64 = 0.95;
 pub enum Entrants {
     /// What passed the gate and promises enough.
     Passed,
-    /// Whatever was tried. The gate sees only what lies straight ahead, and beside what leads a model far
-    /// from straight, like a tube, the way to what is missing does not. What wins without it must stand
-    /// out of chance where it ends.
+    /// Whatever was tried. The gate sees only what lies straight ahead, and beside what bends a
+    /// model, like a tube, the way to what is missing is not straight. What wins without it must
+    /// stand out of chance where it ends.
     Everything,
 }
 

@@ -76,7 +76,8 @@ pub fn search(
             share_draws(channels, &base);
         }
     }
-    // Of a name that was not given the question is only what it was, if it explains the error at all.
+    // Of a name that was not given the question is only what it was, if it explains the error at
+    // all.
     let withheld = named.withheld.as_ref().is_some_and(|w| !leaves_large(channels, &w.foil));
     if !withheld && !fixed && is_large(channels, &stages) {
         progress("trying the catalogue afresh", 0);

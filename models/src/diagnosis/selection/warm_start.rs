@@ -40,7 +40,8 @@ pub fn borrow(
 }
 
 /// Fits base models again, on channels that are described much worse than the best one, from that
-/// one's, and keeps what is better: valves of one rig are much alike, and a grid of starts may miss.
+/// one's, and keeps what is better: valves of one rig are much alike, and a grid of starts may
+/// miss.
 #[must_use]
 pub fn lend_base(channels: &[ChannelData], stages: Vec<ChannelStage>) -> Vec<ChannelStage> {
     let mean = |(data, stage): (&ChannelData, &ChannelStage)| {

@@ -15,8 +15,8 @@ pub const INFO: EffectInfo = EffectInfo {
     domain: Domain::Both,
     reach: Reach::Channel,
     parameters: &[
-        // Usual: data sheets state flows to 10 %. In a loop a supply that is 5 % more or less than stated
-        // looks like 5 % beside: a choked fill goes with it, and a vent does not.
+        // Usual: data sheets state flows to 10 %. In a loop a supply that is 5 % more or less than
+        // stated looks like 5 % beside: a choked fill goes with it, and a vent does not.
         EffectParameter::logarithmic("ratio", "1", (0.1, 1.0, 10.0), "vent gain over fill gain").in_base_to(0.1).seeming_in_loop(0.05),
     ],
     probes: &[&[0.6], &[0.85], &[1.2], &[1.7]],
