@@ -99,8 +99,8 @@ fn first_looks(data: &ChannelData, valves: &[&Extended]) -> Vec<(usize, Extended
 
 /// Base parameters and effects, all free. Of a loop, the error that is left is weighed beside the
 /// wander, and where that leads astray the start stays. Where the drive is recorded and a model is
-/// far off, the likelihood judges instead: with the same weights this names what is false in two of
-/// the ventilators' runs, and it is no longer asked.
+/// far off, the likelihood judges instead: with the same weights this named what is false in the
+/// seventh run of the ventilator with a pinch valve, and the likelihood was no longer asked.
 fn fit(data: &ChannelData, start: &Extended) -> Extended {
     if !data.inputs.in_loop() {
         let whitening = Whitening::new(data, &data.disturbances(start));
