@@ -34,7 +34,7 @@ impl<const L: usize, T: Float> Lanes<L, T> {
 impl<const L: usize, T: Float> Add for Lanes<L, T> {
     type Output = Self;
 
-    #[inline(always)]
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.zip(
             other,
@@ -47,7 +47,7 @@ impl<const L: usize, T: Float> Add for Lanes<L, T> {
 impl<const L: usize, T: Float> Sub for Lanes<L, T> {
     type Output = Self;
 
-    #[inline(always)]
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.zip(
             other,
@@ -60,7 +60,7 @@ impl<const L: usize, T: Float> Sub for Lanes<L, T> {
 impl<const L: usize, T: Float> Mul for Lanes<L, T> {
     type Output = Self;
 
-    #[inline(always)]
+    #[inline]
     fn mul(self, other: Self) -> Self {
         self.zip(
             other,
@@ -73,7 +73,7 @@ impl<const L: usize, T: Float> Mul for Lanes<L, T> {
 impl<const L: usize, T: Float> Div for Lanes<L, T> {
     type Output = Self;
 
-    #[inline(always)]
+    #[inline]
     fn div(self, other: Self) -> Self {
         self.zip(
             other,
@@ -86,7 +86,7 @@ impl<const L: usize, T: Float> Div for Lanes<L, T> {
 impl<const L: usize, T: Float> Neg for Lanes<L, T> {
     type Output = Self;
 
-    #[inline(always)]
+    #[inline]
     fn neg(self) -> Self {
         self.map(
             #[inline(always)]
@@ -119,12 +119,12 @@ impl<const L: usize, T: Float> Scalar for Lanes<L, T> {
         value
     }
 
-    #[inline(always)]
+    #[inline]
     fn scale(self, factor: Self) -> Self {
         self * factor
     }
 
-    #[inline(always)]
+    #[inline]
     fn shift(self, offset: Self) -> Self {
         self + offset
     }

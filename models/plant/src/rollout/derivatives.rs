@@ -96,7 +96,6 @@ fn duals_side_by_side<Q: Model>(
 }
 
 /// Rates at a pressure for each of the rows.
-#[multiversion(targets("x86_64+avx2"))]
 pub(super) fn rates<Q: Model>(
     model: &Q,
     parameters: &[DualLanes],
@@ -108,9 +107,22 @@ pub(super) fn rates<Q: Model>(
     let width = rows.len() / pressures.len().max(1);
     debug_assert!(pressures.is_empty() || width >= column::COUNT, "a row has the standard columns");
     for ((row, &pressure), rate) in rows.chunks_exact(width.max(1)).zip(pressures).zip(rates) {
-        let held = model.hold(&coefficients, row, Drive::recorded(row));
-        *rate = model.rate(&coefficients, &held, DualLanes::from_real(pressure));
+        rate_of(model, &coefficients, row, pressure, rate);
     }
+}
+
+/// One row at a time: the compiler makes a loop over rows anew for each form of the model, each of
+/// them slower than this call.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn rate_of<Q: Model>(
+    model: &Q,
+    coefficients: &Q::Coefficients<DualLanes>,
+    row: &[Lanes<SENSITIVITY_LANES>],
+    pressure: Lanes<SENSITIVITY_LANES>,
+    rate: &mut DualLanes,
+) {
+    let held = model.hold(coefficients, row, Drive::recorded(row));
+    *rate = model.rate(coefficients, &held, DualLanes::from_real(pressure));
 }
 
 #[cfg(test)]
