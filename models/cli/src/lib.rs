@@ -1,6 +1,8 @@
 //! The command line of `pneudrive-model`, for the program of that name and for packages that bring
 //! it along: one file per command, and what they share.
 
+#![forbid(unsafe_code)]
+
 mod compare;
 mod diagnose;
 mod effects;

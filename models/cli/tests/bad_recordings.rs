@@ -84,7 +84,8 @@ fn nothing_moves() {
         "t_s,b0_u0,b0_p0_kpa",
         still.iter().map(|(t, _, p)| format!("{t:.2},0.02,{:.3}", 100.0 + 0.01 * p[0])),
     );
-    refused(&text, true, "the drive of b0c0 never changes");
+    let said = "the drive of b0c0 never changes: nothing can be learnt about what it drives; move it over its range while recording, or diagnose the others alone (`--channels`)";
+    refused(&text, true, said);
 }
 
 #[test]

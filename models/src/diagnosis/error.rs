@@ -56,7 +56,7 @@ pub enum DiagnosisError {
     },
     /// The input does not move.
     #[error(
-        "{file}: {what} of {channels} never changes: nothing can be learnt about what it drives; move it over its range while recording"
+        "{file}: {what} of {channels} never changes: nothing can be learnt about what it drives; move it over its range while recording, or diagnose the others alone (`--channels`)"
     )]
     NoExcitation {
         /// The recording.

@@ -763,7 +763,8 @@ class PressureController:
         trajectory : mapping from str to array_like of float, shape (rows,), or path
             ``t_s`` (s, from 0 on, increasing) and any of ``b0_cmd0_kpa`` and so on (board 0, channel 0; kPa gauge). A DataFrame or a
             Recording does as well; so does the path of a CSV file or, of a recording, an MCAP file. Channels without a column stay at
-            0 kPa. All of it is checked before anything is sent.
+            0 kPa. All of it is checked before anything is sent: a column that looks like a misspelt command (``b0_cdm0_kpa``) is refused, those
+            that no recording has are named in a UserWarning.
         rate_hz : float, optional
             Cycles per second; as fast as possible by default.
         interpolation : {"hold", "linear"}, default "hold"
