@@ -84,8 +84,20 @@ fn nothing_moves() {
         "t_s,b0_u0,b0_p0_kpa",
         still.iter().map(|(t, _, p)| format!("{t:.2},0.02,{:.3}", 100.0 + 0.01 * p[0])),
     );
-    let said = "the drive of b0c0 never changes: nothing can be learnt about what it drives; move it over its range while recording, or diagnose the others alone (`--channels`)";
-    refused(&text, true, said);
+    refused(&text, true, "the drive of b0c0 never changes");
+}
+
+#[test]
+fn one_channel_does_not_move() {
+    let lines = rows(40.0);
+    let text = csv(
+        BOTH,
+        lines
+            .iter()
+            .map(|(t, c, p)| format!("{t:.2},{:.2},{:.3},150,{:.3}", c[0], p[0], 150.0 + 0.01 * p[1])),
+    );
+    refused(&text, false, "the command of b0c1 never changes");
+    refused(&text, false, "or diagnose b0c0 alone");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::data::ChannelId;
 use crate::rig::RigError;
 
 /// A recording from which nothing can be named.
@@ -56,7 +57,8 @@ pub enum DiagnosisError {
     },
     /// The input does not move.
     #[error(
-        "{file}: {what} of {channels} never changes: nothing can be learnt about what it drives; move it over its range while recording, or diagnose the others alone (`--channels`)"
+        "{file}: {what} of {channels} never changes: nothing can be learnt about what it drives; move it over its range while recording{}",
+        only(.moving)
     )]
     NoExcitation {
         /// The recording.
@@ -65,6 +67,8 @@ pub enum DiagnosisError {
         what: &'static str,
         /// Which channels.
         channels: String,
+        /// Which move.
+        moving: Vec<ChannelId>,
     },
     /// Command and pressure differ by the factor between two units.
     #[error(
@@ -167,4 +171,15 @@ pub enum DiagnosisError {
         /// Why.
         source: std::io::Error,
     },
+}
+
+/// What is left to diagnose, where anything is.
+fn only(moving: &[ChannelId]) -> String {
+    match moving {
+        [] => String::new(),
+        moving => {
+            let names: Vec<String> = moving.iter().map(ToString::to_string).collect();
+            format!(", or diagnose {} alone", names.join(","))
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Arrays filled in place.
 
-/// Up to here an array is filled without a loop.
+/// Up to here an array is filled without a loop: as many as are written out below.
 const FEW: usize = 8;
 
 /// Like [`std::array::from_fn`], but surely inlined. Code that is left in a function of its own is
@@ -28,4 +28,20 @@ pub(crate) fn filled<T: Copy, const N: usize>(blank: T, mut value: impl FnMut(us
         }
     }
     array
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_place_gets_its_value_with_and_without_a_loop() {
+        fn places<const N: usize>() -> [usize; N] {
+            filled(usize::MAX, |i| i)
+        }
+        assert_eq!(places::<1>(), [0]);
+        assert_eq!(places::<4>(), [0, 1, 2, 3]);
+        assert_eq!(places::<FEW>(), std::array::from_fn(|i| i));
+        assert_eq!(places::<{ FEW + 1 }>(), std::array::from_fn(|i| i));
+    }
 }

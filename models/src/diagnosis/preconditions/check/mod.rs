@@ -65,7 +65,7 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
             wanted: usize::from(SETTINGS.least_blocks),
         });
     }
-    let (mut still, mut what) = (Vec::new(), "the drive");
+    let (mut still, mut moving, mut what) = (Vec::new(), Vec::new(), "the drive");
     for data in channels {
         let moves = match &data.inputs.drive {
             DriveInput::Spool(u) => deviation(u) > SETTINGS.least_drive_movement,
@@ -77,12 +77,15 @@ pub fn check(file: &str, channels: &[ChannelData]) -> Result<Vec<String>, Diagno
                 deviation(&data.inputs.command_pa) > 1e3 * SETTINGS.least_command_movement_kpa
             }
         };
-        if !moves {
+        if moves {
+            moving.push(data.id);
+        } else {
             still.push(data.id.to_string());
         }
     }
     if !still.is_empty() {
-        return Err(DiagnosisError::NoExcitation { file: file.to_owned(), what, channels: still.join(", ") });
+        let channels = still.join(", ");
+        return Err(DiagnosisError::NoExcitation { file: file.to_owned(), what, channels, moving });
     }
     for data in channels {
         units(file, data)?;
