@@ -128,7 +128,8 @@ pub struct Imperfection {
 pub enum Unnamed {
     /// It is no larger than on sound rigs.
     Usual,
-    /// It gains nothing on the test blocks, or may, and be of no size too.
+    /// It gains nothing on the test blocks, or may, and be of no size too; or beside a larger cause
+    /// the gain is not sure, or a trace of the whole error.
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,

@@ -15,7 +15,7 @@ use crate::diagnosis::json::{
 use crate::diagnosis::likelihood::limit_cycle;
 use crate::diagnosis::preconditions::{Purpose, check, much_missing, prepare_for};
 use crate::diagnosis::report::{
-    ExtendedFile, alternatives, band_holds, cause, earned, extended_file, verdict,
+    ExtendedFile, alternatives, band_holds, beside, cause, earned, extended_file, verdict,
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
@@ -161,9 +161,14 @@ fn assemble(
     let causes = measured_causes(&channels, &outcome, &final_errors, change);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
-    let (causes, imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
+    let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
         shown(cause) || alternatives::is_probable(cause, explanations)
     });
+    if !change {
+        let (named, unnamed) = beside::part(causes, base_errors.all(), looped);
+        causes = named;
+        imperfections.extend(unnamed);
+    }
     let mut depends_on = significant(&channels, &left);
     let withheld = outcome.withheld.as_ref();
     depends_on.splice(..0, withheld.and_then(|w| adequacy::cycle(&channels, &outcome, &w.foil)));

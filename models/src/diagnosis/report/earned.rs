@@ -15,9 +15,7 @@ use crate::effects::{EffectInfo, EffectParameter};
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
 /// smooth functions do as well. What has no size that is determined must be `probable`. Of a
 /// board's loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: there
-/// all must be, but what makes it hunt, in step with which no rollout does; and what has no size
-/// that is determined must not stand beside what has one: the shape of something often fits what
-/// another cause leaves.
+/// all must be, but what makes it hunt, in step with which no rollout does.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
@@ -36,13 +34,6 @@ pub fn part(
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }
-    }
-    let sized = |cause: &Cause| hunts(cause) || !is_undetermined(cause);
-    if looped && !change && causes.iter().any(sized) {
-        let (named, sizeless): (Vec<_>, Vec<_>) = causes.into_iter().partition(sized);
-        let unnamed = |cause| Imperfection { why: Unnamed::Undetermined, cause };
-        imperfections.extend(sizeless.into_iter().map(unnamed));
-        causes = named;
     }
     (causes, imperfections)
 }
@@ -74,12 +65,12 @@ fn may_be_usual(cause: &Cause) -> bool {
     })
 }
 
-fn hunts(cause: &Cause) -> bool {
+pub(super) fn hunts(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(|k| CATALOGUE[k].makes_limit_cycles())
 }
 
 /// Is none of the sizes that tell how large it is determined?
-fn is_undetermined(cause: &Cause) -> bool {
+pub(super) fn is_undetermined(cause: &Cause) -> bool {
     of_all_sizes(cause, |_, ci95| ci95.is_none())
 }
 
@@ -287,27 +278,6 @@ mod tests {
         let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
         let causes = |size, looped| part(found(size), &[], false, looped, |_| false).0.len();
         assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 1));
-    }
-
-    #[test]
-    fn in_closed_loop_what_has_a_size_leaves_no_name_to_what_has_none() {
-        let sagging = |drop| {
-            let mut sag = cause("supply_sag", "drop", drop, 0.5);
-            sag.gain.weighted_ci95 = [0.1, 0.5];
-            sag
-        };
-        let named = |sag: Option<[f64; 2]>, looped: bool| {
-            let limit = cause("drive_saturation", "limit", Some([0.68, 0.72]), 0.7);
-            let found = vec![limit, sagging(sag)];
-            let (causes, imperfections) = part(found, &[], false, looped, |_| true);
-            assert!(imperfections.iter().all(|i| i.why == Unnamed::Undetermined));
-            causes.into_iter().map(|cause| cause.effect).collect::<Vec<_>>()
-        };
-        assert_eq!(named(None, true), ["drive_saturation"]);
-        assert_eq!(named(Some([20.0, 70.0]), true).len(), 2);
-        assert_eq!(named(None, false).len(), 2, "where the drive is recorded, the error tells");
-        let alone = part(vec![sagging(None)], &[], false, true, |_| true);
-        assert_eq!(alone.0.len(), 1);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! model.
 
 pub mod alternatives;
+pub mod beside;
 mod causes;
 pub mod earned;
 mod extended;

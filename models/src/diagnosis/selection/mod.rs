@@ -12,7 +12,7 @@ mod selected;
 mod settling;
 mod warm_start;
 
-pub use acceptance::is_shown;
+pub use acceptance::{is_shown, roughly_timed};
 pub use adopt::adopt;
 pub use candidate::Candidate;
 pub use racing::Considered;
