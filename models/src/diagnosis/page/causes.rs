@@ -21,7 +21,7 @@ pub fn markup(report: &Report) -> Markup {
 /// What is modelled without a name, and why it has none.
 pub fn unnamed(report: &Report) -> Markup {
     html! {
-        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, may be nothing, gain nothing on the test blocks, do no more than any smooth correction would, are improbable, or of a size that the recording does not tell."))
+        (paragraph("Some effect of the catalogue always describes a part of what a model lacks. These make the simulation better, and the extended model has them; but they are no larger than sound rigs show, may be nothing, have no gain on the test blocks that is sure and worth a name, do no more than any smooth correction would, are improbable, or of a size that the recording does not tell."))
         (table(report, report.imperfections.iter().map(|i| &i.cause)))
         @for i in &report.imperfections {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {

@@ -101,7 +101,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
         String::new()
     } else {
         format!(
-            " The extended model also has {}, no larger than sound rigs do, in a size that may be nothing or is not told, without a gain on the test blocks, or improbable.",
+            " The extended model also has {}, no larger than sound rigs do, in a size that may be nothing or is not told, without a gain that is sure and worth a name, or improbable.",
             small.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(" and ")
         )
     };
