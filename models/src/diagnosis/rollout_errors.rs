@@ -3,7 +3,7 @@
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::json::Gain;
-use crate::diagnosis::likelihood::{Whitening, expected_readings};
+use crate::diagnosis::likelihood::{Expected, Whitening};
 use crate::diagnosis::resampling::{generator, quantile, runs};
 use crate::parallel;
 
@@ -19,11 +19,11 @@ pub struct BlockErrors {
 }
 
 /// Residuals of a rollout whose start pressure in every block is right, kPa, at the compared rows;
-/// of a loop that hunts, those of the [expected readings](expected_readings).
+/// of a loop that hunts, those of the [expected readings](Expected).
 #[must_use]
 pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
-    let expected = expected_readings(data, model);
-    let mut r: Vec<f64> = expected.iter().zip(data.measured_kpa.iter()).map(|(y, m)| m - y).collect();
+    let Expected { readings, .. } = Expected::of(data, model);
+    let mut r: Vec<f64> = readings.iter().zip(data.measured_kpa.iter()).map(|(y, m)| m - y).collect();
     // How a start pressure dies away is a matter of the gas, not of every loop of the board.
     Whitening::start_only(data, &data.rough().disturbances(model)).apply(&mut r);
     r
@@ -38,12 +38,13 @@ impl BlockErrors {
         Self::new(channels, &residuals, role)
     }
 
-    /// Of some stages on the test blocks, weighted by what noise and the wander of the supply
-    /// explain: what the search goes by. In variances of the noise instead of kPa^2.
+    /// Of some stages on the test blocks, weighted by what noise, the wander of the supply and the
+    /// hunting of a loop explain: what the search goes by. In variances of the noise instead of
+    /// kPa^2.
     #[must_use]
     pub fn weighted(channels: &[ChannelData], stages: &[ChannelStage]) -> Self {
         let pieces = channels.iter().zip(stages).map(|(data, stage)| {
-            let blocks = data.blocks.iter().zip(&data.spans).zip(&stage.losses.fair);
+            let blocks = data.blocks.iter().zip(&data.spans).zip(&stage.losses.deviance);
             let tested = blocks.filter(|((block, _), _)| block.role == Role::Test);
             // A block's loss is one number: its pieces are alike.
             let part = |sum: f64, rows: usize| (sum / PIECES as f64, rows as f64 / PIECES as f64);
@@ -135,6 +136,8 @@ fn log_ratio(before: &[f64], after: &[f64]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::likelihood::limit_cycle::otherwise;
+    use crate::diagnosis::testing::{channel, measured, with};
     use rand::RngExt;
 
     fn errors(sums: &[f64]) -> BlockErrors {
@@ -159,5 +162,16 @@ mod tests {
             covered += i32::from((gain.ci95[0]..=gain.ci95[1]).contains(&0.5));
         }
         assert!((180..=198).contains(&covered), "{covered} of 200");
+    }
+
+    #[test]
+    fn a_loop_that_hunts_as_the_recording_does_gains_where_errors_are_weighed() {
+        let (data, base) = channel(true);
+        let sticking = with(&data, &base, "valve_stiction", &[0.1]);
+        let data = measured(otherwise(&otherwise(&data)), &sticking, 1);
+        let stage = |model: &Extended| vec![ChannelStage::new(&data, model.clone(), Vec::new())];
+        let weighted = |model: &Extended| BlockErrors::weighted(std::slice::from_ref(&data), &stage(model));
+        let (still, hunting) = (weighted(&base), weighted(&sticking));
+        assert!(still.gain(&hunting).ci95[0] > 0.01, "{:?}", still.gain(&hunting));
     }
 }

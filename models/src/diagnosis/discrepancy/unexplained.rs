@@ -49,15 +49,16 @@ impl Rest {
 
     /// Does a smooth function of one variable explain more of the base models' error than the names
     /// together? Then they only imitate something else. What makes a loop hunt counts only where
-    /// nothing else is named: it takes up what the others leave.
+    /// it was named before anything else: later, it takes up what the others leave.
     #[must_use]
     pub fn imitated(&self, channels: &[ChannelData], outcome: &Outcome) -> bool {
         let loss = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));
-        let (hunting, others): (Vec<&Found>, Vec<&Found>) = outcome.causes.iter().partition(|cause| {
+        let makes_hunt = |cause: &&Found| {
             let looped = channels.iter().zip(&cause.acts).any(|(data, acts)| *acts && data.inputs.in_loop());
             looped && is_hunting(cause.effect)
-        });
-        let taken_up = if others.is_empty() { 0.0 } else { hunting.iter().map(|cause| cause.gained).sum() };
+        };
+        let later = outcome.causes.iter().skip_while(makes_hunt).filter(makes_hunt);
+        let taken_up: f64 = later.map(|cause| cause.gained).sum();
         let gained = loss(&self.base_stages) - loss(&outcome.stages) - taken_up;
         Variable::ALL.iter().any(|&variable| {
             let clear =
@@ -151,4 +152,56 @@ pub fn correction_gain(
         Some((data.id.to_string(), model.correction.as_ref()?.variable.words().to_owned()))
     });
     Some(Corrected { along: by_channel.collect(), gain: plain.gain(&after) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, measured, with};
+    use crate::effects::catalogue::index_of;
+
+    /// Where a loop hunts, something smooth explains half of what a cause that makes it hunt gains
+    /// beside another one. Are the two imitated, named in this order?
+    fn imitated_in_order(ids: [&str; 2]) -> bool {
+        let (data, base) = channel(true);
+        let sticking = with(&data, &base, "valve_stiction", &[0.1]);
+        let channels = [measured(data, &sticking, 1)];
+        let stages = staged(&channels, vec![sticking], true);
+        let base_stages = staged(&channels, vec![base.clone()], true);
+        let loss = |stages: &[ChannelStage]| select_total(&channels, stages.iter().map(|s| &s.losses));
+        let gained = loss(&base_stages) - loss(&stages);
+        assert!(gained > 0.0);
+        let mut symptoms = dependences(&channels, &base_stages);
+        symptoms.truncate(1);
+        (symptoms[0].p_value, symptoms[0].explained) = (0.0, 0.5 * gained);
+        let found = |id: &str| Found {
+            effect: index_of(id).unwrap(),
+            acts: vec![true],
+            p_value: 0.0,
+            equivalent: Vec::new(),
+            without: vec![base.clone()],
+            gained: if id == "valve_stiction" { 0.9 * gained } else { 0.1 * gained },
+            rivals: Vec::new(),
+            errors: None,
+        };
+        let outcome = Outcome {
+            base: vec![base.clone()],
+            causes: ids.map(found).to_vec(),
+            stages,
+            gates: Vec::new(),
+            first_gates: Vec::new(),
+            rounds: Vec::new(),
+            explanations: Vec::new(),
+            withheld: None,
+            by_likelihood: false,
+        };
+        let rest = Rest { base_stages, symptoms, left: Vec::new(), share: 1.0 };
+        rest.imitated(&channels, &outcome)
+    }
+
+    #[test]
+    fn what_makes_a_loop_hunt_counts_where_it_is_named_first_and_not_where_it_takes_up_the_rest() {
+        assert!(!imitated_in_order(["valve_stiction", "valve_lag"]));
+        assert!(imitated_in_order(["valve_lag", "valve_stiction"]));
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::lasting::Lasting;
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
+use crate::diagnosis::likelihood::Expected;
 
 /// What the model of one channel predicts of one recording.
 #[derive(Debug, Clone)]
@@ -18,8 +19,14 @@ impl Predicted {
     /// Of a model. The size of its discrepancy is that of the blocks it was fitted to.
     #[must_use]
     pub fn of(data: &ChannelData, model: &Extended) -> Self {
-        let residuals = data.residuals(model);
-        let stretches = |role: Role| -> Vec<&[f64]> {
+        let Expected { readings, hunting } = Expected::of(data, model);
+        let residuals: Vec<[f64; 2]> = readings
+            .iter()
+            .zip(data.measured_kpa.iter())
+            .zip(hunting)
+            .map(|((y, measured), hunting)| [measured - y, hunting])
+            .collect();
+        let stretches = |role: Role| -> Vec<&[[f64; 2]]> {
             let chosen = data.blocks.iter().zip(&data.spans).filter(|(block, _)| block.role == role);
             chosen.map(|(_, span)| &residuals[span.clone()]).collect()
         };
@@ -32,7 +39,7 @@ impl Predicted {
             squares: select
                 .iter()
                 .flat_map(|block| block.iter())
-                .fold((0.0, 0.0), |(s, n), r| (s + r * r, n + 1.0)),
+                .fold((0.0, 0.0), |(s, n), [r, _]| (s + r * r, n + 1.0)),
         }
     }
 

@@ -53,21 +53,42 @@ pub fn otherwise(data: &ChannelData) -> ChannelData {
     other
 }
 
-/// Readings as they are expected: of a loop that hunts, the mean over some courses of the noise.
-#[must_use]
-pub fn expected_readings(data: &ChannelData, model: &Extended) -> Vec<f64> {
-    let mut sum = data.readings(model);
-    if hunts(data, model) {
+/// Readings as they are expected.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expected {
+    /// Their mean over some courses of the noise where a loop hunts, and what one rollout says
+    /// elsewhere, kPa.
+    pub readings: Vec<f64>,
+    /// Variance of the hunting about it, kPa^2: of the courses, and of their mean.
+    pub hunting: Vec<f64>,
+}
+
+impl Expected {
+    /// Of a model.
+    #[must_use]
+    pub fn of(data: &ChannelData, model: &Extended) -> Self {
+        let first = data.readings(model);
+        if !hunts(data, model) {
+            return Self { hunting: vec![0.0; first.len()], readings: first };
+        }
+        let (mut sum, mut squares) = (vec![0.0; first.len()], vec![0.0; first.len()]);
         let mut other = data.clone();
         for draw in 1..EXPECTED {
             if let Some(board) = &mut other.plant.board {
                 board.noise_draw = draw;
             }
-            sum.iter_mut().zip(other.readings(model)).for_each(|(sum, y)| *sum += y);
+            for (k, y) in other.readings(model).iter().enumerate() {
+                sum[k] += y - first[k];
+                squares[k] += (y - first[k]).powi(2);
+            }
         }
-        sum.iter_mut().for_each(|sum| *sum /= EXPECTED as f64);
+        let count = EXPECTED as f64;
+        let variance = |(sum, squares): (&f64, &f64)| {
+            (squares - sum * sum / count).max(0.0) / (count - 1.0) * (1.0 + 1.0 / count)
+        };
+        let hunting = sum.iter().zip(&squares).map(variance).collect();
+        Self { readings: first.iter().zip(&sum).map(|(y, sum)| y + sum / count).collect(), hunting }
     }
-    sum
 }
 
 #[cfg(test)]
@@ -95,5 +116,22 @@ mod tests {
     fn weights_of_a_loop_that_hunts_are_those_of_the_loop_at_rest() {
         let (data, base) = channel(true);
         assert_eq!(data.disturbances(&sticking(&data, &base, 0.05)), data.disturbances(&base));
+    }
+
+    #[test]
+    fn readings_of_a_loop_that_hunts_are_expected_to_scatter_and_others_are_one_rollout() {
+        let (data, base) = channel(true);
+        let rollout = data.readings(&base);
+        let still = Expected::of(&data, &base);
+        assert!(still.readings == rollout && still.hunting.iter().all(|v| *v == 0.0));
+        let hunting = Expected::of(&data, &sticking(&data, &base, 0.1));
+        let mean = hunting.hunting.iter().sum::<f64>() / rollout.len() as f64;
+        assert!(mean > 0.01 && hunting.hunting.iter().all(|v| *v >= 0.0), "{mean}");
+        let farther = |readings: &[f64]| -> f64 {
+            let other = otherwise(&otherwise(&data)).readings(&sticking(&data, &base, 0.1));
+            other.iter().zip(readings).map(|(a, b)| (a - b).powi(2)).sum()
+        };
+        let one = data.readings(&sticking(&data, &base, 0.1));
+        assert!(farther(&hunting.readings) < farther(&one));
     }
 }

@@ -11,6 +11,6 @@ mod residuals;
 pub use covariance::{WANDERS, Whitening, wander};
 pub use deviance::{Losses, least_gain, row_count, select_total, together, together_by, total};
 pub use likelier::{deviances, likelier};
-pub use limit_cycle::{at_rest, expected_readings, hunts, is_hunting};
+pub use limit_cycle::{Expected, at_rest, hunts, is_hunting};
 pub use random_effects::{DISTURBANCES, FLOWS, SINES};
 pub use residuals::{block_losses, whitened_residuals};

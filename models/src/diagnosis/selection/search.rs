@@ -10,6 +10,7 @@ use super::warm_start::lend_base;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, fit_base, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
+use crate::diagnosis::likelihood::hunts;
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::screening::{Gate, judge, trials};
 use crate::diagnosis::settings::SETTINGS;
@@ -152,7 +153,7 @@ fn name(
             break;
         }
         progress("refitting what passed", causes.len() as u64);
-        let harms = |models: &[Extended]| harmless && choosing_kpa(channels, models) >= base_kpa;
+        let harms = |models: &[Extended]| harmless && goes_astray(channels, models, base_kpa);
         let mut raced = round(channels, stages, &tried, (gates, Entrants::Passed), rounds, harms);
         // Where the drive is recorded, a model that is far off is the likelihood's matter.
         let looped = channels.iter().all(|data| data.inputs.in_loop());
@@ -225,7 +226,14 @@ fn name(
 /// can be won while the pressure is lost.
 #[must_use]
 pub fn harms(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
-    choosing_kpa(channels, &models_of(last)) >= choosing_kpa(channels, &models_of(first))
+    goes_astray(channels, &models_of(last), choosing_kpa(channels, &models_of(first)))
+}
+
+/// Do rollouts leave `base_kpa` or more? Of a loop that hunts they do not tell: none is in step with
+/// the recording, and one that does not hunt at all is as close. There the likelihood judges alone.
+fn goes_astray(channels: &[ChannelData], models: &[Extended], base_kpa: f64) -> bool {
+    let hunting = channels.iter().zip(models).any(|(data, model)| hunts(data, model));
+    !hunting && choosing_kpa(channels, models) >= base_kpa
 }
 
 /// RMS error of rollouts on the choosing blocks, kPa.

@@ -47,6 +47,17 @@ fn against_a_reference_what_has_moved_is_named_and_the_base_stays() {
     }
 }
 
+#[test]
+fn rollouts_of_a_loop_that_hunts_do_not_say_that_a_name_harms() {
+    let astray = |in_loop: bool, id: &str, value: f64| {
+        let (data, base) = channel(in_loop);
+        let model = with(&data, &base, id, &[value]);
+        goes_astray(&[data], &[model], 0.05)
+    };
+    assert!(astray(true, "valve_lag", 0.2) && astray(false, "valve_lag", 0.2));
+    assert!(!astray(true, "valve_stiction", 0.2) && astray(false, "valve_stiction", 0.2));
+}
+
 fn cause(id: &str, base: &Extended) -> Found {
     Found {
         effect: crate::effects::catalogue::index_of(id).unwrap(),
