@@ -35,20 +35,25 @@ pub fn base_starts(data: &ChannelData) -> Vec<Extended> {
 }
 
 /// Models with an effect from which a search begins: at every probe, with the base model's gains
-/// and smaller ones.
+/// and smaller ones, and with valves as a base model's search begins: one that is far off may have
+/// bent its valve to imitate the effect.
 #[must_use]
 pub fn effect_starts(data: &ChannelData, base: &Extended, effect: usize) -> Vec<Extended> {
     let gains: Vec<usize> = positions(&data.plant.parameters(), |p| p.unit == "mm2" && p.name != "corner");
-    let factors = if data.plant.model.is_regulator() { &FACTORS[2..] } else { &FACTORS[..] };
-    let mut starts = Vec::new();
-    for probe in CATALOGUE[effect].probes {
-        for factor in factors {
-            let mut model = base.with(&data.plant, effect, probe);
-            gains.iter().for_each(|&k| model.values[k] *= factor);
-            starts.push(model);
-        }
-    }
-    starts
+    let smaller = FACTORS.map(|factor| {
+        let mut model = base.clone();
+        gains.iter().for_each(|&k| model.values[k] *= factor);
+        model
+    });
+    let valves = if data.plant.model.is_regulator() {
+        vec![base.clone()]
+    } else {
+        smaller.into_iter().chain(GAINS.map(|gain| start(data, gain, EDGES[1]))).collect()
+    };
+    let with = |valve: &Extended| {
+        CATALOGUE[effect].probes.iter().map(|p| valve.with(&data.plant, effect, p)).collect::<Vec<_>>()
+    };
+    valves.iter().flat_map(with).collect()
 }
 
 fn positions(parameters: &[Parameter], wanted: impl Fn(&Parameter) -> bool) -> Vec<usize> {
