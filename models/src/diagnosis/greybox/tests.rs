@@ -1,7 +1,9 @@
 use super::filter::innovations;
 use super::naming::name;
+use super::starts::effect_starts;
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
+use crate::diagnosis::estimation::plain_costs;
 use crate::diagnosis::settings::SETTINGS;
 use crate::diagnosis::testing::{channel, normals, with};
 use crate::effects::catalogue::{CATALOGUE, index_of};
@@ -138,4 +140,18 @@ fn test_blocks_are_not_looked_at() {
     }
     data.inputs.measured_pa = measured.into();
     assert_eq!(named_of(data, &effects).map(|n| n.0), before.map(|n| n.0));
+}
+
+#[test]
+fn beside_an_effect_the_valve_need_not_be_one_that_imitates_it() {
+    let (data, truth) = recorded(|data, base| with(data, base, "line_restriction", &[0.7, 0.06, 5.0]), 30.0);
+    let mut astray = Extended::base(truth.values[..data.plant.parameters().len()].to_vec());
+    for (name, value) in [("gain", 35.0), ("leak_in", 8.0), ("leak_out", 20.0), ("corner", 10.0)] {
+        astray.values[data.plant.position(name).unwrap()] = value;
+    }
+    let starts = effect_starts(&data, &astray, index_of("line_restriction").unwrap());
+    let costs = plain_costs(&data, &starts);
+    let (best, _) = starts.iter().zip(&costs).min_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+    let ratio = best.values[data.plant.position("gain").unwrap()] / truth.values[2];
+    assert!((0.4..2.5).contains(&ratio), "a valve of {ratio} times the right gain");
 }
