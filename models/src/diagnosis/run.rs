@@ -20,7 +20,7 @@ use crate::diagnosis::report::{
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, search, staged};
-use crate::diagnosis::settings;
+use crate::diagnosis::settings::{self, SETTINGS};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::order::descending;
 use crate::rig::Rig;
@@ -175,7 +175,7 @@ fn assemble(
     let extended_models = corrected(&channels, &outcome.stages, &left);
     let correction = correction_gain(&channels, &final_errors, &extended_models);
     let halved = halved_step(&channels, &finals);
-    let gained = base_errors.all() - final_errors.all();
+    let gained = (base_errors.all() - final_errors.all()).max(SETTINGS.practical * base_errors.all());
     if !causes.is_empty() && halved > 0.2 * gained {
         notes.push(format!(
             "Halving the integration step changes the simulation by {halved:.2} kPa RMS, which is not small against the gain: take the causes with care."

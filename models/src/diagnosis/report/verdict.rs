@@ -76,6 +76,27 @@ pub fn other_supply(channels: &[ChannelData], models: &[Extended]) -> Option<Str
     })
 }
 
+/// By how much the error falls with some causes, from errors before and after and the noise, kPa.
+fn fallen(causes: &[Cause], [before, after, noise]: [f64; 3]) -> String {
+    let percent = |share: f64| (100.0 * share).round();
+    let reduction = percent(1.0 - after / before);
+    let data = "on data that was not used for fitting";
+    let weighed: Vec<String> = causes
+        .iter()
+        .map(|cause| cause.gain.weighted_ci95.map(percent))
+        .map(|[low, high]| format!("{low:.0} to {high:.0} %"))
+        .collect();
+    if reduction >= 1.0 || weighed.is_empty() {
+        return format!(
+            "With it the simulation error {data} falls from {before:.2} to {after:.2} kPa ({reduction:.0} % less; sensor noise is {noise:.2} kPa)."
+        );
+    }
+    format!(
+        "With it the simulation error {data} does not fall in plain kilopascals ({before:.2} to {after:.2}; sensor noise is {noise:.2} kPa), but does by {} where it is weighed by what noise, the supply's wander and a loop's hunting explain.",
+        weighed.join(" and ")
+    )
+}
+
 /// The verdict in a sentence or two.
 #[must_use]
 pub fn sentence(report: &Report, change: bool) -> String {
@@ -85,11 +106,8 @@ pub fn sentence(report: &Report, change: bool) -> String {
     let allowed = report.checks.allowed_rmse_kpa;
     let names: Vec<String> = report.causes.iter().map(name).collect();
     let names = names.join(" and ");
-    let reduction = 100.0 * (1.0 - after / before);
     let found = if change { "Changed since the calibration" } else { "Missing from the model" };
-    let gain = format!(
-        "With it the simulation error on data that was not used for fitting falls from {before:.2} to {after:.2} kPa ({reduction:.0} % less; sensor noise is {noise:.2} kPa)."
-    );
+    let gain = fallen(&report.causes, [before, after, noise]);
     let left: Vec<String> = report
         .unexplained
         .depends_on
@@ -142,7 +160,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::{channel, with};
+    use crate::diagnosis::testing::{cause, channel, with};
 
     #[test]
     fn a_name_that_is_withheld_is_told_with_what_it_is_confused_with_and_what_would_tell_them_apart() {
@@ -152,6 +170,18 @@ mod tests {
             ["Reading contains", "Drive contains", "neither is named", "the one before it is driven hard"]
         {
             assert!(text.contains(part), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_falls_only_where_errors_are_weighed_is_told_so() {
+        let mut hunting = cause("valve_stiction", 0.0);
+        hunting.gain.weighted_ci95 = [0.302, 0.642];
+        let plain = fallen(std::slice::from_ref(&hunting), [1.2, 0.6, 0.3]);
+        assert!(plain.contains("from 1.20 to 0.60 kPa (50 % less"), "{plain}");
+        for after in [1.199, 1.3] {
+            let weighed = fallen(std::slice::from_ref(&hunting), [1.2, after, 0.3]);
+            assert!(weighed.contains("does not fall") && weighed.contains("by 30 to 64 %"), "{weighed}");
         }
     }
 
