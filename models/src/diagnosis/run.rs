@@ -120,7 +120,8 @@ pub fn diagnose(
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);
-    diagnosis.report.weigh(&weighed);
+    let looped = diagnosis.channels.iter().any(|data| data.inputs.in_loop());
+    diagnosis.report.weigh(&weighed, looped);
     diagnosis.report.sentence =
         verdict::sentence(&diagnosis.report, change) + &much_missing(&diagnosis.channels);
     progress("planning the next experiment", 0);

@@ -10,6 +10,8 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 
+use super::earned::hunts;
+
 /// Explanations that are listed.
 const LISTED: usize = 8;
 /// Explanations less probable than this are not listed.
@@ -78,12 +80,12 @@ fn without(cause: &Found, outcome: &Outcome) -> Explanation {
 
 impl Report {
     /// Takes over the probabilities of explanations, and of each cause that of all explanations
-    /// with it.
-    pub fn weigh(&mut self, weighed: &[Weighed]) {
+    /// with it; `looped`: no drive was recorded.
+    pub fn weigh(&mut self, weighed: &[Weighed], looped: bool) {
         if weighed.is_empty() {
             return;
         }
-        let (named, improbable) = part(std::mem::take(&mut self.causes), weighed);
+        let (named, improbable) = part(std::mem::take(&mut self.causes), weighed, looped);
         self.causes = named;
         let unnamed = |cause| Imperfection { why: Unnamed::Improbable, cause };
         self.imperfections.extend(improbable.into_iter().map(unnamed));
@@ -121,9 +123,10 @@ fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
 }
 
 /// Parts causes into those that keep their names and those that are less probable than not beside
-/// one that is more.
-fn part(causes: Vec<Cause>, weighed: &[Weighed]) -> (Vec<Cause>, Vec<Cause>) {
-    let probable = |cause: &Cause| is_probable(cause, weighed);
+/// one that is more. Of what makes a loop hunt (`looped`) its own likelihood has told already, and
+/// what rollouts predict tells little: none is in step with the recording.
+fn part(causes: Vec<Cause>, weighed: &[Weighed], looped: bool) -> (Vec<Cause>, Vec<Cause>) {
+    let probable = |cause: &Cause| looped && hunts(cause) || is_probable(cause, weighed);
     let any = causes.iter().any(probable);
     causes.into_iter().partition(|cause| probable(cause) || !any)
 }
@@ -271,14 +274,15 @@ mod tests {
             (Missing::Effects(vec![sag, delay]), 0.15),
         ]
         .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
-        let named = |causes: &[(&str, &[&str])]| {
+        let named_of = |causes: &[(&str, &[&str])], looped: bool| {
             let with_ties = |(id, ties): &(&str, &[&str])| Cause {
                 equivalent: ties.iter().map(|tie| (*tie).to_owned()).collect(),
                 ..cause(id, 0.5)
             };
-            let (named, _) = part(causes.iter().map(with_ties).collect(), &weighed);
+            let (named, _) = part(causes.iter().map(with_ties).collect(), &weighed, looped);
             named.into_iter().map(|cause| cause.effect).collect::<Vec<_>>().join("+")
         };
+        let named = |causes: &[(&str, &[&str])]| named_of(causes, false);
         assert_eq!(named(&[("supply_sag", &[]), ("valve_lag", &[])]), "supply_sag");
         // One of the two is there with 0.55.
         assert_eq!(
@@ -286,5 +290,8 @@ mod tests {
             "supply_sag+valve_lag"
         );
         assert_eq!(named(&[("valve_lag", &[])]), "valve_lag", "alone, it is said to be improbable");
+        let hunting: [(&str, &[&str]); 2] = [("supply_sag", &[]), ("valve_stiction", &[])];
+        assert_eq!(named_of(&hunting, true), "supply_sag+valve_stiction");
+        assert_eq!(named(&hunting), "supply_sag", "the drive being recorded, rollouts tell");
     }
 }
