@@ -238,8 +238,9 @@ pub struct Gain {
     pub reduction: f64,
     /// 95 % interval of the reduction (moving-block bootstrap).
     pub ci95: [f64; 2],
-    /// The same of errors weighted by what noise and the wander of the supply explain: slow drifts,
-    /// which say little about a fast effect, count less in it.
+    /// The same of errors weighted by what noise, the wander of the supply and the hunting of a
+    /// loop explain: slow drifts, which say little about a fast effect, count less in it, and so
+    /// does where in its cycle a loop hunts.
     #[serde(default)]
     pub weighted_ci95: [f64; 2],
 }

@@ -22,7 +22,7 @@ use crate::parallel;
 pub struct Outcome {
     /// Base models.
     pub base: Vec<Extended>,
-    /// Causes in the order of their gain.
+    /// Causes in the order in which they were named.
     pub causes: Vec<Found>,
     /// Final stages.
     pub stages: Vec<ChannelStage>,
