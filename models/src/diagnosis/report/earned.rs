@@ -45,8 +45,13 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     }
     let [plain, weighted] =
         [cause.gain.ci95[0], cause.gain.weighted_ci95[0]].map(|low| low > SETTINGS.practical);
-    // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything.
-    let told_otherwise = change || looped && hunts(cause);
+    // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything. Where they are
+    // surely larger the likelihood must be sure, too.
+    let hunting = looped && hunts(cause);
+    if hunting && cause.gain.ci95[1] < 0.0 && cause.gain.weighted_ci95[0] < SETTINGS.sure_gain {
+        return Some(Unnamed::Gainless);
+    }
+    let told_otherwise = change || hunting;
     let gains = if looped && !told_otherwise && may_be_usual(cause) {
         weighted
     } else {
@@ -229,6 +234,18 @@ mod tests {
         cause.gain.weighted_ci95 = [-0.4, 0.5];
         assert_eq!(why_not(&cause, false, true), None);
         assert_eq!(why_not(&cause, false, false), Some(Unnamed::Gainless));
+    }
+
+    #[test]
+    fn what_makes_a_loop_hunt_and_rollouts_surely_worse_needs_a_likelihood_that_is_sure() {
+        let mut cause = cause("valve_stiction", "threshold", Some([0.05, 0.06]), -0.05);
+        cause.gain.weighted_ci95 = [0.02, 0.06];
+        cause.gain.ci95 = [-0.07, 0.01];
+        assert_eq!(why_not(&cause, false, true), None);
+        cause.gain.ci95 = [-0.07, -0.03];
+        assert_eq!(why_not(&cause, false, true), Some(Unnamed::Gainless));
+        cause.gain.weighted_ci95 = [0.18, 0.25];
+        assert_eq!(why_not(&cause, false, true), None);
     }
 
     #[test]
