@@ -45,8 +45,8 @@ fn why_not(cause: &Cause, change: bool, looped: bool) -> Option<Unnamed> {
     }
     let [plain, weighted] =
         [cause.gain.ci95[0], cause.gain.weighted_ci95[0]].map(|low| low > SETTINGS.practical);
-    // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything. Where they are
-    // surely larger the likelihood must be sure, too.
+    // Of a loop that hunts the likelihood tells, and rollouts' errors hardly anything. Where they
+    // are surely larger the likelihood must be sure, too.
     let hunting = looped && hunts(cause);
     if hunting && cause.gain.ci95[1] < 0.0 && cause.gain.weighted_ci95[0] < SETTINGS.sure_gain {
         return Some(Unnamed::Gainless);

@@ -229,8 +229,9 @@ pub fn harms(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelSt
     goes_astray(channels, &models_of(last), choosing_kpa(channels, &models_of(first)))
 }
 
-/// Do rollouts leave `base_kpa` or more? Of a loop that hunts they do not tell: none is in step with
-/// the recording, and one that does not hunt at all is as close. There the likelihood judges alone.
+/// Do rollouts leave `base_kpa` or more? Of a loop that hunts they do not tell: none is in step
+/// with the recording, and one that does not hunt at all is as close. There the likelihood judges
+/// alone.
 fn goes_astray(channels: &[ChannelData], models: &[Extended], base_kpa: f64) -> bool {
     let hunting = channels.iter().zip(models).any(|(data, model)| hunts(data, model));
     !hunting && choosing_kpa(channels, models) >= base_kpa
