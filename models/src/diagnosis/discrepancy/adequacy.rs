@@ -2,25 +2,26 @@
 
 use crate::diagnosis::channel::{ChannelData, Extended, Role, rows_of};
 use crate::diagnosis::json::Symptom;
-use crate::diagnosis::likelihood::{WANDERS, Whitening, wander};
+use crate::diagnosis::likelihood::{Expected, WANDERS, Whitening, wander};
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Candidate, Outcome};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
-/// RMS error of rollouts over the test blocks that noise and the supply's usual wander leave where
-/// the model is right, kPa.
+/// RMS error of rollouts over the test blocks that noise, the supply's usual wander and a loop's
+/// hunting leave where the model is right, kPa.
 #[must_use]
 pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for (data, model) in channels.iter().zip(models) {
         let derivatives = data.disturbances(model);
+        let Expected { hunting, .. } = Expected::of(data, model);
         let mut columns: Vec<f64> = derivatives.iter().flat_map(wander).collect();
         // As in the error itself, the start pressure of a block is right.
         Whitening::start_only(data, &derivatives).apply_columns(&mut columns, WANDERS);
         for row in rows_of(data, &[Role::Test]) {
             let wandered = columns[WANDERS * row..][..WANDERS].iter().map(|c| c * c).sum::<f64>();
-            sum += data.noise_kpa.powi(2) + wandered;
+            sum += data.noise_kpa.powi(2) + wandered + hunting[row];
             count += 1.0;
         }
     }
@@ -78,4 +79,22 @@ fn movement_kpa(channels: &[ChannelData]) -> f64 {
         count += data.measured_kpa.len() as f64;
     }
     (sum / count.max(1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, with};
+
+    #[test]
+    fn a_loop_that_hunts_may_leave_more() {
+        for (in_loop, more) in [(true, true), (false, false)] {
+            let (data, base) = channel(in_loop);
+            let sticking = with(&data, &base, "valve_stiction", &[0.1]);
+            let allowed =
+                |model: &Extended| allowed_kpa(std::slice::from_ref(&data), std::slice::from_ref(model));
+            let (still, hunting) = (allowed(&base), allowed(&sticking));
+            assert_eq!(hunting > 1.1 * still, more, "{in_loop}: {still} {hunting}");
+        }
+    }
 }

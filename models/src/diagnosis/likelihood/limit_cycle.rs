@@ -38,7 +38,7 @@ pub fn at_rest(data: &ChannelData, model: &Extended) -> Extended {
 pub fn note(channels: &[ChannelData], models: &[Extended]) -> Option<String> {
     channels.iter().zip(models).any(|(data, model)| hunts(data, model)).then(|| {
         format!(
-            "The loop hunts around the spool's play or friction, and no simulation hunts in step with it: the error with that cause is the one of the mean of {EXPECTED} simulations, each with a noise of its own."
+            "The loop hunts around the spool's play or friction, and no simulation hunts in step with it: the error with that cause is the one of the mean of {EXPECTED} simulations, each with a noise of its own, and how far these scatter belongs to what may be left."
         )
     })
 }
