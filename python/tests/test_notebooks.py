@@ -35,7 +35,7 @@ LENGTH, MACHINE = run.Rule(numbers="length"), run.Rule(numbers="machine")
         (printed("10 trials"), printed("3 trials"), LENGTH, True),
         (printed("in 0.31 s"), printed("in 2.55 s"), MACHINE, False),
         (shown("on /dev/pts/3"), shown("on /dev/pts/12"), run.Rule(), False),
-        (shown("Figure", **{"image/png": "AAAA"}), shown("Figure", **{"image/png": "BBBB"}), run.Rule(), False),
+        (shown("Figure", **{"image/svg+xml": "AAAA"}), shown("Figure", **{"image/svg+xml": "BBBB"}), run.Rule(), False),
         (shown("array([-0.3, -0.3])"), shown("array([ 0.5, -0.3])"), run.Rule(absolute=5.0), False),
         (printed("one 1"), [*printed("one"), *printed(" 1")], run.Rule(), False),
         ([], [], run.Rule(), False),
@@ -55,7 +55,7 @@ def test_what_passes(committed, made, rule, short):
         (printed("10 trials"), printed("3 trials"), LENGTH, False),
         (printed("in 0.31 s"), printed(""), MACHINE, False),
         (printed("in 0.31 s"), [], MACHINE, True),
-        (shown("Figure", **{"image/png": "AAAA"}), shown("Figure"), run.Rule(), False),
+        (shown("Figure", **{"image/svg+xml": "AAAA"}), shown("Figure"), run.Rule(), False),
     ],
 )
 def test_what_does_not(committed, made, rule, short):
@@ -72,5 +72,6 @@ def test_a_rule_that_is_none():
 def test_outputs_are_committed(path):
     cells = [cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
     assert all(cell.execution_count for cell in cells), "run: python python/notebooks/run.py"
-    assert any(output.get("data", {}).get("image/png") for cell in cells for output in cell.outputs)
+    kinds = {kind for cell in cells for output in cell.outputs for kind in output.get("data", {})}
+    assert [kind for kind in kinds if kind.startswith("image/")] == ["image/svg+xml"], "run: python python/notebooks/run.py"
     assert not any(output.output_type == "error" for cell in cells for output in cell.outputs)
