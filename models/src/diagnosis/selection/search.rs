@@ -210,7 +210,7 @@ fn name(
         cause.rivals.retain(|r| !named.contains(&r.effect));
     }
     let found = causes.iter().any(|c| !is_shown(channels, c.effect));
-    let harmed = found && leaves_much(channels, stages) && harms(channels, first, stages);
+    let harmed = found && harms(channels, first, stages);
     *harmful = harmed.then(|| kept_total(channels, stages));
     if !causes.is_empty() && forced(channels, first, stages, &named) {
         keep_shown(channels, (first, stages), causes, fixed);
@@ -221,12 +221,14 @@ fn name(
     }
 }
 
-/// Do names make rollouts worse than the `first` stages do, counted in plain kilopascals? The
-/// search weighs errors by what noise and wander explain; where the model is wrong altogether, that
-/// can be won while the pressure is lost.
+/// Do names that leave much make rollouts worse than the `first` stages do, counted in plain
+/// kilopascals? The search weighs errors by what noise and wander explain; where the model is wrong
+/// altogether, that can be won while the pressure is lost. Where little is left it is not: then the
+/// pressure says only how the supply happened to wander.
 #[must_use]
 pub fn harms(channels: &[ChannelData], first: &[ChannelStage], last: &[ChannelStage]) -> bool {
-    goes_astray(channels, &models_of(last), choosing_kpa(channels, &models_of(first)))
+    leaves_much(channels, last)
+        && goes_astray(channels, &models_of(last), choosing_kpa(channels, &models_of(first)))
 }
 
 /// Do rollouts leave `base_kpa` or more? Of a loop that hunts they do not tell: none is in step

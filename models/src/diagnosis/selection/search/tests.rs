@@ -154,3 +154,20 @@ fn names_that_leave_too_much_are_taken_back_but_for_what_the_rows_show() {
     assert_eq!(kept(with_repeated_readings), (vec!["stale_samples"], vec!["stale_samples"]));
     assert_eq!(kept(|data| data).0, Vec::<&str>::new());
 }
+
+#[test]
+fn a_name_harms_where_it_leaves_much_and_more_kilopascals_than_none() {
+    let (data, base) = channel(false);
+    // Are there more kilopascals, and does the name harm?
+    let judged = |truth: &Extended, last: &Extended| {
+        let channels = [measured(data.clone(), truth, 1)];
+        let stages = |model: &Extended| vec![ChannelStage::new(&channels[0], model.clone(), Vec::new())];
+        let base_kpa = choosing_kpa(&channels, std::slice::from_ref(&base));
+        let worse = goes_astray(&channels, std::slice::from_ref(last), base_kpa);
+        (worse, harms(&channels, &stages(&base), &stages(last)))
+    };
+    let [small, large] = [1e-3, 0.2].map(|lag_s| with(&data, &base, "valve_lag", &[lag_s]));
+    assert_eq!(judged(&base, &large), (true, true));
+    assert_eq!(judged(&large, &large), (false, false));
+    assert_eq!(judged(&base, &small), (true, false), "hardly any error is left");
+}
