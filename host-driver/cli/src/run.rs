@@ -156,7 +156,7 @@ pub fn run(args: &BusArgs, run: &RunArgs, setup: &Setup) -> Result<(), Failure> 
 
 /// How the bus is polled, as far as arguments say it by themselves.
 fn options(args: &BusArgs, run: &RunArgs, devices: u16, calibration: &Calibration) -> PollerOptions {
-    let mut options = PollerOptions::for_devices(devices)
+    let options = PollerOptions::for_devices(devices)
         .calibration(calibration.clone())
         .filter(run.filter)
         .real_time(args.real_time())
@@ -164,10 +164,7 @@ fn options(args: &BusArgs, run: &RunArgs, devices: u16, calibration: &Calibratio
         .drives(run.drives)
         .sensors(run.sensors)
         .line_rate(args.line_rate());
-    if run.no_reopen {
-        options.reopen = None;
-    }
-    options
+    if run.no_reopen { options.reopen(None) } else { options }
 }
 
 /// Boards that have not answered once.

@@ -94,9 +94,7 @@ impl PollerOptions {
             real_time: RealTime::default(),
         }
     }
-}
 
-impl PollerOptions {
     /// How often.
     #[must_use]
     pub fn pace(self, pace: Pace) -> Self {
