@@ -27,8 +27,8 @@ pub struct RecordArgs {
     /// Rows a second, 1 to 1000
     #[arg(long, default_value_t = 100.0)]
     pub rate: f64,
-    /// Channels, four to a board
-    #[arg(long, default_value_t = 4)]
+    /// How many channels, four to a board
+    #[arg(long, value_name = "COUNT", default_value_t = 4)]
     pub channels: usize,
     /// What the set points do
     #[arg(long, value_enum, default_value = "mixed")]
