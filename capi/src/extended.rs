@@ -2,8 +2,10 @@
 
 use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{ChannelData, ExtendedFile};
-use pneudrive_model::effects::catalogue::{AnyEffect, CATALOGUE};
-use pneudrive_model::effects::{DriveInput, Hook, Plant, Step, Stepper, StepperState, Stretch, course_from};
+use pneudrive_model::effects::catalogue::AnyEffect;
+use pneudrive_model::effects::{
+    DriveInput, Hook, Plant, Step, Stepper, StepperState, Stretch, course_from, install,
+};
 
 use crate::engine::{Engine, check_loop};
 use crate::error::CreateError;
@@ -73,17 +75,7 @@ impl ExtendedEngine {
         };
         let parts = loops * plant.steps(step_s / loops as f64);
         let base_count = plant.parameters().len();
-        let mut at = base_count;
-        let mut effects: Vec<AnyEffect<f64>> = model
-            .effects
-            .iter()
-            .filter_map(|&effect| {
-                let next = at + CATALOGUE[effect].parameters.len();
-                let installed = AnyEffect::install(effect, &model.values[at..next]);
-                at = next;
-                installed
-            })
-            .collect();
+        let mut effects = install(&plant, &model.effects, &model.values);
         let base = model.values[..base_count].to_vec();
         let mut window = Window::new(&inputs, step_s);
         window.set(0.0, nominal);

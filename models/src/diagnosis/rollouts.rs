@@ -4,11 +4,11 @@
 //! One rollout at a time, on all threads: what effects remember (friction, dead times) goes
 //! different ways in each, so that there are no lanes.
 
-use super::channel::{ChannelData, Extended, NARROW, Variable, install};
+use super::channel::{ChannelData, Extended, NARROW, Variable};
 use super::error::DiagnosisError;
 use super::report::ExtendedFile;
 use crate::data::ChannelId;
-use crate::effects::{ChannelInputs, Disturbance, DriveInput, InputSlopes, Series, input_slopes};
+use crate::effects::{ChannelInputs, Disturbance, DriveInput, InputSlopes, Series, input_slopes, install};
 use crate::model::{Parameter, column};
 use crate::numeric::{Dual, Scalar};
 use crate::parallel;

@@ -2,8 +2,8 @@
 
 use super::window::{NEXT, NOW, Window};
 use crate::diagnosis::Extended;
-use crate::effects::catalogue::{AnyEffect, CATALOGUE};
-use crate::effects::{Plant, Stepper, StepperState};
+use crate::effects::catalogue::AnyEffect;
+use crate::effects::{Plant, Stepper, StepperState, install};
 
 /// The observer: a simulation between two steps.
 #[derive(Clone)]
@@ -19,14 +19,7 @@ impl Observer {
     /// Of a channel with this model, not started yet.
     pub fn new(plant: &Plant, model: &Extended, window: &Window) -> Self {
         let count = plant.parameters().len();
-        let mut at = count;
-        let install = |&effect: &usize| {
-            let next = at + CATALOGUE[effect].parameters.len();
-            let installed = AnyEffect::install(effect, &model.values[at..next]);
-            at = next;
-            installed
-        };
-        let mut effects: Vec<AnyEffect<f64>> = model.effects.iter().filter_map(install).collect();
+        let mut effects = install(plant, &model.effects, &model.values);
         let base = model.values[..count].to_vec();
         let state = Stepper::new(plant, &base, &mut effects, &window.inputs).state();
         Self { base, effects, state, correction_pa: 0.0 }

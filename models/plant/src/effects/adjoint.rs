@@ -10,9 +10,9 @@ use std::ops::Range;
 use super::catalogue::AnyEffect;
 use super::deviations::Deviations;
 use super::inputs::{ChannelInputs, DriveInput};
-use super::interval::NARROW;
 use super::plant::Plant;
 use super::simulate::Stepper;
+use super::simulated::NARROW;
 use super::state::StepperState;
 use crate::numeric::{Dual, Scalar};
 

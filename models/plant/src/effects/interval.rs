@@ -1,69 +1,16 @@
 //! The interval between two rows: the board's loops in it, and the steps of the gas.
 
-use multiversion::multiversion;
-
 use super::catalogue::AnyEffect;
 use super::controller::Pace;
 use super::hook::{Hook, Step};
 use super::inputs::DriveInput;
 use super::run::Run;
-use crate::numeric::{Dual, Lanes, Scalar};
-
-/// Derivatives that are simulated at a time; more take more simulations. Each number of them would
-/// cost seconds of compilation.
-pub const NARROW: usize = 8;
-/// Derivatives that a fit of measured data simulates at a time: what a channel's model and two
-/// effects have together.
-pub const SENSITIVITIES: usize = 16;
-
-/// A number with derivatives for fits of measured data. In single precision: seven digits of a
-/// slope are more than any step of a fit needs, and sixteen of them take less time than eight in
-/// double precision.
-pub type Sensitive = Dual<f64, SENSITIVITIES, f32>;
-
-/// A number that channels are simulated over: plain, in lanes, or with derivatives. What happens
-/// between two rows takes long to compile: each kind has one copy of it, in this crate, whoever
-/// simulates. Vectors of plain numbers or of derivatives have another for processors with wider
-/// registers.
-pub trait Simulated: Scalar {
-    /// One interval: the mean drive, and the mean flow drawn from the supply.
-    #[doc(hidden)]
-    fn interval(
-        run: &mut Run<'_, Self>,
-        row: usize,
-        effects: &mut [AnyEffect<Self>],
-    ) -> (Self::Real, Self::Real);
-}
-
-macro_rules! simulated {
-    ($($number:ty),* $(,)?) => { $(
-        impl Simulated for $number {
-            #[inline(never)]
-            fn interval(
-                run: &mut Run<'_, Self>,
-                row: usize,
-                effects: &mut [AnyEffect<Self>],
-            ) -> (Self::Real, Self::Real) {
-                if Self::WIDE { wide_interval(run, row, effects) } else { run.interval(row, effects) }
-            }
-        }
-    )* };
-}
-
-simulated!(f64, Lanes<4>, Dual<f64, 4>, Dual<f64, NARROW>, Sensitive);
-
-#[multiversion(targets("x86_64+avx2"))]
-fn wide_interval<S: Scalar>(
-    run: &mut Run<'_, S>,
-    row: usize,
-    effects: &mut [AnyEffect<S>],
-) -> (S::Real, S::Real) {
-    run.interval(row, effects)
-}
+use crate::numeric::Scalar;
 
 impl<S: Scalar> Run<'_, S> {
+    /// One interval: the mean drive, and the mean flow drawn from the supply.
     #[inline(always)]
-    fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (S::Real, S::Real) {
+    pub(super) fn interval(&mut self, row: usize, effects: &mut [AnyEffect<S>]) -> (S::Real, S::Real) {
         let inputs = self.inputs;
         let interval = inputs.interval_s[row];
         let controlled = match &inputs.drive {

@@ -4,7 +4,7 @@ use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::Controller;
 use super::deviations::Deviations;
-use super::hook::{Hook, RegulatorLaw, Step, Stretch, Structure};
+use super::hook::{Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::Plant;
 use crate::model::{BaseCoefficients, LinearCoefficients, NonlinearCoefficients};
@@ -34,9 +34,19 @@ impl<'a, S: Scalar> Run<'a, S> {
     pub(super) fn new(
         plant: &'a Plant,
         base: &[S],
-        structure: Structure<S>,
+        effects: &[AnyEffect<S>],
         inputs: &'a ChannelInputs,
     ) -> Self {
+        let mut structure = Structure {
+            flow_function: None,
+            stretches: false,
+            heat_time_constant_s: None,
+            outlet: None,
+            line: None,
+        };
+        for effect in effects {
+            effect.structure(&mut structure);
+        }
         Self {
             plant,
             inputs,
@@ -70,6 +80,15 @@ impl<S: Scalar> Run<'_, S> {
     /// Is the board's loop part of the simulation?
     pub(super) fn in_loop(&self) -> bool {
         self.inputs.in_loop() && self.plant.board.is_some()
+    }
+
+    /// Shows what it remembers beside its effects.
+    pub(super) fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+        self.chamber.memory(visit);
+        if self.in_loop() {
+            visit(Memory::Estimated, &mut self.reading);
+            self.controller.memory(visit);
+        }
     }
 
     /// What is reported: by a board, what its loop makes of the reading.

@@ -2,11 +2,12 @@
 
 use super::catalogue::AnyEffect;
 use super::deviations::Deviations;
-use super::hook::{Hook, Memory, Structure};
+use super::hook::Memory;
 use super::inputs::ChannelInputs;
-use super::interval::Simulated;
+
 use super::plant::Plant;
 use super::run::Run;
+use super::simulated::Simulated;
 use super::state::StepperState;
 use crate::numeric::Scalar;
 
@@ -42,6 +43,13 @@ pub trait Disturbance<S> {
 pub struct Undisturbed;
 
 impl<S> Disturbance<S> for Undisturbed {}
+
+/// Puts effects to work: those with these numbers in the catalogue, with their values behind those
+/// of the base model.
+#[must_use]
+pub fn install<S: Simulated>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
+    S::installed(effects, &values[plant.parameters().len()..])
+}
 
 /// Runs the channel through all rows and hands each row's outcome to `each`.
 ///
@@ -83,17 +91,7 @@ impl<'a, S: Simulated> Stepper<'a, S> {
         effects: &'a mut [AnyEffect<S>],
         inputs: &'a ChannelInputs,
     ) -> Self {
-        let mut structure = Structure {
-            flow_function: None,
-            stretches: false,
-            heat_time_constant_s: None,
-            outlet: None,
-            line: None,
-        };
-        for effect in effects.iter() {
-            effect.structure(&mut structure);
-        }
-        Self { run: Run::new(plant, base, structure, inputs), effects }
+        Self { run: S::begun(plant, base, effects, inputs), effects }
     }
 
     /// What it remembers beside its effects, for [`resume`](Self::resume).
@@ -112,10 +110,7 @@ impl<'a, S: Simulated> Stepper<'a, S> {
 
     /// Begins at rest at the pressure measured in a row.
     pub fn start(&mut self, row: usize) {
-        for effect in self.effects.iter_mut() {
-            effect.reset();
-        }
-        self.run.start(row);
+        S::start(&mut self.run, row, self.effects);
     }
 
     /// Is there a tube between valve and chamber?
@@ -145,11 +140,7 @@ impl<'a, S: Simulated> Stepper<'a, S> {
 
     /// What is recorded in a row, gauge, Pa. Once a row, before its interval.
     pub fn reading(&mut self, row: usize) -> S {
-        let mut reading = self.run.report();
-        for effect in self.effects.iter_mut() {
-            reading = effect.sample(self.run.inputs, row, reading);
-        }
-        reading
+        S::reading(&mut self.run, row, self.effects)
     }
 
     /// Advances over the interval that starts at a row. Returns the mean drive, -1 to 1, and the
@@ -161,13 +152,6 @@ impl<'a, S: Simulated> Stepper<'a, S> {
     /// Shows everything that is remembered from row to row, in an order that stays: first the
     /// pressure in the chamber (absolute, Pa) and, if there is a tube, at its other end.
     pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
-        self.run.chamber.memory(visit);
-        if self.run.in_loop() {
-            visit(Memory::Estimated, &mut self.run.reading);
-            self.run.controller.memory(visit);
-        }
-        for effect in self.effects.iter_mut() {
-            effect.memory(visit);
-        }
+        S::memory(&mut self.run, self.effects, visit);
     }
 }

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::data::ChannelId;
 use crate::effects::{
-    ChannelInputs, Disturbance, DriveInput, Plant, Series, Simulated, Undisturbed, simulate,
+    ChannelInputs, Disturbance, DriveInput, Plant, Series, Simulated, Undisturbed, install, simulate,
 };
 
 use super::correction::Corrected;
-use super::model::{Extended, install};
+use super::model::Extended;
 use super::split::{Block, Role};
 use super::variable::{Variable, series};
 

@@ -16,7 +16,7 @@ pub use correction::Correction;
 pub use coupled::{settled, share_draws};
 pub use data::{ChannelData, compared_rows, rows_of};
 pub use lanes::readings_of;
-pub use model::{Extended, install};
+pub use model::Extended;
 pub use neighbours::Pressures;
 pub use resolution::{LONGEST_STEP_S, halved, simulate_coarsely, simulate_finer};
 pub use split::{Block, OPEN, Role, block_length_s, split};

@@ -1,10 +1,9 @@
 //! A model of one channel: the base model, effects at work, and their parameters' values.
 
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::catalogue::{AnyEffect, CATALOGUE};
+use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{Plant, Question};
 use crate::model::Parameter;
-use crate::numeric::Scalar;
 
 use super::correction::Correction;
 
@@ -129,18 +128,4 @@ impl Extended {
         }
         list
     }
-}
-
-/// Puts the effects to work.
-pub fn install<S: Scalar>(plant: &Plant, effects: &[usize], values: &[S]) -> Vec<AnyEffect<S>> {
-    let mut at = plant.parameters().len();
-    effects
-        .iter()
-        .filter_map(|&e| {
-            let next = at + CATALOGUE[e].parameters.len();
-            let installed = AnyEffect::install(e, &values[at..next]);
-            at = next;
-            installed
-        })
-        .collect()
 }

@@ -88,19 +88,20 @@ impl ChannelStage {
     #[must_use]
     pub fn project(&self, data: &ChannelData, series: &[f64]) -> Vec<f64> {
         let n = self.free.len();
-        let mut gradient = DVector::<f64>::zeros(n);
+        let mut gradient = vec![0.0; n];
         for (block, span) in data.blocks.iter().zip(&data.spans) {
             if OPEN.contains(&block.role) {
                 for row in span.clone() {
-                    for (g, s) in gradient.iter_mut().zip(&self.sensitivities[row * n..(row + 1) * n]) {
-                        *g += s * series[row];
+                    let slopes = &self.sensitivities[row * n..(row + 1) * n];
+                    for k in 0..n {
+                        gradient[k] += slopes[k] * series[row];
                     }
                 }
             }
         }
         match &self.factor {
-            Some(factor) => factor.solve(&gradient).as_slice().to_vec(),
-            None => DVector::<f64>::zeros(self.free.len()).as_slice().to_vec(),
+            Some(factor) => factor.solve(&DVector::from_vec(gradient)).as_slice().to_vec(),
+            None => vec![0.0; n],
         }
     }
 
@@ -108,8 +109,11 @@ impl ChannelStage {
     pub fn remove(&self, series: &mut [f64], coefficients: &[f64]) {
         let n = self.free.len();
         for (row, value) in series.iter_mut().enumerate() {
-            let along: f64 =
-                self.sensitivities[row * n..(row + 1) * n].iter().zip(coefficients).map(|(s, c)| s * c).sum();
+            let slopes = &self.sensitivities[row * n..(row + 1) * n];
+            let mut along = 0.0;
+            for k in 0..n {
+                along += slopes[k] * coefficients[k];
+            }
             *value -= along;
         }
     }

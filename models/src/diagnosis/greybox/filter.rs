@@ -5,9 +5,9 @@
 //! recorded enters as the filter's measurements; the drive is an input.
 
 use super::uncertainty::Uncertainty;
-use crate::diagnosis::channel::{ChannelData, Extended, install};
+use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::{Memory, Simulated, Stepper};
+use crate::effects::{Memory, Simulated, Stepper, install};
 use crate::numeric::{Dual, Scalar};
 
 /// Where there is a tube, the pressure behind it differs from the measured one by so much at a

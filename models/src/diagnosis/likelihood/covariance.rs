@@ -103,24 +103,32 @@ impl Whitening {
         self.apply_columns(series, 1);
     }
 
-    /// Whitens every column of a matrix stored row by row.
+    /// Whitens every column of a matrix stored row by row. Most of what the search computes beside
+    /// simulations: plain loops, which are compiled well whichever part of the crate they are in.
     pub fn apply_columns(&self, matrix: &mut [f64], columns: usize) {
         let mut sums = vec![[0.0; DISTURBANCES]; columns];
         for (span, shrink) in self.spans.iter().zip(&self.shrink) {
             sums.fill([0.0; DISTURBANCES]);
             for row in span.clone() {
-                let u = &self.directions[row];
-                for (sum, value) in sums.iter_mut().zip(&matrix[row * columns..(row + 1) * columns]) {
+                let (u, values) = (&self.directions[row], &matrix[row * columns..(row + 1) * columns]);
+                for column in 0..columns {
                     for k in 0..DISTURBANCES {
-                        sum[k] += u[k] * value;
+                        sums[column][k] += u[k] * values[column];
                     }
                 }
             }
             for row in span.clone() {
-                let u = &self.directions[row];
-                let scaled: [f64; DISTURBANCES] = std::array::from_fn(|k| u[k] * shrink[k]);
-                for (sum, value) in sums.iter().zip(&mut matrix[row * columns..(row + 1) * columns]) {
-                    *value -= scaled.iter().zip(sum).map(|(u, s)| u * s).sum::<f64>();
+                let mut scaled = self.directions[row];
+                for k in 0..DISTURBANCES {
+                    scaled[k] *= shrink[k];
+                }
+                let values = &mut matrix[row * columns..(row + 1) * columns];
+                for column in 0..columns {
+                    let mut along = 0.0;
+                    for k in 0..DISTURBANCES {
+                        along += scaled[k] * sums[column][k];
+                    }
+                    values[column] -= along;
                 }
             }
         }

@@ -120,13 +120,14 @@ impl<'a> Envelopes<'a> {
         let gap = self.frequencies[above] - self.frequencies[below];
         let part = if gap > 0.0 { (frequency - self.frequencies[below]) / gap } else { 0.0 };
         let scale = 1.0 / self.data.noise_kpa;
-        let pairs = self.values[below].iter().zip(&self.values[above]).zip(self.data.rows.iter());
-        pairs
-            .flat_map(|((low, high), &row)| {
-                let (sine, cosine) = (TAU * frequency * self.data.inputs.time_s[row as usize]).sin_cos();
-                let [re, im] = [0, 1].map(|k| scale * (low[k] + part * (high[k] - low[k])));
-                [re * cosine - im * sine, re * sine + im * cosine]
-            })
-            .collect()
+        let (low, high) = (&self.values[below], &self.values[above]);
+        let mut waves = Vec::with_capacity(2 * low.len());
+        for (k, &row) in self.data.rows.iter().enumerate() {
+            let (sine, cosine) = (TAU * frequency * self.data.inputs.time_s[row as usize]).sin_cos();
+            let re = scale * (low[k][0] + part * (high[k][0] - low[k][0]));
+            let im = scale * (low[k][1] + part * (high[k][1] - low[k][1]));
+            waves.extend([re * cosine - im * sine, re * sine + im * cosine]);
+        }
+        waves
     }
 }
