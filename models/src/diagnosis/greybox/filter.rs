@@ -24,6 +24,18 @@ pub struct Innovations {
     pub variances: Vec<f64>,
 }
 
+/// How the filter followed the measurements, row by row.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Gains {
+    /// Numbers in the state.
+    pub state: usize,
+    /// By how much a prediction error moves each of them, `state` to a row: 0 where nothing was
+    /// measured.
+    pub by_error: Vec<f64>,
+    /// Largest error that moves the state as much as it is, Pa.
+    pub most_pa: Vec<f64>,
+}
+
 /// Runs the filter through a channel's blocks, from every start on. Rows outside `counted` steer it
 /// too. Where the simulation runs away, the last error is not a number.
 #[must_use]
@@ -33,6 +45,17 @@ pub fn innovations(
     uncertainty: &Uncertainty,
     counted: &[bool],
 ) -> Innovations {
+    filtered(data, model, uncertainty, counted).0
+}
+
+/// The same with the gains that it took.
+#[must_use]
+pub fn filtered(
+    data: &ChannelData,
+    model: &Extended,
+    uncertainty: &Uncertainty,
+    counted: &[bool],
+) -> (Innovations, Gains) {
     match estimated(data, model) + SLOW {
         ..=4 => run::<4>(data, model, uncertainty, counted),
         _ => run::<8>(data, model, uncertainty, counted),
@@ -40,7 +63,7 @@ pub fn innovations(
 }
 
 /// States that stand for what is not modelled: supply and reading.
-const SLOW: usize = 2;
+pub const SLOW: usize = 2;
 
 /// Numbers that a simulation remembers and the filter estimates.
 fn estimated(data: &ChannelData, model: &Extended) -> usize {
@@ -68,7 +91,7 @@ fn run<const N: usize>(
     model: &Extended,
     uncertainty: &Uncertainty,
     counted: &[bool],
-) -> Innovations
+) -> (Innovations, Gains)
 where
     Dual<f64, N>: Simulated<Real = f64>,
 {
@@ -76,7 +99,7 @@ where
     let values: Vec<Dual<f64, N>> = model.values.iter().map(|v| Dual::from_real(*v)).collect();
     let mut effects = install(&data.plant, &model.effects, &values);
     let mut simulation = Stepper::new(&data.plant, &values, &mut effects, inputs);
-    let mut found = Innovations::default();
+    let (mut found, mut gains) = (Innovations::default(), Gains::default());
     let last = data.blocks.last().map_or(0, |block| block.end);
     let mut state = State::<N> { mean: [0.0; N], covariance: [[0.0; N]; N], n: 0 };
     // Relative deviation of the supply, and the reading's, Pa.
@@ -86,6 +109,8 @@ where
         if next_start.next_if_eq(&&row).is_some() {
             simulation.start(row);
             state.begin(&mut simulation, uncertainty);
+            gains.state = state.n;
+            gains.still();
         } else {
             let reading = simulation.reading(row) + slow[1];
             let variance = state.predict(&mut simulation, &slow, reading, uncertainty);
@@ -98,9 +123,14 @@ where
                 if !(error.is_finite() && variance.total > 0.0) {
                     found.errors.push(f64::NAN);
                     found.variances.push(f64::NAN);
-                    return found;
+                    return (found, gains);
                 }
-                state.update(&variance, error);
+                let most = SETTINGS.greybox_outlier * variance.total.sqrt();
+                state.update(&variance, error.clamp(-most, most));
+                gains.by_error.extend(variance.with_state[..state.n].iter().map(|c| c / variance.total));
+                gains.most_pa.push(most);
+            } else {
+                gains.still();
             }
         }
         slow = state.seed(&mut simulation);
@@ -108,7 +138,15 @@ where
         simulation.interval(row);
         state.wander(&mut slow, inputs.interval_s[row], uncertainty);
     }
-    found
+    (found, gains)
+}
+
+impl Gains {
+    /// Of a row that does not move the state.
+    fn still(&mut self) {
+        self.by_error.resize(self.by_error.len() + self.state, 0.0);
+        self.most_pa.push(0.0);
+    }
 }
 
 /// Variance of a predicted reading, and its covariances with the state.
@@ -188,8 +226,7 @@ where
 
     /// Learns from a prediction error.
     fn update(&mut self, predicted: &Predicted<N>, error: f64) {
-        let most = SETTINGS.greybox_outlier * predicted.total.sqrt();
-        let pull = error.clamp(-most, most) / predicted.total;
+        let pull = error / predicted.total;
         for i in 0..self.n {
             self.mean[i] += predicted.with_state[i] * pull;
             for j in 0..self.n {

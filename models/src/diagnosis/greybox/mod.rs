@@ -17,6 +17,7 @@ mod posterior;
 mod ranking;
 mod scoring;
 mod starts;
+mod steered;
 mod uncertainty;
 
 pub use naming::{Named, NamedEffect, name};

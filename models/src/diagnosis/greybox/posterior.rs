@@ -1,6 +1,6 @@
 //! The density of parameters, given the prediction errors and what is expected of them beforehand.
 
-use super::filter::{Innovations, innovations};
+use super::filter::{Gains, Innovations, filtered};
 use super::uncertainty::{COUNT, Uncertainty};
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
@@ -30,7 +30,7 @@ pub struct Posterior<'a> {
     pub expected: Vec<Expected>,
     /// Scales of the deviations: half-normal, of the noise log-normal.
     pub scales: Uncertainty,
-    /// Is the supply taken as it is?
+    /// Is the supply taken as it is, and the filter's gain as it is where derivatives are taken?
     pub stiff: bool,
     /// Rows whose prediction errors count.
     pub counted: &'a [bool],
@@ -41,8 +41,10 @@ pub struct Posterior<'a> {
 pub struct Density {
     /// Logarithm of the density; minus infinity where the simulation runs away.
     pub log: f64,
-    /// The prediction errors there.
+    /// The prediction errors there ...
     pub innovations: Innovations,
+    /// ... and how the filter followed them.
+    pub gains: Gains,
 }
 
 impl Posterior<'_> {
@@ -86,9 +88,9 @@ impl Posterior<'_> {
     #[must_use]
     pub fn density(&self, coordinates: &[f64]) -> Density {
         let (model, uncertainty) = self.at(coordinates);
-        let innovations = innovations(self.data, &model, &uncertainty, self.counted);
+        let (innovations, gains) = filtered(self.data, &model, &uncertainty, self.counted);
         let log = log_likelihood(&innovations) + self.prior(coordinates);
-        Density { log: if log.is_finite() { log } else { f64::NEG_INFINITY }, innovations }
+        Density { log: if log.is_finite() { log } else { f64::NEG_INFINITY }, innovations, gains }
     }
 
     /// Logarithm of the prior, up to a constant.

@@ -14,11 +14,13 @@ use crate::parallel;
 
 /// Starts that are followed for some rounds, of those of a base model and of an effect ...
 const LOOKED_AT: [usize; 2] = [4, 8];
-/// ... and the best of them, which are followed to the end.
+/// ... the part of them that is followed for some more ...
+const PROMISING: usize = 3;
+/// ... and the best of those, which are followed to the end.
 const FOLLOWED: [usize; 2] = [3, 2];
-/// Rounds of a look, of the way to the end with a supply that is taken as it is, and of the rest of
-/// it.
-const ROUNDS: [usize; 3] = [8, 20, 30];
+/// Rounds of a look, of a second look, of the way to the end with a supply that is taken as it is,
+/// and of the rest of it.
+const ROUNDS: [usize; 4] = [3, 5, 20, 30];
 /// Deviations of a base model at which its starts are tried, over those at which they begin: one
 /// that forgives and one that does not.
 const TRIED: [f64; 2] = [0.1, 1.0];
@@ -109,7 +111,8 @@ fn best_first(
     tried.into_iter().map(|(_, model)| model).collect()
 }
 
-/// Climbs from all starts for some rounds and from the best to the end. The supply is let wander
+/// Climbs from all starts for some rounds, from those that promise most for some more (successive
+/// halving; K. Jamieson and A. Talwalkar, AISTATS 2016) and from the best to the end. The supply is let wander
 /// only at the end: before, it would lead a model astray that is not yet near the recording.
 fn race(
     posterior: &mut Posterior<'_>,
@@ -118,16 +121,23 @@ fn race(
 ) -> Option<Estimate> {
     posterior.stiff = true;
     let stiff = &*posterior;
-    let mut looks = parallel::map(starts, |(model, uncertainty)| stiff.climb(model, uncertainty, ROUNDS[0]));
-    looks.retain(|look| look.log.is_finite());
-    descending(&mut looks, |look| look.log);
-    let to_the_end = |look: &Estimate| stiff.climb(&look.model, &look.uncertainty, ROUNDS[1]);
-    let mut ends: Vec<Estimate> = looks.iter().take(follow).map(to_the_end).collect();
-    descending(&mut ends, |end| end.log);
+    let on = |look: &Estimate, rounds: usize| stiff.climb(&look.model, &look.uncertainty, rounds);
+    let looks = parallel::map(starts, |(model, uncertainty)| stiff.climb(model, uncertainty, ROUNDS[0]));
+    let looks = highest_first(looks);
+    let promising = &looks[..looks.len().div_ceil(PROMISING)];
+    let looks = highest_first(parallel::map(promising.iter(), |look| on(look, ROUNDS[1])));
+    let ends = highest_first(looks.iter().take(follow).map(|look| on(look, ROUNDS[2])).collect());
     posterior.stiff = false;
     let end = ends.first()?;
     let uncertainty = Uncertainty { supply: 0.1 * posterior.scales.supply, ..end.uncertainty };
-    let mut last = posterior.climb(&end.model, &uncertainty, ROUNDS[2]);
+    let mut last = posterior.climb(&end.model, &uncertainty, ROUNDS[3]);
     last.errors = posterior.standard_errors(&last);
     last.log.is_finite().then_some(last)
+}
+
+/// Without those whose simulation runs away.
+fn highest_first(mut estimates: Vec<Estimate>) -> Vec<Estimate> {
+    estimates.retain(|estimate| estimate.log.is_finite());
+    descending(&mut estimates, |estimate| estimate.log);
+    estimates
 }

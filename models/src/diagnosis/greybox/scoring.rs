@@ -6,7 +6,9 @@
 use crate::diagnosis::settings::SETTINGS;
 use nalgebra::{DMatrix, DVector};
 
+use super::filter::Innovations;
 use super::posterior::{Density, Posterior};
+use super::steered::{LANES, steered_errors};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::Extended;
 use crate::model::Scale;
@@ -96,33 +98,59 @@ impl Posterior<'_> {
         }
     }
 
-    /// Gradient of the log density and Fisher's information, the prior's included.
-    fn slopes(&self, x: &[f64], here: &Density) -> (DVector<f64>, DMatrix<f64>) {
-        let (n, bounds) = (x.len(), self.bounds());
-        let (errors, variances) = (&here.innovations.errors, &here.innovations.variances);
-        // Of the errors in standard deviations, and of the variances, relative over root two: then
-        // the information is one sum of products.
-        let columns: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(0..n, |k| {
-            // What cannot move is held, whatever its slope: a run of the filter less.
-            if bounds[k].0 >= bounds[k].1 {
-                return (vec![0.0; errors.len()], vec![0.0; errors.len()]);
-            }
+    /// Derivatives by some coordinates, of the errors in standard deviations and of the relative
+    /// variances over root two; empty where the simulation runs away. By several at once, which are
+    /// the model's, with the filter's gain as it is.
+    fn columns(&self, x: &[f64], here: &Density, part: &[usize]) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let Innovations { errors, variances } = &here.innovations;
+        let bounds = self.bounds();
+        let moved = |&k: &usize| {
             let mut moved = x.to_vec();
             let h = self.difference(x, k);
             moved[k] += if x[k] + h > bounds[k].1 { -h } else { h };
-            let h = moved[k] - x[k];
-            let there = self.density(&moved).innovations;
-            if there.errors.len() != errors.len() {
-                return (vec![0.0; errors.len()], vec![0.0; errors.len()]);
+            moved
+        };
+        let moved: Vec<Vec<f64>> = part.iter().map(moved).collect();
+        let there: Vec<Innovations> = if part.len() > 1 {
+            let models: Vec<Extended> = moved.iter().map(|x| self.at(x).0).collect();
+            let errors = steered_errors(self.data, &models, &here.gains, self.counted);
+            errors.into_iter().map(|errors| Innovations { errors, variances: variances.clone() }).collect()
+        } else {
+            moved.iter().map(|x| self.density(x).innovations).collect()
+        };
+        let column = |((k, moved), there): ((&usize, &Vec<f64>), Innovations)| {
+            if there.errors.len() != errors.len() || there.errors.iter().any(|error| !error.is_finite()) {
+                return (Vec::new(), Vec::new());
             }
-            let by = |a: &f64, b: &f64| (a - b) / h;
+            let by = |a: &f64, b: &f64| (a - b) / (moved[*k] - x[*k]);
             let scaled = there.errors.iter().zip(errors).zip(variances);
             let relative = there.variances.iter().zip(variances);
             (
                 scaled.map(|((a, b), v)| by(a, b) / v.sqrt()).collect(),
                 relative.map(|(a, b)| by(a, b) / b * std::f64::consts::FRAC_1_SQRT_2).collect(),
             )
-        });
+        };
+        part.iter().zip(&moved).zip(there).map(column).collect()
+    }
+
+    /// Gradient of the log density and Fisher's information, the prior's included.
+    fn slopes(&self, x: &[f64], here: &Density) -> (DVector<f64>, DMatrix<f64>) {
+        let (n, bounds) = (x.len(), self.bounds());
+        let (errors, variances) = (&here.innovations.errors, &here.innovations.variances);
+        // In units in which the information is one sum of products.
+        // What cannot move is held, whatever its slope: a run of the filter less.
+        let moving: Vec<usize> = (0..n).filter(|&k| bounds[k].0 < bounds[k].1).collect();
+        let alike = if self.stiff { LANES } else { 1 };
+        let (of_model, of_uncertainty): (Vec<usize>, Vec<usize>) =
+            moving.into_iter().partition(|&k| k < self.free.len());
+        let parts: Vec<&[usize]> = of_model.chunks(alike).chain(of_uncertainty.chunks(1)).collect();
+        let mut columns = vec![(vec![0.0; errors.len()], vec![0.0; errors.len()]); n];
+        let found = parallel::map(parts.iter(), |part| self.columns(x, here, part));
+        for (&k, column) in parts.iter().copied().flatten().zip(found.into_iter().flatten()) {
+            if column.0.len() == errors.len() {
+                columns[k] = column;
+            }
+        }
         let mut gradient = DVector::<f64>::zeros(n);
         let mut fisher = DMatrix::<f64>::zeros(n, n);
         let z: Vec<f64> = errors.iter().zip(variances).map(|(e, v)| e / v.sqrt()).collect();

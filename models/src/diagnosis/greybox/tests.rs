@@ -1,6 +1,7 @@
-use super::filter::innovations;
+use super::filter::{filtered, innovations};
 use super::naming::name;
 use super::starts::effect_starts;
+use super::steered::steered_errors;
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended, Role};
 use crate::diagnosis::estimation::plain_costs;
@@ -88,6 +89,59 @@ fn a_simulation_that_runs_away_says_so() {
     let uncertainty = Uncertainty { supply: 1e-3, discrepancy_pa: 100.0, noise_pa: NOISE_PA };
     let found = innovations(&data, &truth, &uncertainty, &all_rows(&data));
     assert!(found.errors.last().is_some_and(|e| e.is_nan()));
+}
+
+/// A recording with gaps in what is usable and counted, a second start, and the model with a tube.
+fn with_gaps() -> (ChannelData, Extended, Vec<bool>) {
+    let (mut data, truth) =
+        recorded(|data, base| with(data, base, "line_restriction", &[0.1, 0.05, 5.0]), 300.0);
+    let mut usable = data.inputs.usable.to_vec();
+    usable[300..320].fill(false);
+    data.inputs.usable = usable.into();
+    data.inputs.starts = [0, 700].into();
+    let mut counted = all_rows(&data);
+    counted[500..600].fill(false);
+    (data, truth, counted)
+}
+
+const UNCERTAINTY: Uncertainty = Uncertainty { supply: 1e-3, discrepancy_pa: 300.0, noise_pa: NOISE_PA };
+
+#[test]
+fn with_the_gains_of_a_filter_its_model_has_the_errors_of_the_filter() {
+    let (data, truth, counted) = with_gaps();
+    let (found, gains) = filtered(&data, &truth, &UNCERTAINTY, &counted);
+    let mut other = truth.clone();
+    other.values[2] *= 1.3;
+    let models = [other.clone(), truth.clone(), other];
+    let errors = steered_errors(&data, &models, &gains, &counted);
+    assert_eq!(errors[1].len(), found.errors.len());
+    let largest = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(largest(&errors[1], &found.errors) < 1e-6, "{} Pa", largest(&errors[1], &found.errors));
+    assert_eq!(errors[0], errors[2]);
+    assert!(largest(&errors[0], &found.errors) > 100.0, "another valve makes no difference");
+}
+
+#[test]
+fn slopes_with_given_gains_are_nearly_those_of_the_filter() {
+    let (data, truth, counted) = with_gaps();
+    let (found, gains) = filtered(&data, &truth, &UNCERTAINTY, &counted);
+    // The volume does not change here, and what weighs its rate does nothing.
+    let still = data.plant.position("volume_weight").unwrap();
+    for position in (0..truth.values.len()).filter(|&position| position != still) {
+        let mut moved = truth.clone();
+        let step = 1e-4 * truth.values[position].abs().max(1e-2);
+        moved.values[position] += step;
+        let by_filter = innovations(&data, &moved, &UNCERTAINTY, &counted).errors;
+        let by_gains = steered_errors(&data, &[moved], &gains, &counted).remove(0);
+        let slopes = |errors: &[f64]| -> Vec<f64> {
+            errors.iter().zip(&found.errors).map(|(a, b)| (a - b) / step).collect()
+        };
+        let square = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>();
+        let [exact, given] = [by_filter, by_gains].map(|errors| slopes(&errors));
+        let apart = square(&mut exact.iter().zip(&given).map(|(a, b)| a - b));
+        let share = (apart / square(&mut exact.iter().copied())).sqrt();
+        assert!(share < 0.05, "parameter {position}: {share}");
+    }
 }
 
 fn numbers(ids: &[&str]) -> Vec<usize> {

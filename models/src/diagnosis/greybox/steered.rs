@@ -1,0 +1,72 @@
+//! Prediction errors of several models side by side, with the gains of a filter that one of them was
+//! run with.
+//!
+//! What a small change of a parameter does to the errors, but for what it does to the gains: the
+//! usual derivatives of a prediction error method where the gain is given (L. Ljung, System
+//! Identification, 1999, section 10.3). It takes plain simulations in lanes, where the filter takes
+//! one with derivatives for every model.
+
+use super::filter::{Gains, SLOW};
+use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::diagnosis::settings::SETTINGS;
+use crate::effects::{Memory, Stepper, install};
+use crate::numeric::{Lanes, Scalar};
+
+/// Models in one simulation.
+pub const LANES: usize = 4;
+
+/// Prediction errors of the counted rows, Pa, of one to [`LANES`] models with the same effects.
+#[must_use]
+pub fn steered_errors(
+    data: &ChannelData,
+    models: &[Extended],
+    gains: &Gains,
+    counted: &[bool],
+) -> Vec<Vec<f64>> {
+    let inputs = &data.inputs;
+    // Lanes that are not needed repeat the last one.
+    let of = |lane: usize| &models[lane.min(models.len() - 1)].values;
+    let values: Vec<Lanes<LANES>> =
+        (0..of(0).len()).map(|p| Lanes(std::array::from_fn(|lane| of(lane)[p]))).collect();
+    let mut effects = install(&data.plant, &models[0].effects, &values);
+    let mut simulation = Stepper::new(&data.plant, &values, &mut effects, inputs);
+    let keep = |interval_s: f64| {
+        [SETTINGS.greybox_supply_s, SETTINGS.greybox_discrepancy_s].map(|s| (-interval_s / s).exp())
+    };
+    let mut errors = vec![Vec::with_capacity(gains.most_pa.len()); models.len()];
+    let mut slow = [Lanes::zero(); SLOW];
+    let mut next_start = inputs.starts.iter().peekable();
+    let rows = gains.by_error.chunks_exact(gains.state.max(1)).zip(&gains.most_pa);
+    for (row, (gain, &most)) in rows.enumerate() {
+        if next_start.next_if_eq(&&row).is_some() {
+            simulation.start(row);
+            slow = [Lanes::zero(); SLOW];
+        } else {
+            let reading = simulation.reading(row) + slow[1];
+            if inputs.usable[row] {
+                let error = (-reading).plus(inputs.measured_pa[row] - inputs.ambient_pa);
+                if counted[row] {
+                    errors.iter_mut().zip(error.0).for_each(|(errors, error)| errors.push(error));
+                }
+                let pull = Lanes(error.0.map(|error| error.clamp(-most, most)));
+                let (of_memory, of_slow) = gain.split_at(gain.len() - SLOW);
+                let mut of_memory = of_memory.iter();
+                simulation.memory(&mut |memory, value| {
+                    if memory == Memory::Estimated
+                        && let Some(&by_error) = of_memory.next()
+                    {
+                        *value = *value + pull.times(by_error);
+                    }
+                });
+                for (value, &by_error) in slow.iter_mut().zip(of_slow) {
+                    *value = *value + pull.times(by_error);
+                }
+            }
+        }
+        simulation.set_supply(slow[0].plus(1.0).times(inputs.supply_pa[row]));
+        simulation.interval(row);
+        let keep = keep(inputs.interval_s[row]);
+        slow = [slow[0].times(keep[0]), slow[1].times(keep[1])];
+    }
+    errors
+}
