@@ -25,7 +25,7 @@ use recording::{Extent, record};
 use system_tests::blind::diagram::svg;
 use system_tests::blind::plan::{self, Case, SIZES, round};
 use system_tests::blind::reliability::Reliability;
-use system_tests::blind::score::{Outcome, covered, matrix, named, score, summary};
+use system_tests::blind::score::{Outcome, covered, false_names, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
   generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID|none] [--hard] [--short]
@@ -186,6 +186,8 @@ fn diagnose(directory: &Path, program: &str, at_once: usize) -> Result<()> {
 fn print_score(directory: &Path) -> Result<()> {
     let mut scored: Vec<(Case, Outcome, String)> = Vec::new();
     let (mut inside, mut intervals) = (0, 0);
+    // Recordings with a false name, and all: of single effects, and altogether.
+    let (mut of_singles, mut of_all) = ([0; 2], [0; 2]);
     let mut reliability = Reliability::default();
     for folder in folders(directory)? {
         let Ok(text) = std::fs::read_to_string(folder.join("report.json")) else {
@@ -195,6 +197,11 @@ fn print_score(directory: &Path) -> Result<()> {
         let report: serde_json::Value = serde_json::from_str(&text)?;
         let outcome = score(&case, &report);
         reliability.add(&case, &report);
+        let counted = [usize::from(false_names(&case, &report) > 0), 1];
+        of_all = [0, 1].map(|k| of_all[k] + counted[k]);
+        if case.kind == plan::Kind::Single {
+            of_singles = [0, 1].map(|k| of_singles[k] + counted[k]);
+        }
         if let Some(covers) = covered(&case, &report) {
             inside += usize::from(covers);
             intervals += 1;
@@ -206,6 +213,8 @@ fn print_score(directory: &Path) -> Result<()> {
         println!("{outcome:?}: hidden [{}] ({drive}), named [{named}]", case.arguments.join(", "));
     }
     println!("\n{}\n{}", matrix(&scored), summary(&scored));
+    println!("false names: in {} of {} recordings", of_all[0], of_all[1]);
+    println!("of those with one effect in all channels: in {} of {}", of_singles[0], of_singles[1]);
     println!("95 % intervals of sizes that contain the hidden size: {inside} of {intervals}");
     let diagram = directory.join("reliability.svg");
     std::fs::write(&diagram, svg(&reliability.bins()))?;

@@ -26,19 +26,33 @@ pub enum Outcome {
     Unnamed,
 }
 
+/// A named cause: the effect, and what cannot be told from it.
+type Cause<'a> = (&'a str, Vec<&'a str>);
+
+fn causes(report: &Value) -> Vec<Cause<'_>> {
+    fn one(cause: &Value) -> Option<Cause<'_>> {
+        let rivals = cause["equivalent"].as_array()?.iter().filter_map(Value::as_str).collect();
+        Some((cause["effect"].as_str()?, rivals))
+    }
+    report["causes"].as_array().into_iter().flatten().filter_map(one).collect()
+}
+
+/// Does a cause stand for something that was hidden?
+fn stands(case: &Case, (id, rivals): &Cause<'_>) -> bool {
+    case.kind != Kind::OffCatalogue
+        && case.effects.iter().any(|hidden| id == hidden || rivals.contains(&hidden.as_str()))
+}
+
+/// How many named causes stand for nothing that was hidden.
+#[must_use]
+pub fn false_names(case: &Case, report: &Value) -> usize {
+    causes(report).iter().filter(|cause| !stands(case, cause)).count()
+}
+
 /// Scores one report.
 #[must_use]
 pub fn score(case: &Case, report: &Value) -> Outcome {
-    let empty = Vec::new();
-    let causes: Vec<(&str, Vec<&str>)> = report["causes"]
-        .as_array()
-        .unwrap_or(&empty)
-        .iter()
-        .filter_map(|cause| {
-            let rivals = cause["equivalent"].as_array()?.iter().filter_map(Value::as_str).collect();
-            Some((cause["effect"].as_str()?, rivals))
-        })
-        .collect();
+    let causes = causes(report);
     match case.kind {
         Kind::Null if causes.is_empty() => return Outcome::Clean,
         Kind::OffCatalogue if causes.is_empty() => return Outcome::Unnamed,
@@ -46,7 +60,7 @@ pub fn score(case: &Case, report: &Value) -> Outcome {
         _ if causes.is_empty() => return Outcome::Missed,
         _ => {}
     }
-    // How each hidden effect was found, at worst, and how many named causes stand for none of them.
+    // How each hidden effect was found, at worst.
     let mut worst = Outcome::Right;
     for hidden in &case.effects {
         let alone = causes.iter().any(|(id, rivals)| id == hidden && rivals.is_empty());
@@ -62,11 +76,7 @@ pub fn score(case: &Case, report: &Value) -> Outcome {
         };
         worst = worst.max(found);
     }
-    let stands = |(id, rivals): &(&str, Vec<&str>)| {
-        case.effects.iter().any(|hidden| id == hidden || rivals.contains(&hidden.as_str()))
-    };
-    let false_names = causes.iter().filter(|cause| !stands(cause)).count();
-    if worst != Outcome::Wrong && false_names > 0 { Outcome::Extra } else { worst }
+    if worst != Outcome::Wrong && false_names(case, report) > 0 { Outcome::Extra } else { worst }
 }
 
 /// Parameters that the truth plant and the diagnosis define alike: effect, the diagnosis'
@@ -243,5 +253,16 @@ mod tests {
         let pair = Case::moderate(Kind::Pair, &["valve_lag", "supply_sag"]);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[]), ("supply_sag", &[])])), Outcome::Right);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[])])), Outcome::Wrong);
+    }
+
+    #[test]
+    fn a_name_is_false_that_stands_for_nothing_hidden() {
+        let pair = Case::moderate(Kind::Pair, &["valve_lag", "supply_sag"]);
+        assert_eq!(false_names(&pair, &report(&[])), 0, "missed is not false");
+        assert_eq!(false_names(&pair, &report(&[("sensor_lag", &["valve_lag"]), ("supply_sag", &[])])), 0);
+        assert_eq!(false_names(&pair, &report(&[("valve_lag", &[]), ("sensor_lag", &["offset"])])), 1);
+        assert_eq!(false_names(&Case::moderate(Kind::Null, &[]), &report(&[("valve_lag", &[])])), 1);
+        let off = Case::moderate(Kind::OffCatalogue, &["valve_lag"]);
+        assert_eq!(false_names(&off, &report(&[("valve_lag", &[])])), 1);
     }
 }
