@@ -112,8 +112,9 @@ fn best_first(
 }
 
 /// Climbs from all starts for some rounds, from those that promise most for some more (successive
-/// halving; K. Jamieson and A. Talwalkar, AISTATS 2016) and from the best to the end. The supply is let wander
-/// only at the end: before, it would lead a model astray that is not yet near the recording.
+/// halving; K. Jamieson and A. Talwalkar, AISTATS 2016) and from the best to the end. The supply is
+/// let wander only at the end: before, it would lead a model astray that is not yet near the
+/// recording.
 fn race(
     posterior: &mut Posterior<'_>,
     starts: &[(Extended, Uncertainty)],

@@ -1,5 +1,4 @@
-//! Prediction errors of several models side by side, with the gains of a filter that one of them was
-//! run with.
+//! Prediction errors of several models side by side, with the gains that a filter took.
 //!
 //! What a small change of a parameter does to the errors, but for what it does to the gains: the
 //! usual derivatives of a prediction error method where the gain is given (L. Ljung, System
