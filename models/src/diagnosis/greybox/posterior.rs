@@ -30,8 +30,8 @@ pub struct Posterior<'a> {
     pub expected: Vec<Expected>,
     /// Scales of the deviations: half-normal, of the noise log-normal.
     pub scales: Uncertainty,
-    /// Is the supply taken as it is, and the filter's gain where derivatives are taken? What the
-    /// model's parameters do to that gain is a percent of what they do to the errors.
+    /// Is the supply taken as it is, and the filter's gain where derivatives are taken? What most
+    /// parameters do to that gain is some percent of what they do to the errors.
     pub stiff: bool,
     /// Rows whose prediction errors count.
     pub counted: &'a [bool],
