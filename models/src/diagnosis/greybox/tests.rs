@@ -123,7 +123,7 @@ fn with_the_gains_of_a_filter_its_model_has_the_errors_of_the_filter() {
 
 #[test]
 fn slopes_with_given_gains_are_nearly_those_of_the_filter() {
-    // Where a tube turns turbulent matters little to the errors, and the gain's part is a larger one.
+    // Where a tube turns turbulent matters little to the errors, and the gain's part is larger.
     const TURBULENT: usize = 9;
     let (data, truth, counted) = with_gaps();
     let (found, gains) = filtered(&data, &truth, &UNCERTAINTY, &counted);
