@@ -24,13 +24,14 @@ pub type Sensitive = Dual<f64, SENSITIVITIES, f32>;
 /// A number that channels are simulated over: plain, in lanes, or with derivatives. What asks every
 /// effect of the catalogue takes long to compile: each kind has one copy of it, in this crate,
 /// whoever simulates. Callers use [`Stepper`](super::Stepper) and [`install`](super::install).
-#[doc(hidden)]
 pub trait Simulated: Scalar {
     /// Effects, by their numbers in the catalogue, with the values of their parameters one after
     /// the other.
+    #[doc(hidden)]
     fn installed(effects: &[usize], values: &[Self]) -> Vec<AnyEffect<Self>>;
 
     /// A channel before its first row.
+    #[doc(hidden)]
     fn begun<'a>(
         plant: &'a Plant,
         base: &[Self],
@@ -39,12 +40,15 @@ pub trait Simulated: Scalar {
     ) -> Run<'a, Self>;
 
     /// Begins at rest at the pressure measured in a row.
+    #[doc(hidden)]
     fn start(run: &mut Run<'_, Self>, row: usize, effects: &mut [AnyEffect<Self>]);
 
     /// What is recorded in a row, gauge, Pa.
+    #[doc(hidden)]
     fn reading(run: &mut Run<'_, Self>, row: usize, effects: &mut [AnyEffect<Self>]) -> Self;
 
     /// One interval: the mean drive, and the mean flow drawn from the supply.
+    #[doc(hidden)]
     fn interval(
         run: &mut Run<'_, Self>,
         row: usize,
@@ -52,6 +56,7 @@ pub trait Simulated: Scalar {
     ) -> (Self::Real, Self::Real);
 
     /// Shows what channel and effects remember.
+    #[doc(hidden)]
     fn memory(
         run: &mut Run<'_, Self>,
         effects: &mut [AnyEffect<Self>],
