@@ -274,6 +274,7 @@ fn series(inputs: &BatchInputs<'_>, column: usize, number: usize) -> Series {
 struct Start(Slopes);
 
 impl Disturbance<Slopes> for Start {
+    #[inline]
     fn pressure(&self, row: usize, pressure: Slopes) -> Slopes {
         if row == 0 { pressure + self.0 } else { pressure }
     }

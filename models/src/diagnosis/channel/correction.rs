@@ -51,10 +51,12 @@ pub struct Corrected<'a, D> {
 }
 
 impl<S: Scalar, D: Disturbance<S>> Disturbance<S> for Corrected<'_, D> {
+    #[inline]
     fn supply(&self, row: usize, supply: S) -> S {
         self.inner.supply(row, supply)
     }
 
+    #[inline]
     fn pressure(&self, row: usize, pressure: S) -> S {
         let pressure = self.inner.pressure(row, pressure);
         match row.checked_sub(1) {

@@ -125,6 +125,7 @@ impl<'a> BlockDisturbance<'a> {
 }
 
 impl Disturbance<Sensitive> for BlockDisturbance<'_> {
+    #[inline]
     fn supply(&self, row: usize, supply: Sensitive) -> Sensitive {
         let [level, slope] = self.supply[row];
         let mut disturbed = supply;
@@ -132,6 +133,7 @@ impl Disturbance<Sensitive> for BlockDisturbance<'_> {
         disturbed
     }
 
+    #[inline]
     fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
         let mut disturbed = pressure;
         if self.starts[row] {
@@ -140,8 +142,9 @@ impl Disturbance<Sensitive> for BlockDisturbance<'_> {
         } else if let Some(before) = row.checked_sub(1)
             && let Some(flows) = self.flows.get(before)
         {
-            for (slope, rate) in disturbed.gradient[DISTURBANCES - FLOWS..].iter_mut().zip(flows) {
-                *slope += single(1e3 * rate * self.interval_s[before]);
+            for k in 0..FLOWS {
+                disturbed.gradient[DISTURBANCES - FLOWS + k] +=
+                    single(1e3 * flows[k] * self.interval_s[before]);
             }
         }
         disturbed
@@ -155,11 +158,12 @@ struct RateDisturbance<'a> {
 }
 
 impl Disturbance<Sensitive> for RateDisturbance<'_> {
+    #[inline]
     fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
         let mut disturbed = pressure;
         if let Some(before) = row.checked_sub(1) {
-            for (slope, value) in disturbed.gradient.iter_mut().zip(&self.functions[before]) {
-                *slope += single(1e3 * value * self.interval_s[before]);
+            for k in 0..HATS {
+                disturbed.gradient[k] += single(1e3 * self.functions[before][k] * self.interval_s[before]);
             }
         }
         disturbed
@@ -173,6 +177,7 @@ struct SineDisturbance<'a> {
 }
 
 impl Disturbance<Sensitive> for SineDisturbance<'_> {
+    #[inline]
     fn supply(&self, row: usize, supply: Sensitive) -> Sensitive {
         let gauge = self.inputs.supply_pa[row] - self.inputs.ambient_pa;
         let middle = self.inputs.time_s[row] + 0.5 * self.inputs.interval_s[row];

@@ -58,11 +58,16 @@ impl Heard {
         for Listener { data, stage, envelopes, white } in listeners {
             let mut columns = envelopes.waves(frequency_hz);
             stage.whitening.apply_columns(&mut columns, 2);
-            let column = |k: usize| columns.iter().skip(k).step_by(2).copied().collect::<Vec<f64>>();
-            let [cosine, sine] = [column(0), column(1)];
+            let (mut cosine, mut sine) = (Vec::new(), Vec::new());
+            for wave in columns.chunks_exact(2) {
+                cosine.push(wave[0]);
+                sine.push(wave[1]);
+            }
             for row in rows_of(data, &OPEN) {
-                let u = Vector2::new(cosine[row], sine[row]);
-                gram += u * u.transpose();
+                let (c, s) = (cosine[row], sine[row]);
+                gram.m11 += c * c;
+                gram.m12 += c * s;
+                gram.m22 += s * s;
             }
             let [cosine, sine] = [cosine, sine].map(|column| scores(data, white, &column, &OPEN));
             parts.resize(parts.len().max(cosine.len()), Vector2::zeros());
@@ -70,6 +75,7 @@ impl Heard {
                 *part += Vector2::new(c, s);
             }
         }
+        gram.m21 = gram.m12;
         let right: Vector2<f64> = parts.iter().sum();
         let solution = gram.cholesky().map(|root| root.solve(&right));
         let gain = solution.map_or(0.0, |solution| solution.dot(&right));

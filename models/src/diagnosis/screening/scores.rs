@@ -11,14 +11,16 @@ pub const CLIP: f64 = 5.0;
 
 /// Scores of the quarters of all blocks, zero where a block does not count.
 pub fn scores(data: &ChannelData, residuals: &[f64], direction: &[f64], roles: &[Role]) -> Vec<f64> {
-    let mut scores = Vec::with_capacity(data.spans.len() * PARTS);
-    for (block, span) in data.blocks.iter().zip(&data.spans) {
+    let mut scores = vec![0.0; data.spans.len() * PARTS];
+    for ((block, span), parts) in data.blocks.iter().zip(&data.spans).zip(scores.chunks_exact_mut(PARTS)) {
+        if !roles.contains(&block.role) {
+            continue;
+        }
         let length = span.len();
         for part in 0..PARTS {
-            let range = span.start + part * length / PARTS..span.start + (part + 1) * length / PARTS;
-            let counts = roles.contains(&block.role);
-            let score: f64 = range.map(|row| residuals[row] * direction[row]).sum();
-            scores.push(if counts { score } else { 0.0 });
+            for row in span.start + part * length / PARTS..span.start + (part + 1) * length / PARTS {
+                parts[part] += residuals[row] * direction[row];
+            }
         }
     }
     scores
