@@ -116,12 +116,18 @@ fn influence(
     let mut series = vec![Vec::with_capacity(objective.residuals()); moving.len()];
     let mut picked = vec![0.0; moving.len()];
     objective.scores(coordinates, &mut |_, score, _| {
-        for (picked, &i) in picked.iter_mut().zip(moving) {
-            *picked = score[i];
+        let count = moving.len();
+        for k in 0..count {
+            picked[k] = score[moving[k]];
         }
         // The inverse is symmetric: its columns are its rows.
-        for (series, row) in series.iter_mut().zip(inverse.as_slice().chunks_exact(moving.len())) {
-            series.push(row.iter().zip(&picked).map(|(weight, score)| weight * score).sum());
+        for k in 0..count {
+            let row = &inverse.as_slice()[k * count..][..count];
+            let mut sum = 0.0;
+            for i in 0..count {
+                sum += row[i] * picked[i];
+            }
+            series[k].push(sum);
         }
     });
     series

@@ -26,12 +26,13 @@ impl Comparison {
     /// Of row `k` of each segment. A lane whose segment is over, or whose sample is masked, weighs
     /// nothing.
     fn of(series: &Series, segments: &[Range<usize>], k: usize) -> Self {
+        let (measured, weights) = (series.measured(), series.weights());
         let mut comparison = Self { measured: Lanes::constant(0.0), weight: Lanes::constant(0.0) };
-        for (lane, rows) in segments.iter().enumerate().filter(|(_, rows)| k < rows.len()) {
-            let row = rows.start + k;
-            if series.weights()[row] > 0.0 {
-                comparison.measured.0[lane] = series.measured()[row];
-                comparison.weight.0[lane] = series.weights()[row] * KPA_PER_PA;
+        for lane in 0..segments.len() {
+            let row = segments[lane].start + k;
+            if row < segments[lane].end && weights[row] > 0.0 {
+                comparison.measured.0[lane] = measured[row];
+                comparison.weight.0[lane] = weights[row] * KPA_PER_PA;
             }
         }
         comparison

@@ -93,12 +93,16 @@ fn cosine(angle: f64, wave: &mut [f64]) {
 /// Sum of the products, in eight partial sums: a single one waits for each addition.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
-    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a.zip(b) {
+    let mut rest = 0.0;
+    let whole = a.len().min(b.len()) / 8 * 8;
+    for at in (0..whole).step_by(8) {
+        let (a, b) = (&a[at..at + 8], &b[at..at + 8]);
         for i in 0..8 {
             sums[i] += a[i] * b[i];
         }
+    }
+    for at in whole..a.len().min(b.len()) {
+        rest += a[at] * b[at];
     }
     sums.iter().sum::<f64>() + rest
 }

@@ -28,15 +28,17 @@ impl<const L: usize> RowSource<Lanes<L>> for GatheredRows<'_, L> {
         let width = self.row.len();
         if self.shared {
             let from = (k * width).min(self.inputs[0].len() - width);
-            for (column, value) in self.row.iter_mut().zip(&self.inputs[0][from..from + width]) {
-                *column = Lanes::constant(*value);
+            let values = &self.inputs[0][from..from + width];
+            for column in 0..width {
+                self.row[column] = Lanes::constant(values[column]);
             }
             return &self.row;
         }
         for (lane, inputs) in self.inputs.iter().enumerate() {
             let from = (k * width).min(inputs.len() - width);
-            for (column, value) in self.row.iter_mut().zip(&inputs[from..from + width]) {
-                column.0[lane] = *value;
+            let values = &inputs[from..from + width];
+            for column in 0..width {
+                self.row[column].0[lane] = values[column];
             }
         }
         &self.row
