@@ -4,6 +4,8 @@
 //! the state at the row before, so that every effect is linearised as it is simulated. What is
 //! recorded enters as the filter's measurements; the drive is an input.
 
+use multiversion::multiversion;
+
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
@@ -149,6 +151,65 @@ impl Gains {
     }
 }
 
+/// Carries a covariance on by the derivatives of the state by the state before; the covariances of
+/// the state with a reading that has these slopes by the state before, and what of the reading's
+/// variance is the state's.
+///
+/// This and [`learn`] are most of what the filter computes beside simulating: plain loops, whose
+/// inner ones are as long as the arrays (0 beyond the first `n`) and become vectors.
+#[multiversion(targets("x86_64+avx2"))]
+fn propagate<const N: usize>(
+    covariance: &mut [[f64; N]; N],
+    transition: &[[f64; N]; N],
+    slopes: &[f64; N],
+    n: usize,
+) -> ([f64; N], f64) {
+    let n = n.min(N);
+    let (mut carried, mut across) = ([[0.0; N]; N], [[0.0; N]; N]);
+    let (mut of_reading, mut with_state) = ([0.0; N], [0.0; N]);
+    for i in 0..n {
+        let mut row = [0.0; N];
+        for k in 0..n {
+            for j in 0..N {
+                row[j] += transition[i][k] * covariance[k][j];
+            }
+        }
+        carried[i] = row;
+        for j in 0..N {
+            across[j][i] = transition[i][j];
+            of_reading[j] += slopes[i] * covariance[i][j];
+        }
+    }
+    for i in 0..n {
+        let mut row = [0.0; N];
+        for k in 0..n {
+            for j in 0..N {
+                row[j] += carried[i][k] * across[k][j];
+            }
+            with_state[i] += carried[i][k] * slopes[k];
+        }
+        covariance[i] = row;
+    }
+    let mut of_state = 0.0;
+    for k in 0..n {
+        of_state += of_reading[k] * slopes[k];
+    }
+    (with_state, of_state)
+}
+
+/// The covariance after a measurement with which the state has these covariances, and which has
+/// this variance.
+#[multiversion(targets("x86_64+avx2"))]
+fn learn<const N: usize>(covariance: &mut [[f64; N]; N], with_state: &[f64; N], variance: f64, n: usize) {
+    for i in 0..n.min(N) {
+        let mut row = covariance[i];
+        for j in 0..N {
+            row[j] -= with_state[i] * with_state[j] / variance;
+        }
+        covariance[i] = row;
+    }
+}
+
 /// Variance of a predicted reading, and its covariances with the state.
 struct Predicted<const N: usize> {
     total: f64,
@@ -206,22 +267,8 @@ where
         uncertainty: &Uncertainty,
     ) -> Predicted<N> {
         let transition = self.read(simulation, slow);
-        let before = self.covariance;
-        let row_times = |row: &[f64; N]| -> [f64; N] {
-            std::array::from_fn(|j| (0..N).map(|k| row[k] * before[k][j]).sum())
-        };
-        let dot = |a: &[f64; N], b: &[f64; N]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        let carried = transition.map(|row| row_times(&row));
-        for (line, carried) in self.covariance.iter_mut().zip(&carried) {
-            for (value, row) in line.iter_mut().zip(&transition) {
-                *value = dot(carried, row);
-            }
-        }
-        let gradient = reading.gradient;
-        Predicted {
-            total: uncertainty.noise_pa.powi(2) + dot(&row_times(&gradient), &gradient),
-            with_state: carried.map(|row| dot(&row, &gradient)),
-        }
+        let (with_state, of_state) = propagate(&mut self.covariance, &transition, &reading.gradient, self.n);
+        Predicted { total: uncertainty.noise_pa.powi(2) + of_state, with_state }
     }
 
     /// Learns from a prediction error.
@@ -229,10 +276,8 @@ where
         let pull = error / predicted.total;
         for i in 0..self.n {
             self.mean[i] += predicted.with_state[i] * pull;
-            for j in 0..self.n {
-                self.covariance[i][j] -= predicted.with_state[i] * predicted.with_state[j] / predicted.total;
-            }
         }
+        learn(&mut self.covariance, &predicted.with_state, predicted.total, self.n);
     }
 
     /// Hands the state back to the simulation, each of its numbers with a derivative of one by
@@ -246,7 +291,8 @@ where
                 k += 1;
             }
         });
-        [self.n - 2, self.n - 1].map(|k| Dual::variable(self.mean[k], k))
+        let variable = |k: usize| Dual::variable(self.mean[k], k);
+        [variable(self.n - 2), variable(self.n - 1)]
     }
 
     /// The slow deviations fall back towards nothing, and are pushed anew, over an interval.

@@ -29,9 +29,6 @@ pub fn steered_errors(
         (0..of(0).len()).map(|p| Lanes(std::array::from_fn(|lane| of(lane)[p]))).collect();
     let mut effects = install(&data.plant, &models[0].effects, &values);
     let mut simulation = Stepper::new(&data.plant, &values, &mut effects, inputs);
-    let keep = |interval_s: f64| {
-        [SETTINGS.greybox_supply_s, SETTINGS.greybox_discrepancy_s].map(|s| (-interval_s / s).exp())
-    };
     let mut errors = vec![Vec::with_capacity(gains.most_pa.len()); models.len()];
     let mut slow = [Lanes::zero(); SLOW];
     let mut next_start = inputs.starts.iter().peekable();
@@ -45,9 +42,14 @@ pub fn steered_errors(
             if inputs.usable[row] {
                 let error = (-reading).plus(inputs.measured_pa[row] - inputs.ambient_pa);
                 if counted[row] {
-                    errors.iter_mut().zip(error.0).for_each(|(errors, error)| errors.push(error));
+                    for lane in 0..models.len() {
+                        errors[lane].push(error.0[lane]);
+                    }
                 }
-                let pull = Lanes(error.0.map(|error| error.clamp(-most, most)));
+                let mut pull = error;
+                for lane in 0..LANES {
+                    pull.0[lane] = error.0[lane].clamp(-most, most);
+                }
                 let (of_memory, of_slow) = gain.split_at(gain.len() - SLOW);
                 let mut of_memory = of_memory.iter();
                 simulation.memory(&mut |memory, value| {
@@ -57,15 +59,16 @@ pub fn steered_errors(
                         *value = *value + pull.times(by_error);
                     }
                 });
-                for (value, &by_error) in slow.iter_mut().zip(of_slow) {
-                    *value = *value + pull.times(by_error);
+                for k in 0..SLOW {
+                    slow[k] = slow[k] + pull.times(of_slow[k]);
                 }
             }
         }
         simulation.set_supply(slow[0].plus(1.0).times(inputs.supply_pa[row]));
         simulation.interval(row);
-        let keep = keep(inputs.interval_s[row]);
-        slow = [slow[0].times(keep[0]), slow[1].times(keep[1])];
+        let keep = |time_constant_s: f64| (-inputs.interval_s[row] / time_constant_s).exp();
+        slow[0] = slow[0].times(keep(SETTINGS.greybox_supply_s));
+        slow[1] = slow[1].times(keep(SETTINGS.greybox_discrepancy_s));
     }
     errors
 }

@@ -206,7 +206,7 @@ fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial
 }
 
 /// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks
-/// cannot tell them apart, or what they leave is negligible against the gain.
+/// cannot tell them apart and they leave little of the gain, or their errors are nearly the same.
 pub fn rivals(
     channels: &[ChannelData],
     stages: &[ChannelStage],
@@ -222,10 +222,16 @@ pub fn rivals(
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
             let [_, low, ..] = bootstrap(&other, &best, |a, b| a - b);
-            left < SETTINGS.practical * best.iter().sum::<f64>()
+            nearly_the_same(best.iter().sum(), other.iter().sum())
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
         .collect()
+}
+
+/// Is an error, of which the square is given, larger than another by less than is worth a name? No
+/// model is exactly the rig, and as little as that the rest of it decides.
+fn nearly_the_same(best_squared: f64, other_squared: f64) -> bool {
+    other_squared.sqrt() < (1.0 + SETTINGS.practical) * best_squared.sqrt()
 }
 
 #[cfg(test)]
@@ -233,6 +239,13 @@ mod tests {
     use super::*;
     use crate::diagnosis::screening::{judge, trials};
     use crate::diagnosis::testing::{channel, fitted, measured, with};
+
+    #[test]
+    fn errors_that_differ_by_less_than_is_worth_a_name_do_not_tell_rivals_apart() {
+        let times = |factor: f64| factor * factor * 400.0;
+        assert!(nearly_the_same(400.0, times(1.0 + 0.9 * SETTINGS.practical)));
+        assert!(!nearly_the_same(400.0, times(1.0 + 1.1 * SETTINGS.practical)));
+    }
 
     #[test]
     fn what_harms_is_no_winner_and_no_rival_and_what_comes_after_it_may_win() {
