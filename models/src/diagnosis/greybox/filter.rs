@@ -4,8 +4,7 @@
 //! the state at the row before, so that every effect is linearised as it is simulated. What is
 //! recorded enters as the filter's measurements; the drive is an input.
 
-use multiversion::multiversion;
-
+use super::kalman::{learn, propagate};
 use super::uncertainty::Uncertainty;
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::diagnosis::settings::SETTINGS;
@@ -148,65 +147,6 @@ impl Gains {
     fn still(&mut self) {
         self.by_error.resize(self.by_error.len() + self.state, 0.0);
         self.most_pa.push(0.0);
-    }
-}
-
-/// Carries a covariance on by the derivatives of the state by the state before; the covariances of
-/// the state with a reading that has these slopes by the state before, and what of the reading's
-/// variance is the state's.
-///
-/// This and [`learn`] are most of what the filter computes beside simulating: plain loops, whose
-/// inner ones are as long as the arrays (0 beyond the first `n`) and become vectors.
-#[multiversion(targets("x86_64+avx2"))]
-fn propagate<const N: usize>(
-    covariance: &mut [[f64; N]; N],
-    transition: &[[f64; N]; N],
-    slopes: &[f64; N],
-    n: usize,
-) -> ([f64; N], f64) {
-    let n = n.min(N);
-    let (mut carried, mut across) = ([[0.0; N]; N], [[0.0; N]; N]);
-    let (mut of_reading, mut with_state) = ([0.0; N], [0.0; N]);
-    for i in 0..n {
-        let mut row = [0.0; N];
-        for k in 0..n {
-            for j in 0..N {
-                row[j] += transition[i][k] * covariance[k][j];
-            }
-        }
-        carried[i] = row;
-        for j in 0..N {
-            across[j][i] = transition[i][j];
-            of_reading[j] += slopes[i] * covariance[i][j];
-        }
-    }
-    for i in 0..n {
-        let mut row = [0.0; N];
-        for k in 0..n {
-            for j in 0..N {
-                row[j] += carried[i][k] * across[k][j];
-            }
-            with_state[i] += carried[i][k] * slopes[k];
-        }
-        covariance[i] = row;
-    }
-    let mut of_state = 0.0;
-    for k in 0..n {
-        of_state += of_reading[k] * slopes[k];
-    }
-    (with_state, of_state)
-}
-
-/// The covariance after a measurement with which the state has these covariances, and which has
-/// this variance.
-#[multiversion(targets("x86_64+avx2"))]
-fn learn<const N: usize>(covariance: &mut [[f64; N]; N], with_state: &[f64; N], variance: f64, n: usize) {
-    for i in 0..n.min(N) {
-        let mut row = covariance[i];
-        for j in 0..N {
-            row[j] -= with_state[i] * with_state[j] / variance;
-        }
-        covariance[i] = row;
     }
 }
 

@@ -12,6 +12,7 @@
 //! missing, what a derivative at the base model promises is no guide.
 
 mod filter;
+mod kalman;
 mod naming;
 mod posterior;
 mod ranking;
