@@ -1,4 +1,5 @@
-//! A Kalman filter's covariance from row to row: most of what the filter computes beside simulating.
+//! A Kalman filter's covariance from row to row: most of what the filter computes beside
+//! simulations.
 //!
 //! Of `N` numbers in the state the first `n` are in use, the others 0. Loops over indices, whose
 //! inner ones are as long as the arrays, become vectors.
