@@ -166,7 +166,8 @@ fn assemble(
         shown(cause) || alternatives::is_probable(cause, explanations)
     });
     if !change {
-        let (named, unnamed) = beside::part(causes, base_errors.all(), looped);
+        let probable = |cause: &Cause| alternatives::is_probable(cause, explanations);
+        let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);
         causes = named;
         imperfections.extend(unnamed);
     }

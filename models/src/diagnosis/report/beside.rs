@@ -6,15 +6,21 @@
 use crate::diagnosis::json::{Cause, Imperfection, Unnamed};
 use crate::diagnosis::selection::roughly_timed;
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::catalogue::index_of;
+use crate::effects::catalogue::{CATALOGUE, index_of};
 
-use super::earned::{hunts, is_undetermined};
+use super::earned::{hunts, is_undetermined, stands_out};
 
 /// Parts causes, the largest gain first, into those that keep their names beside each other and
 /// those that do not. `base_kpa` is the error of the base models on the test blocks. In closed loop
-/// (`looped`) what has no size that is determined has no name beside what has one.
+/// (`looped`) what has no size that is determined has no name beside what has one. With the drive, a
+/// gain need not be sure where the cause itself is: larger than in sound rigs, and `probable`.
 #[must_use]
-pub fn part(causes: Vec<Cause>, base_kpa: f64, looped: bool) -> (Vec<Cause>, Vec<Imperfection>) {
+pub fn part(
+    causes: Vec<Cause>,
+    base_kpa: f64,
+    looped: bool,
+    probable: impl Fn(&Cause) -> bool,
+) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut named, mut imperfections) = (causes, Vec::new());
     let sized = |cause: &Cause| hunts(cause) || !is_undetermined(cause);
     if looped && named.iter().any(sized) {
@@ -23,7 +29,10 @@ pub fn part(causes: Vec<Cause>, base_kpa: f64, looped: bool) -> (Vec<Cause>, Vec
     // Rollouts of a loop go astray beside what happens at times that the rows tell only roughly:
     // there gains are never sure.
     if !(looped && named.iter().any(happens_roughly)) {
-        let keeps = |place, cause: &Cause| place == 0 || is_sure_beside(cause, base_kpa);
+        let told = |cause: &Cause| {
+            !looped && is_large(cause) && probable(cause) && cause.gain.reduction > SETTINGS.practical
+        };
+        let keeps = |place, cause: &Cause| place == 0 || is_sure_beside(cause, base_kpa) || told(cause);
         imperfections.extend(unnamed(&mut named, Unnamed::Gainless, keeps));
     }
     (named, imperfections)
@@ -53,6 +62,11 @@ fn is_sure_beside(cause: &Cause, base_kpa: f64) -> bool {
     sure && (hidden || taken_kpa >= SETTINGS.practical * base_kpa)
 }
 
+/// Is its size, with the whole interval, beyond what sound rigs have?
+fn is_large(cause: &Cause) -> bool {
+    index_of(&cause.effect).is_some_and(|k| stands_out(CATALOGUE[k], &cause.parameters, false))
+}
+
 fn happens_roughly(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(roughly_timed)
 }
@@ -64,7 +78,7 @@ mod tests {
 
     /// What keeps its name.
     fn named(causes: Vec<Cause>, base_kpa: f64, looped: bool) -> Vec<String> {
-        part(causes, base_kpa, looped).0.into_iter().map(|cause| cause.effect).collect()
+        part(causes, base_kpa, looped, |_| false).0.into_iter().map(|cause| cause.effect).collect()
     }
 
     /// Behind a tube, play with a gain of 5 % in either weighing, whose interval begins there.
@@ -94,6 +108,21 @@ mod tests {
     }
 
     #[test]
+    fn with_the_drive_a_large_and_probable_cause_needs_no_sure_gain() {
+        let kept = |range: [f64; 2], (looped, probable): (bool, bool), reduction: f64| {
+            let first = testing::cause("valve_asymmetry", 0.9);
+            let mut sag = sized("supply_sag", "drop", range);
+            (sag.gain.reduction, sag.gain.ci95[0], sag.gain.weighted_ci95[0]) = (reduction, -0.5, -0.1);
+            part(vec![first, sag], 2.0, looped, |_| probable).0.len() == 2
+        };
+        assert!(kept([45.0, 71.0], (false, true), 0.2));
+        assert!(!kept([45.0, 71.0], (true, true), 0.2), "of a loop the error hardly tells");
+        assert!(!kept([45.0, 71.0], (false, false), 0.2), "something else is as probable");
+        assert!(!kept([0.0, 71.0], (false, true), 0.2), "a sound rig may have as much");
+        assert!(!kept([45.0, 71.0], (false, true), -0.1), "it takes nothing of the error");
+    }
+
+    #[test]
     fn the_first_name_may_have_a_gain_that_is_not_sure() {
         let mut first = testing::cause("valve_hysteresis", 0.05);
         first.gain.ci95[0] = -0.1;
@@ -118,10 +147,10 @@ mod tests {
             sag.parameters.values_mut().for_each(|drop| drop.ci95 = size);
             sag
         };
-        let (named, unnamed) = part(vec![limited(), sagging(None)], 2.0, true);
+        let (named, unnamed) = part(vec![limited(), sagging(None)], 2.0, true, |_| false);
         assert_eq!((named.len(), named[0].effect.as_str()), (1, "drive_saturation"));
         assert!(unnamed.iter().all(|i| i.why == Unnamed::Undetermined));
-        let count = |causes, looped| part(causes, 2.0, looped).0.len();
+        let count = |causes, looped| part(causes, 2.0, looped, |_| false).0.len();
         assert_eq!(count(vec![limited(), sagging(Some([20.0, 70.0]))], true), 2);
         assert_eq!(count(vec![limited(), sagging(None)], false), 2, "with the drive, the error tells");
         assert_eq!(count(vec![sagging(None)], true), 1);
