@@ -12,8 +12,8 @@ use super::earned::{hunts, is_undetermined, stands_out};
 
 /// Parts causes, the largest gain first, into those that keep their names beside each other and
 /// those that do not. `base_kpa` is the error of the base models on the test blocks. In closed loop
-/// (`looped`) what has no size that is determined has no name beside what has one. With the drive, a
-/// gain need not be sure where the cause itself is: larger than in sound rigs, and `probable`.
+/// (`looped`) what has no size that is determined has no name beside what has one. With the drive,
+/// a gain need not be sure where the cause itself is: larger than in sound rigs, and `probable`.
 #[must_use]
 pub fn part(
     causes: Vec<Cause>,
