@@ -222,16 +222,18 @@ pub fn rivals(
             let other = together(channels, &ranked[k].losses, &OPEN);
             let left = other.iter().sum::<f64>() - best.iter().sum::<f64>();
             let [_, low, ..] = bootstrap(&other, &best, |a, b| a - b);
-            nearly_the_same(best.iter().sum(), other.iter().sum())
+            nearly_the_same(best.iter().sum(), other.iter().sum(), is_foil(&ranked[k]))
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
         .collect()
 }
 
 /// Is an error, of which the square is given, larger than another by less than is worth a name? No
-/// model is exactly the rig, and as little as that the rest of it decides.
-fn nearly_the_same(best_squared: f64, other_squared: f64) -> bool {
-    other_squared.sqrt() < (1.0 + SETTINGS.practical) * best_squared.sqrt()
+/// model is exactly the rig, and as little as that the rest of it decides. What stands for causes
+/// outside the catalogue takes the name from one inside it, and must be as close in the square.
+fn nearly_the_same(best_squared: f64, other_squared: f64, foil: bool) -> bool {
+    let factor = 1.0 + SETTINGS.practical;
+    other_squared < if foil { factor } else { factor * factor } * best_squared
 }
 
 #[cfg(test)]
@@ -242,9 +244,11 @@ mod tests {
 
     #[test]
     fn errors_that_differ_by_less_than_is_worth_a_name_do_not_tell_rivals_apart() {
-        let times = |factor: f64| factor * factor * 400.0;
-        assert!(nearly_the_same(400.0, times(1.0 + 0.9 * SETTINGS.practical)));
-        assert!(!nearly_the_same(400.0, times(1.0 + 1.1 * SETTINGS.practical)));
+        let with = |part: f64, foil: bool| {
+            nearly_the_same(400.0, 400.0 * (1.0 + part * SETTINGS.practical).powi(2), foil)
+        };
+        assert!(with(0.9, false) && !with(1.1, false));
+        assert!(with(0.4, true) && !with(0.6, true), "a foil takes the name away");
     }
 
     #[test]
