@@ -9,7 +9,7 @@
 use super::hook::{LineParameters, Memory, Stretch, Structure};
 use super::outlet::{Outlet, Through, Venting};
 use super::phi::phi1;
-use super::tube::{self, Ends};
+use super::tube::{Ends, Tube};
 use crate::model::{Areas, BaseModel, GAMMA, Nonlinear, Ports};
 use crate::numeric::Scalar;
 
@@ -17,9 +17,6 @@ use crate::numeric::Scalar;
 /// the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
 
-/// Half of the flow pressure below which the loss in any tube is laminar, Pa: its conductance is
-/// finite without a drop.
-const LEAST_LAMINAR_PA: f64 = 500.0;
 /// No pressure falls below this, Pa: what would take more in a step than there is.
 const LOWEST_PA: f64 = 1e3;
 
@@ -241,18 +238,16 @@ impl<S: Scalar> Chamber<S> {
     #[inline(always)]
     fn advance_line(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, line: &LineParameters<S>) {
         let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
-        let swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
-        let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
-        let ends = Ends {
-            driven: fill * inflow - vent * outflow,
-            slope: fill * in_by - vent * out_by,
-            swelling: swelling / room,
-            port: line.volume_ratio.recip(),
-            chamber: room.recip(),
-        };
-        let half = line.laminar_pa.times(0.5).plus(LEAST_LAMINAR_PA);
-        let through = |port, chamber| self.ports.own.conductance(port, chamber, half) / line.time_constant_s;
-        let [port, chamber] = tube::advance(h, &ends, [self.port, self.pressure], through);
+        let (mut swelling, mut chamber) = (c.expansion.times(GAMMA), S::constant(1.0));
+        if self.stretches() {
+            let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
+            swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA) / room;
+            chamber = room.recip();
+        }
+        let (driven, slope) = (fill * inflow - vent * outflow, fill * in_by - vent * out_by);
+        let ends = Ends { driven, slope, swelling, port: line.volume_ratio.recip(), chamber };
+        let tube = Tube { flow: &self.ports.own, line };
+        let [port, chamber] = tube.advance(h, &ends, [self.port, self.pressure]);
         let lowest = S::constant(LOWEST_PA);
         (self.port, self.pressure) = (port.max(lowest), chamber.max(lowest));
     }

@@ -6,13 +6,19 @@ use crate::numeric::{Real, Scalar};
 /// `(exp(z) - 1) / z`.
 #[inline(always)]
 pub fn phi1<S: Scalar>(z: S) -> S {
-    let x = z.real();
+    let (value, slope) = phi1_with_slope(z.real());
+    z.chain(value, slope)
+}
+
+/// The same with its slope.
+#[inline(always)]
+pub fn phi1_with_slope<R: Real>(x: R) -> (R, R) {
     // The next term is below 2e-10.
     let near = taylor(x, [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]);
     let value = far_or(near, x, f64::exp_m1);
     // phi1' = phi1 - phi2, phi2 = (phi1 - 1) / z.
     let phi2 = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5];
-    z.chain(value, value - next(value, 1.0, x, phi2))
+    (value, value - next(value, 1.0, x, phi2))
 }
 
 /// The next of these functions from one, `(value - at_zero) / z`; by its Taylor series near zero.

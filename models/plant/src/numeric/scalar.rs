@@ -42,6 +42,24 @@ pub trait Scalar: Arithmetic {
     /// The value of a function of two numbers whose partial derivatives are known in closed form.
     fn chain2(value: Self::Real, a: Self, partial_a: Self::Real, b: Self, partial_b: Self::Real) -> Self;
 
+    /// The value of a function of several numbers whose partial derivatives are known in closed
+    /// form.
+    #[inline(always)]
+    fn chain_all<const K: usize>(value: Self::Real, numbers: [Self; K], partials: [Self::Real; K]) -> Self {
+        let one = Self::Real::constant(1.0);
+        let mut sum = Self::from_real(value);
+        let mut k = 0;
+        while k < K {
+            sum = if k == 0 {
+                numbers[k].chain(value, partials[k])
+            } else {
+                Self::chain2(value, sum, one, numbers[k], partials[k])
+            };
+            k += 1;
+        }
+        sum
+    }
+
     /// `a` where the mask holds, `b` elsewhere.
     fn select(mask: Mask<Self>, a: Self, b: Self) -> Self;
 
