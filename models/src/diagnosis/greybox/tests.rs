@@ -125,7 +125,9 @@ fn with_the_gains_of_a_filter_its_model_has_the_errors_of_the_filter() {
 fn slopes_with_given_gains_are_nearly_those_of_the_filter() {
     // Where a tube turns turbulent matters little to the errors, and the gain's part is larger.
     const TURBULENT: usize = 9;
-    let (data, truth, counted) = with_gaps();
+    let (mut data, truth, counted) = with_gaps();
+    // Steps that resolve the tube's own volume: in longer ones the gain depends on the step, too.
+    data.plant.longest_step_s = 0.005;
     let (found, gains) = filtered(&data, &truth, &UNCERTAINTY, &counted);
     // The volume does not change here, and what weighs its rate does nothing.
     let still = data.plant.position("volume_weight").unwrap();
@@ -142,7 +144,7 @@ fn slopes_with_given_gains_are_nearly_those_of_the_filter() {
         let [exact, given] = [by_filter, by_gains].map(|errors| slopes(&errors));
         let apart = square(&mut exact.iter().zip(&given).map(|(a, b)| a - b));
         let share = (apart / square(&mut exact.iter().copied())).sqrt();
-        let most = if position == TURBULENT { 0.3 } else { 0.05 };
+        let most = if position == TURBULENT { 0.1 } else { 0.02 };
         assert!(share < most, "parameter {position}: {share}");
     }
 }
