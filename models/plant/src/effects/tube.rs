@@ -63,13 +63,17 @@ impl<S: Scalar> Tube<'_, S> {
 #[derive(Clone, Copy)]
 struct Linear<'a, S> {
     ends: &'a Ends<S>,
+    /// Of port and chamber, absolute, Pa.
     pressures: [S; 2],
+    /// Flow over drop, 1/s.
     through: S,
 }
 
-/// Rates of the two pressures, and their slopes by the two, row by row.
+/// How the two pressures move.
 struct Rates<R> {
+    /// Rates, Pa/s.
     rates: [R; 2],
+    /// Their slopes by the two pressures, row by row, 1/s.
     slopes: [R; 4],
 }
 
@@ -144,6 +148,7 @@ impl<S: Scalar> Linear<'_, S> {
         let flow = through * (port - chamber);
         let (at_port, at_chamber) = (of_b - of_a, of_c - of_d);
         let net = of_y * to_chamber - of_x * to_port;
+        // In the order of the numbers; the pressures are the last two.
         let mut partials = [
             of_x * to_port,
             of_a * to_port,
@@ -166,15 +171,21 @@ fn outer<R: Real>([a, b]: [R; 2], [x, y]: [R; 2]) -> [R; 4] {
     [a * x, a * y, b * x, b * y]
 }
 
-/// The eigenvalues of a matrix of slopes, and `phi1` at them.
+/// What the exact step's derivatives by the slopes `[a, b, c, d]` are made of.
 struct Apart<R> {
+    /// Length of the step, s.
     h: f64,
+    /// Half the difference of `a` and `d`, 1/s.
     half: R,
     b: R,
     c: R,
+    /// One over half the difference of the eigenvalues, s.
     by_apart: R,
+    /// Slope of `h phi1` between the eigenvalues, s^2.
     tilt: R,
+    /// Slope of `phi1` where it is taken for the fast change.
     fast_by: R,
+    /// The same of the slow change.
     slow_by: R,
 }
 
