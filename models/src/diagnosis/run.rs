@@ -117,6 +117,10 @@ pub fn diagnose(
     }
     progress("weighing explanations", 0);
     let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
+    if alternatives::all_improbable(&channels, &outcome.causes, &weighed) {
+        outcome.withdraw(&mut channels, &rest.base_stages);
+        rest = Rest::new(&channels, &outcome, change);
+    }
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);
@@ -162,11 +166,11 @@ fn assemble(
     let causes = measured_causes(&channels, &outcome, &final_errors, change);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
-    let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, |cause| {
-        shown(cause) || alternatives::is_probable(cause, explanations)
-    });
+    let probability = |cause: &Cause| alternatives::probability(cause, explanations);
+    let counted = |cause: &Cause| if shown(cause) { 1.0 } else { probability(cause) };
+    let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, counted);
     if !change {
-        let probable = |cause: &Cause| alternatives::is_probable(cause, explanations);
+        let probable = |cause: &Cause| probability(cause) >= alternatives::EVEN;
         let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);
         causes = named;
         imperfections.extend(unnamed);

@@ -5,7 +5,7 @@ use crate::diagnosis::discrepancy::{Rest, corrected};
 use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Cause, Imperfection, Report, Unnamed, Verdict};
-use crate::diagnosis::selection::{Found, Outcome};
+use crate::diagnosis::selection::{Found, Outcome, is_shown};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
@@ -14,10 +14,10 @@ use super::earned::hunts;
 
 /// Explanations that are listed.
 const LISTED: usize = 8;
-/// Explanations less probable than this are not listed.
+/// Explanations less probable than this are not listed, and no cause among them has a name.
 pub const LEAST_PROBABLE: f64 = 0.001;
-/// More probable than not.
-const EVEN: f64 = 0.5;
+/// What is at least as probable is more so than not.
+pub const EVEN: f64 = 0.5;
 
 /// Weighs all explanations that a search has fitted, and beside them nothing at all and something
 /// smooth without a name; the most probable comes first. An effect in a size that sound rigs have
@@ -126,17 +126,28 @@ fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
 /// one that is more. Of what makes a loop hunt (`looped`) its own likelihood has told already, and
 /// what rollouts predict tells little: none is in step with the recording.
 fn part(causes: Vec<Cause>, weighed: &[Weighed], looped: bool) -> (Vec<Cause>, Vec<Cause>) {
-    let probable = |cause: &Cause| looped && hunts(cause) || is_probable(cause, weighed);
+    let probable = |cause: &Cause| looped && hunts(cause) || probability(cause, weighed) >= EVEN;
     let any = causes.iter().any(probable);
     causes.into_iter().partition(|cause| probable(cause) || !any)
 }
 
-/// Is a cause more probable than not, counted with what fits as well? One is where nothing was
-/// weighed.
+/// How probable a cause is, counted with what fits as well; 1 where nothing was weighed.
 #[must_use]
-pub fn is_probable(cause: &Cause, weighed: &[Weighed]) -> bool {
+pub fn probability(cause: &Cause, weighed: &[Weighed]) -> f64 {
     let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
-    weighed.is_empty() || probability_of(&ties, weighed) >= EVEN
+    if weighed.is_empty() { 1.0 } else { probability_of(&ties, weighed) }
+}
+
+/// Was something found, and is none of it, counted with what fits as well, worth a line? What the
+/// rows show is.
+#[must_use]
+pub fn all_improbable(channels: &[ChannelData], found: &[Found], weighed: &[Weighed]) -> bool {
+    let improbable = |cause: &Found| {
+        let effects = cause.equivalent.iter().chain([&cause.effect]);
+        let ids: Vec<String> = effects.map(|&effect| CATALOGUE[effect].id.to_owned()).collect();
+        !is_shown(channels, cause.effect) && probability_of(&ids, weighed) < LEAST_PROBABLE
+    };
+    !found.is_empty() && !weighed.is_empty() && found.iter().all(improbable)
 }
 
 /// Where the error itself says that something is missing, "nothing" is something without a name.
@@ -262,6 +273,35 @@ mod tests {
         let listed = listed(weighed.iter().map(|w| (&w.missing, w.probability, w.select_rmse_kpa)));
         let causes: Vec<_> = listed.iter().map(|a| a.causes.join("+")).collect();
         assert_eq!(causes, ["valve_lag+transport_delay", "valve_lag+something_else", "none"]);
+    }
+
+    #[test]
+    fn names_are_taken_back_where_none_of_them_nor_a_tie_is_worth_a_line() {
+        let (data, base) = channel(false);
+        let channels = [data];
+        let [lag, delay, sag, stale] =
+            ["valve_lag", "transport_delay", "supply_sag", "stale_samples"].map(|id| index_of(id).unwrap());
+        let weighed = [
+            (Missing::Nothing, 0.8),
+            (Missing::Effects(vec![sag]), 0.0999),
+            (Missing::Effects(vec![lag, delay]), 0.0001),
+        ]
+        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
+        let found = |effect: usize, equivalent: &[usize]| Found {
+            effect,
+            acts: vec![true],
+            p_value: 0.0,
+            equivalent: equivalent.to_vec(),
+            without: vec![base.clone()],
+            gained: 1.0,
+            rivals: Vec::new(),
+            errors: None,
+        };
+        let taken_back = |found: &[Found]| all_improbable(&channels, found, &weighed);
+        assert!(taken_back(&[found(lag, &[])]) && taken_back(&[found(lag, &[delay]), found(stale, &[])]));
+        assert!(!taken_back(&[found(sag, &[])]) && !taken_back(&[found(lag, &[]), found(sag, &[])]));
+        assert!(!taken_back(&[found(lag, &[sag])]), "counted with what fits as well");
+        assert!(!taken_back(&[]));
     }
 
     #[test]

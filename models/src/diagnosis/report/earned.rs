@@ -12,24 +12,28 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
+use super::alternatives::{EVEN, LEAST_PROBABLE};
+
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
-/// smooth functions do as well. What has no size that is determined must be `probable`. Of a
-/// board's loop whose drive is not recorded (`looped`), the error hardly tells what is wrong: there
-/// all must be, but what makes it hunt, in step with which no rollout does.
+/// smooth functions do as well. A name has a `probability` that is worth a line. What has no size
+/// that is determined must be more probable than not. Of a board's loop whose drive is not recorded
+/// (`looped`), the error hardly tells what is wrong: there all must be, but what makes it hunt, in
+/// step with which no rollout does.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
     imitated: &[&str],
     change: bool,
     looped: bool,
-    probable: impl Fn(&Cause) -> bool,
+    probability: impl Fn(&Cause) -> f64,
 ) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
-        let undetermined = is_undetermined(&cause);
-        let told_otherwise = || change || looped && hunts(&cause) || probable(&cause);
-        let improbable = || ((looped || undetermined) && !told_otherwise()).then_some(Unnamed::Improbable);
+        let told_otherwise = change || looped && hunts(&cause);
+        let must_be_even = (looped || is_undetermined(&cause)) && !told_otherwise;
+        let least = if must_be_even { EVEN } else { LEAST_PROBABLE };
+        let improbable = || (probability(&cause) < least).then_some(Unnamed::Improbable);
         match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
@@ -254,7 +258,7 @@ mod tests {
             cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
             cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
         ];
-        let (causes, imperfections) = part(found, &["vent_restriction"], false, false, |_| true);
+        let (causes, imperfections) = part(found, &["vent_restriction"], false, false, |_| 1.0);
         assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
         assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
     }
@@ -283,7 +287,8 @@ mod tests {
         let named = |size: Option<[f64; 2]>, looped: bool, probable: bool| {
             let mut sag = cause("supply_sag", "drop", size, 0.4);
             sag.gain.weighted_ci95 = [0.1, 0.5];
-            let (causes, imperfections) = part(vec![sag], &[], false, looped, |_| probable);
+            let (causes, imperfections) =
+                part(vec![sag], &[], false, looped, |_| if probable { 0.6 } else { 0.4 });
             assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
             !causes.is_empty()
         };
@@ -293,8 +298,22 @@ mod tests {
         assert!(named(determined, false, false), "the drive being recorded, a size tells");
         // Of a loop that hunts, how far says little, and that it hunts says much.
         let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
-        let causes = |size, looped| part(found(size), &[], false, looped, |_| false).0.len();
+        let causes = |size, looped| part(found(size), &[], false, looped, |_| 0.4).0.len();
         assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 1));
+    }
+
+    #[test]
+    fn what_is_less_probable_than_is_worth_a_line_has_no_name() {
+        let named = |effect: &str, name: &str, looped: bool, probability: f64| {
+            let mut found = cause(effect, name, Some([0.05, 0.06]), 0.4);
+            found.gain.weighted_ci95 = [0.3, 0.5];
+            !part(vec![found], &[], false, looped, |_| probability).0.is_empty()
+        };
+        for probability in [2e-7, 0.01] {
+            let worth = probability > LEAST_PROBABLE;
+            assert_eq!(named("chamber_coupling", "coupling", false, probability), worth, "a size and a gain");
+            assert_eq!(named("valve_stiction", "threshold", true, probability), worth, "a loop that hunts");
+        }
     }
 
     #[test]
