@@ -16,11 +16,15 @@ use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{DISTURBANCES, FLOWS, WANDERS, wander};
 use crate::diagnosis::screening::{Probing, applicable};
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{EffectInfo, Question, Series};
+use crate::effects::{EffectInfo, EffectParameter, Question, Series};
 
 /// A change of the readings by less than this many standard deviations of the noise, over all rows,
 /// is none.
 const NOTHING: f64 = 1e-6;
+/// A usual tube between valve and chamber, m^3: two metres with 6 mm.
+const TUBE_M3: f64 = 2.0 * std::f64::consts::PI * 3e-3 * 3e-3;
+/// Time constant of a tube that hardly resists, s.
+const WIDE_TUBE_S: f64 = 0.003;
 /// What sound rigs have of an effect, over the largest usual size, which is two standard
 /// deviations.
 const USUAL: f64 = 0.5;
@@ -116,28 +120,59 @@ fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     };
     let probing = Probing::new(data, stage);
     let of = |effect: usize| {
-        let model: Extended = stage.model.with(&data.plant, effect, &largest_usual(CATALOGUE[effect])?);
-        let [change] = probing.changes(effect, &[model]).try_into().ok()?;
-        Some(change.into_iter().map(|v| v * USUAL).collect())
+        let with = |size: Vec<f64>| stage.model.with(&data.plant, effect, &size);
+        let models: Vec<Extended> = usual_sizes(data, CATALOGUE[effect]).into_iter().map(with).collect();
+        probing.changes(effect, &models)
     };
-    (0..CATALOGUE.len()).filter(absent).filter_map(of).collect()
+    let half = |change: Vec<f64>| change.into_iter().map(|v| v * USUAL).collect();
+    (0..CATALOGUE.len()).filter(absent).flat_map(of).map(half).collect()
 }
 
-/// Parameters of an effect at the end of what is usual; `None` where nothing says what that is.
-fn largest_usual(info: &EffectInfo) -> Option<Vec<f64>> {
-    let mut size = info.probes.first()?.to_vec();
-    let mut told = false;
-    for (value, p) in size.iter_mut().zip(info.parameters).filter(|(_, p)| p.usual.is_finite()) {
-        let (low, high) = p.bounds(true);
-        *value = if high > p.null { high } else { low };
-        told = true;
+/// Sizes of an effect that sound rigs have: the largest ones, and beside them a wide tube.
+fn usual_sizes(data: &ChannelData, info: &EffectInfo) -> Vec<Vec<f64>> {
+    let mut sizes = largest_usual(info);
+    sizes.extend((info.id == "line_restriction").then(|| wide_tube(data)));
+    sizes
+}
+
+/// A tube that hardly resists: gas at the temperature of its walls, in a volume that does not give
+/// way.
+fn wide_tube(data: &ChannelData) -> Vec<f64> {
+    let volumes = &data.inputs.volume_m3;
+    let mean_m3 = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
+    vec![WIDE_TUBE_S, TUBE_M3 / mean_m3, 0.0]
+}
+
+/// Parameters of an effect at the end of what is usual, with each of the probes' values for those
+/// of which nothing says what that is: a tube of whatever volume. None where nothing says it of
+/// any.
+fn largest_usual(info: &EffectInfo) -> Vec<Vec<f64>> {
+    if info.parameters.iter().all(|p| !p.usual.is_finite()) {
+        return Vec::new();
     }
-    told.then_some(size)
+    let end = |p: &EffectParameter| {
+        let (low, high) = p.bounds(true);
+        if high > p.null { high } else { low }
+    };
+    let size = |probe: &[f64]| -> Vec<f64> {
+        let told = probe.iter().zip(info.parameters);
+        told.map(|(value, p)| if p.usual.is_finite() { end(p) } else { *value }).collect()
+    };
+    let mut sizes: Vec<Vec<f64>> = Vec::new();
+    for probe in info.probes {
+        let size = size(probe);
+        if !sizes.contains(&size) {
+            sizes.push(size);
+        }
+    }
+    sizes
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
 
     fn slopes() -> DMatrix<f64> {
         DMatrix::from_column_slice(4, 1, &[2.0, 0.0, 0.0, 0.0])
@@ -145,6 +180,24 @@ mod tests {
 
     fn added_by(change: [f64; 4]) -> f64 {
         added(&slopes(), &[DVector::from_column_slice(&change)], 0.01).map_or(f64::NAN, |v| v[0])
+    }
+
+    #[test]
+    fn a_tube_as_sound_rigs_have_it_may_be_of_any_volume_and_a_gain_is_off_in_one_way() {
+        let (data, _) = channel(false);
+        let of = |id: &str| usual_sizes(&data, CATALOGUE[index_of(id).unwrap()]);
+        let tubes = of("line_restriction");
+        let is = |time_constant_s: f64, ratio: f64| {
+            let near = |size: &Vec<f64>| {
+                (size[0] / time_constant_s - 1.0).abs() < 0.01 && (size[1] / ratio - 1.0).abs() < 0.01
+            };
+            tubes.iter().any(near)
+        };
+        assert!(is(0.06, 0.02) && is(0.06, 0.1), "{tubes:?}");
+        // 56.5 ml of tube before 300 ml of chamber.
+        assert!(is(0.003, 0.1885), "{tubes:?}");
+        assert_eq!(of("valve_asymmetry").len(), 1);
+        assert!(of("stale_samples").is_empty(), "nothing says how many a sound rig has");
     }
 
     #[test]

@@ -6,9 +6,10 @@
 //! a parabola nothing changes; where it is lopsided, has a threshold without derivative, or ends at
 //! a bound, the interval shows it. Channels are put together by [`pool`].
 //!
-//! Of a loop that hunts, the interval has all sizes nearby that are as likely. What a fit of the
-//! squared error makes of hunting is alike on all channels, so this does not average out between
-//! them.
+//! Of a loop that hunts, the interval has all sizes nearby that are as likely, and so has that of a
+//! threshold, between whose neighbouring drives nothing changes. What a fit of the squared error
+//! makes of hunting is alike on all channels, and so are the drives' steps: this does not average
+//! out between them.
 //!
 //! What is taken for known and is not (`considered`) widens both ends, and does not average out
 //! either.
@@ -51,7 +52,8 @@ pub struct Coordinate {
     /// Distance of the interval's ends below and above, over that of a parabola; infinite where a
     /// bound comes first.
     pub reach: [f64; 2],
-    /// Distances below and above up to which a loop that hunts is as likely; zero where none hunts.
+    /// Distances below and above up to which a threshold, or a loop that hunts, is as likely; zero
+    /// for what has derivatives.
     pub as_likely: [f64; 2],
     /// Change of the value when the integration step is halved.
     pub halving: f64,
@@ -114,10 +116,12 @@ pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> V
             // average.
             let (ratio, freedom) = sandwich.on_average();
             let t = quantile(freedom);
-            let ends = profile.ends(k, 0.0, t * t * ratio);
+            let ends = profile.ends_of_steps(k, t * t * ratio);
             let error = 0.5 * (ends[0] + ends[1]) / t;
             if error.is_finite() && error > 0.0 {
-                Coordinate { error, freedom, reach: ends.map(|end| end / (t * error)), ..unknown }
+                // All sizes between two drives are as likely, on one channel as on many.
+                let reach = ends.map(|end| end / (t * error));
+                Coordinate { error, freedom, reach, as_likely: ends, ..unknown }
             } else {
                 unknown
             }
