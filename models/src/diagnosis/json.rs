@@ -133,7 +133,8 @@ pub enum Unnamed {
     Gainless,
     /// Beside what is named, a smooth function of one measured variable does as much.
     Imitated,
-    /// Less probable than not, beside what is more or where none of its sizes is determined.
+    /// Less probable than not, beside what is more, where none of its sizes is determined or in
+    /// closed loop, and not sure by size and gain; or so improbable that it is not listed.
     Improbable,
     /// None of its sizes is determined, and in closed loop it stands beside what has one that is.
     Undetermined,

@@ -15,7 +15,7 @@ use crate::diagnosis::json::{
 use crate::diagnosis::likelihood::limit_cycle;
 use crate::diagnosis::preconditions::{Purpose, check, much_missing, prepare_for};
 use crate::diagnosis::report::{
-    ExtendedFile, alternatives, band_holds, beside, cause, earned, extended_file, verdict,
+    ExtendedFile, alternatives, band_holds, beside, cause, earned, extended_file, probable, verdict,
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::second_opinion::second_opinion;
@@ -117,7 +117,7 @@ pub fn diagnose(
     }
     progress("weighing explanations", 0);
     let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
-    if alternatives::all_improbable(&channels, &outcome.causes, &weighed) {
+    if probable::all_improbable(&channels, &outcome.causes, &weighed) {
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }
@@ -166,11 +166,11 @@ fn assemble(
     let causes = measured_causes(&channels, &outcome, &final_errors, change);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
-    let probability = |cause: &Cause| alternatives::probability(cause, explanations);
+    let probability = |cause: &Cause| probable::probability(cause, explanations);
     let counted = |cause: &Cause| if shown(cause) { 1.0 } else { probability(cause) };
     let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, counted);
     if !change {
-        let probable = |cause: &Cause| probability(cause) >= alternatives::EVEN;
+        let probable = |cause: &Cause| probability(cause) >= probable::EVEN;
         let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);
         causes = named;
         imperfections.extend(unnamed);

@@ -12,13 +12,13 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
-use super::alternatives::{EVEN, LEAST_PROBABLE};
+use super::probable::{EVEN, LEAST_PROBABLE};
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
 /// smooth functions do as well. A name has a `probability` that is worth a line. What has no size
 /// that is determined must be more probable than not. Of a board's loop whose drive is not recorded
 /// (`looped`), the error hardly tells what is wrong: there all must be, but what makes it hunt, in
-/// step with which no rollout does.
+/// step with which no rollout does, and what is sure by itself.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
@@ -30,7 +30,7 @@ pub fn part(
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
-        let told_otherwise = change || looped && hunts(&cause);
+        let told_otherwise = change || looped && hunts(&cause) || is_sure_by_itself(&cause, looped);
         let must_be_even = (looped || is_undetermined(&cause)) && !told_otherwise;
         let least = if must_be_even { EVEN } else { LEAST_PROBABLE };
         let improbable = || (probability(&cause) < least).then_some(Unnamed::Improbable);
@@ -72,6 +72,13 @@ fn may_be_usual(cause: &Cause) -> bool {
     index_of(&cause.effect).is_some_and(|k| {
         telling(CATALOGUE[k]).next().is_some() && !stands_out(CATALOGUE[k], &cause.parameters, true)
     })
+}
+
+/// Is the size with its whole interval beyond what sound rigs have, and the gain on the test blocks
+/// sure?
+pub(super) fn is_sure_by_itself(cause: &Cause, looped: bool) -> bool {
+    let size = |k: usize| stands_out(CATALOGUE[k], &cause.parameters, looped);
+    index_of(&cause.effect).is_some_and(size) && cause.gain.weighted_ci95[0] >= SETTINGS.sure_gain
 }
 
 pub(super) fn hunts(cause: &Cause) -> bool {
@@ -284,18 +291,21 @@ mod tests {
 
     #[test]
     fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_has_a_name() {
-        let named = |size: Option<[f64; 2]>, looped: bool, probable: bool| {
+        let named_by = |size: Option<[f64; 2]>, looped: bool, probable: bool, weighted: f64| {
             let mut sag = cause("supply_sag", "drop", size, 0.4);
-            sag.gain.weighted_ci95 = [0.1, 0.5];
+            sag.gain.weighted_ci95 = [weighted, 0.5];
             let (causes, imperfections) =
                 part(vec![sag], &[], false, looped, |_| if probable { 0.6 } else { 0.4 });
             assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
             !causes.is_empty()
         };
+        let named = |size, looped, probable| named_by(size, looped, probable, 0.04);
         let determined = Some([20.0, 70.0]);
         assert!(!named(None, true, false) && !named(None, false, false) && !named(determined, true, false));
         assert!(named(None, true, true) && named(None, false, true) && named(determined, true, true));
         assert!(named(determined, false, false), "the drive being recorded, a size tells");
+        assert!(named_by(determined, true, false, 0.1), "in closed loop, a size and a gain that are sure");
+        assert!(!named_by(None, true, false, 0.1) && !named_by(Some([2.0, 70.0]), true, false, 0.1));
         // Of a loop that hunts, how far says little, and that it hunts says much.
         let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
         let causes = |size, looped| part(found(size), &[], false, looped, |_| 0.4).0.len();

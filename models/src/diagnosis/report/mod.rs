@@ -6,6 +6,7 @@ pub mod beside;
 mod causes;
 pub mod earned;
 mod extended;
+pub mod probable;
 pub mod verdict;
 
 pub use causes::cause;
