@@ -170,7 +170,7 @@ fn assemble(
     let counted = |cause: &Cause| if shown(cause) { 1.0 } else { probability(cause) };
     let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, counted);
     if !change {
-        let probable = |cause: &Cause| probability(cause) >= probable::EVEN;
+        let probable = |cause: &Cause| probability(cause) >= earned::EVEN;
         let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);
         causes = named;
         imperfections.extend(unnamed);

@@ -163,6 +163,14 @@ impl EffectInfo {
         self.traits.iter().find_map(periodic).map_or_else(Vec::new, |probes| probes(wave))
     }
 
+    /// Parameters of a size that hardly acts and that sound rigs have, with chambers of this mean
+    /// volume (m^3).
+    #[must_use]
+    pub fn unnoticed(&self, volume_m3: f64) -> Option<Vec<f64>> {
+        let unnoticed = |t: &Trait| if let Trait::Unnoticed(size) = t { Some(*size) } else { None };
+        self.traits.iter().find_map(unnoticed).map(|size| size(volume_m3))
+    }
+
     /// Position of a parameter by name.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<usize> {

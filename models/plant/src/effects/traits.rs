@@ -79,4 +79,7 @@ pub enum Trait {
     /// It comes back with a period of its own; its probes follow from a wave that the recording
     /// shows.
     Periodic(fn(&Wave) -> Vec<Vec<f64>>),
+    /// Sound rigs have it also in a size that hardly acts and still shifts what else is estimated:
+    /// its parameters, from the mean volume of a chamber (m^3).
+    Unnoticed(fn(f64) -> Vec<f64>),
 }

@@ -21,10 +21,6 @@ use crate::effects::{EffectInfo, EffectParameter, Question, Series};
 /// A change of the readings by less than this many standard deviations of the noise, over all rows,
 /// is none.
 const NOTHING: f64 = 1e-6;
-/// A usual tube between valve and chamber, m^3: two metres with 6 mm.
-const TUBE_M3: f64 = 2.0 * std::f64::consts::PI * 3e-3 * 3e-3;
-/// Time constant of a tube that hardly resists, s.
-const WIDE_TUBE_S: f64 = 0.003;
 /// What sound rigs have of an effect, over the largest usual size, which is two standard
 /// deviations.
 const USUAL: f64 = 0.5;
@@ -128,19 +124,13 @@ fn effects(data: &ChannelData, stage: &ChannelStage) -> Vec<Vec<f64>> {
     (0..CATALOGUE.len()).filter(absent).flat_map(of).map(half).collect()
 }
 
-/// Sizes of an effect that sound rigs have: the largest ones, and beside them a wide tube.
+/// Sizes of an effect that sound rigs have: the largest ones, and what is not noticed.
 fn usual_sizes(data: &ChannelData, info: &EffectInfo) -> Vec<Vec<f64>> {
-    let mut sizes = largest_usual(info);
-    sizes.extend((info.id == "line_restriction").then(|| wide_tube(data)));
-    sizes
-}
-
-/// A tube that hardly resists: gas at the temperature of its walls, in a volume that does not give
-/// way.
-fn wide_tube(data: &ChannelData) -> Vec<f64> {
     let volumes = &data.inputs.volume_m3;
     let mean_m3 = volumes.iter().sum::<f64>() / volumes.len().max(1) as f64;
-    vec![WIDE_TUBE_S, TUBE_M3 / mean_m3, 0.0]
+    let mut sizes = largest_usual(info);
+    sizes.extend(info.unnoticed(mean_m3));
+    sizes
 }
 
 /// Parameters of an effect at the end of what is usual, with each of the probes' values for those
@@ -183,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tube_as_sound_rigs_have_it_may_be_of_any_volume_and_a_gain_is_off_in_one_way() {
+    fn a_usual_tube_may_be_of_any_volume_and_a_ratio_of_gains_is_off_in_one_way() {
         let (data, _) = channel(false);
         let of = |id: &str| usual_sizes(&data, CATALOGUE[index_of(id).unwrap()]);
         let tubes = of("line_restriction");

@@ -132,9 +132,9 @@ fn smooth_end(root: &mut impl FnMut(f64) -> f64, wall: f64, stride: f64, target:
     next
 }
 
-/// Where the root of a rise in steps passes the `target`, rather too far out than too near; infinite
-/// where the wall comes first. How high it is on either side of a step says nothing about where the
-/// step is.
+/// Where the root of a rise in steps passes the `target`, rather too far out than too near;
+/// infinite where the wall comes first. How high it is on either side of a step says nothing about
+/// where the step is.
 fn end_of_steps(root: &mut impl FnMut(f64) -> f64, wall: f64, first: f64, target: f64) -> f64 {
     let (mut inside, mut outside, mut next) = (0.0, None, first);
     for _ in 0..POINTS_OF_STEPS {

@@ -1,7 +1,7 @@
 //! How probable each explanation is.
 
 use crate::diagnosis::json::Report;
-use crate::diagnosis::report::probable::LEAST_PROBABLE;
+use crate::diagnosis::report::earned::LEAST_PROBABLE;
 use crate::diagnosis::report::verdict;
 use crate::diagnosis::settings::SETTINGS;
 use crate::report::{Align, Markup, Table, significant};

@@ -9,7 +9,8 @@ use crate::diagnosis::selection::{Found, Outcome};
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 
-use super::probable::{LEAST_PROBABLE, by_names, part, probability_of};
+use super::earned::LEAST_PROBABLE;
+use super::probable::{by_names, part, probability_of};
 
 /// Explanations that are listed.
 const LISTED: usize = 8;

@@ -12,7 +12,10 @@ use crate::diagnosis::json::{Cause, Estimate, Imperfection, Unnamed};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::effects::{EffectInfo, EffectParameter};
 
-use super::probable::{EVEN, LEAST_PROBABLE};
+/// Explanations less probable than this are not listed, and no cause among them has a name.
+pub const LEAST_PROBABLE: f64 = 0.001;
+/// What is at least as probable is more so than not.
+pub const EVEN: f64 = 0.5;
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
 /// smooth functions do as well. A name has a `probability` that is worth a line. What has no size

@@ -8,12 +8,7 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 
-use super::earned::{hunts, is_sure_by_itself};
-
-/// Explanations less probable than this are not listed, and no cause among them has a name.
-pub const LEAST_PROBABLE: f64 = 0.001;
-/// What is at least as probable is more so than not.
-pub const EVEN: f64 = 0.5;
+use super::earned::{EVEN, LEAST_PROBABLE, hunts, is_sure_by_itself};
 
 /// Parts causes into those that keep their names and those that are less probable than not beside
 /// one that is more. Of what makes a loop hunt (`looped`) its own likelihood has told already, and

@@ -28,9 +28,18 @@ pub const INFO: EffectInfo = EffectInfo {
         unit: "kPa s",
         meaning: "resistance: what the tube loses (its flow pressure squared) over the flow",
         of: resistance,
-    })],
+    }), Trait::Unnoticed(wide)],
     check: "length and bore of the tube, kinks, fittings between valve and chamber",
 };
+
+/// A usual tube, m^3: two metres with 6 mm.
+const TUBE_M3: f64 = 2.0 * core::f64::consts::PI * 3e-3 * 3e-3;
+
+/// A tube that hardly resists: gas at the temperature of its walls, in a volume that does not give
+/// way.
+fn wide(chamber_m3: f64) -> Vec<f64> {
+    vec![0.003, (TUBE_M3 / chamber_m3).min(0.5), 0.0]
+}
 
 /// `F^2 / q = tau^2 q + tau l` at the flow `q`: a turbulent part that grows with the flow, and a
 /// laminar one.
