@@ -2,6 +2,7 @@ use super::SelfTest;
 use crate::Calibration;
 use crate::poller::{BoardRow, BoardState, Event, Observer, Outcome, Row};
 use pneudrive_protocol::{CHANNELS, Counts};
+use std::time::Duration;
 
 /// Collects readings, and breaks the test off where something is not as it should be.
 pub(super) struct Watch {
@@ -47,6 +48,27 @@ impl Watch {
     }
 }
 
+impl Watch {
+    /// The board that is tested was sent 0 kPa in the midst of its plan: what it does from there on
+    /// is not what was planned.
+    fn paused(&self, boards: &[u8], unheard: Duration, host_late: Option<Duration>) {
+        let number = self.test.begun();
+        if !boards.contains(&self.test.plan(number).board) {
+            return;
+        }
+        let why = format!(
+            "the board was not heard for {:.2} s, and sent 0 kPa until it was",
+            unheard.as_secs_f64()
+        );
+        match host_late {
+            Some(_) => {
+                self.test.abort(format!("{why}: this program was held up; try again on a quieter machine"))
+            }
+            None => self.test.fail(number, why),
+        }
+    }
+}
+
 impl Observer for Watch {
     fn row(&mut self, row: &Row<'_>) {
         let Some((number, t_s)) = self.test.at(row.since_start_ns as f64 * 1e-9) else { return };
@@ -89,8 +111,36 @@ impl Observer for Watch {
                     by.as_secs_f64()
                 )
             }
+            Event::Paused { boards, unheard, host_late } => return self.paused(boards, *unheard, *host_late),
             _ => return,
         };
         self.test.abort(why);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{BoardPlan, Plan};
+    use super::*;
+
+    /// The reports of boards 2 and 5 after a pause of `boards`, the first of them in the middle of
+    /// its plan.
+    fn after_pause(boards: &[u8], host_late: Option<Duration>) -> Vec<(Option<String>, bool)> {
+        let plan = |(index, board)| BoardPlan { board, index, plan: Plan::new([150.0; 4], 1.0).unwrap() };
+        let plans = [2, 5].into_iter().enumerate().map(plan).collect();
+        let (test, _, mut watch) = SelfTest::new(plans, &Calibration::default());
+        watch.event(&Event::Paused { boards, unheard: Duration::from_millis(450), host_late });
+        assert_eq!(test.is_aborted(), boards.contains(&2));
+        test.reports(None).into_iter().map(|report| (report.aborted, report.unjudged)).collect()
+    }
+
+    #[test]
+    fn a_board_that_was_sent_0_kpa_in_its_plan_is_not_judged_by_what_came_after() {
+        let told = |reports: &[(Option<String>, bool)]| reports[0].0.clone().unwrap_or_default();
+        let own = after_pause(&[2], None);
+        assert!(told(&own).contains("not heard for 0.45 s") && !own[0].1, "{own:?}");
+        let held_up = after_pause(&[2], Some(Duration::from_millis(120)));
+        assert!(told(&held_up).contains("a quieter machine") && held_up[0].1, "{held_up:?}");
+        after_pause(&[5], None);
     }
 }
