@@ -117,10 +117,6 @@ pub fn diagnose(
     }
     progress("weighing explanations", 0);
     let weighed = alternatives::weighed(&channels, &outcome, &rest, change);
-    if probable::all_improbable(&channels, &outcome.causes, &weighed) {
-        outcome.withdraw(&mut channels, &rest.base_stages);
-        rest = Rest::new(&channels, &outcome, change);
-    }
     simulate_coarsely(&mut channels, false);
     outcome.refine(&mut channels, change);
     let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);

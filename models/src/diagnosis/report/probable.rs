@@ -1,9 +1,7 @@
 //! What probabilities mean for names.
 
-use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::evidence::Weighed;
 use crate::diagnosis::json::Cause;
-use crate::diagnosis::selection::{Found, is_shown};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
@@ -25,18 +23,6 @@ pub fn part(causes: Vec<Cause>, weighed: &[Weighed], looped: bool) -> (Vec<Cause
 pub fn probability(cause: &Cause, weighed: &[Weighed]) -> f64 {
     let ties: Vec<String> = cause.equivalent.iter().chain([&cause.effect]).cloned().collect();
     if weighed.is_empty() { 1.0 } else { probability_of(&ties, weighed) }
-}
-
-/// Was something found, and is none of it, counted with what fits as well, worth a line? What the
-/// rows show is.
-#[must_use]
-pub fn all_improbable(channels: &[ChannelData], found: &[Found], weighed: &[Weighed]) -> bool {
-    let improbable = |cause: &Found| {
-        let effects = cause.equivalent.iter().chain([&cause.effect]);
-        let ids: Vec<String> = effects.map(|&effect| CATALOGUE[effect].id.to_owned()).collect();
-        !is_shown(channels, cause.effect) && probability_of(&ids, weighed) < LEAST_PROBABLE
-    };
-    !found.is_empty() && !weighed.is_empty() && found.iter().all(improbable)
 }
 
 /// Probability of all explanations with one of some effects.
@@ -71,7 +57,7 @@ pub fn by_names(weighed: &[Weighed], causes: &[Cause]) -> Vec<Weighed> {
 mod tests {
     use super::*;
     use crate::diagnosis::evidence::Missing;
-    use crate::diagnosis::testing::{cause, channel, sized};
+    use crate::diagnosis::testing::{cause, sized};
     use crate::effects::catalogue::index_of;
 
     #[test]
@@ -102,35 +88,6 @@ mod tests {
         let tied = Cause { equivalent: vec![CATALOGUE[lag].id.to_owned()], ..cause("transport_delay", 0.5) };
         let order: Vec<String> = told(&[tied]).into_iter().map(|(ids, _)| ids).collect();
         assert_eq!(order, ["valve_lag", "supply_sag", "none", "valve_lag+supply_sag"]);
-    }
-
-    #[test]
-    fn names_are_taken_back_where_none_of_them_nor_a_tie_is_worth_a_line() {
-        let (data, base) = channel(false);
-        let channels = [data];
-        let [lag, delay, sag, stale] =
-            ["valve_lag", "transport_delay", "supply_sag", "stale_samples"].map(|id| index_of(id).unwrap());
-        let weighed = [
-            (Missing::Nothing, 0.8),
-            (Missing::Effects(vec![sag]), 0.0999),
-            (Missing::Effects(vec![lag, delay]), 0.0001),
-        ]
-        .map(|(missing, probability)| Weighed { missing, probability, select_rmse_kpa: 1.0 });
-        let found = |effect: usize, equivalent: &[usize]| Found {
-            effect,
-            acts: vec![true],
-            p_value: 0.0,
-            equivalent: equivalent.to_vec(),
-            without: vec![base.clone()],
-            gained: 1.0,
-            rivals: Vec::new(),
-            errors: None,
-        };
-        let taken_back = |found: &[Found]| all_improbable(&channels, found, &weighed);
-        assert!(taken_back(&[found(lag, &[])]) && taken_back(&[found(lag, &[delay]), found(stale, &[])]));
-        assert!(!taken_back(&[found(sag, &[])]) && !taken_back(&[found(lag, &[]), found(sag, &[])]));
-        assert!(!taken_back(&[found(lag, &[sag])]), "counted with what fits as well");
-        assert!(!taken_back(&[]));
     }
 
     #[test]

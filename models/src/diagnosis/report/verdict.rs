@@ -128,7 +128,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
         Verdict::Adequate if change => format!(
             "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
-        Verdict::Adequate if !small.is_empty() => format!(
+        Verdict::Adequate if !small.is_empty() && after < before => format!(
             "The model is adequate for this recording once it has effects that have not earned a name: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
         Verdict::Adequate => format!(
