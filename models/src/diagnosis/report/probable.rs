@@ -6,7 +6,7 @@ use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 
-use super::earned::{EVEN, LEAST_PROBABLE, hunts, is_sure_by_itself};
+use super::earned::{EVEN, hunts, is_sure_by_itself};
 
 /// Parts causes into those that keep their names and those that are less probable than not beside
 /// one that is more. Of what makes a loop hunt (`looped`) its own likelihood has told already, and
