@@ -46,9 +46,7 @@ impl Watch {
             }
         })
     }
-}
 
-impl Watch {
     /// The board that is tested was sent 0 kPa in the midst of its plan: what it does from there on
     /// is not what was planned.
     fn paused(&self, boards: &[u8], unheard: Duration, host_late: Option<Duration>) {
