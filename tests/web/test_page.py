@@ -387,5 +387,12 @@ def test_names_and_unit_of_the_rig_file_have_room(start, visit, tmp_path, size):
     }).map((chamber) => chamber.dataset.chamber)""")
     assert covered == []
     # The armed board's sliders and what the others read are on the screen together.
-    assert page.evaluate("() => document.documentElement.scrollHeight <= innerHeight")
+    fits = "() => document.documentElement.scrollHeight <= innerHeight"
+    assert page.evaluate(fits)
     picture(page, f"names-{size[0]}")
+    # And stay there beside what a banner says; it can come at any time.
+    run.sim.process.send_signal(signal.SIGSTOP)
+    expect(page.locator("#banner")).to_be_visible()
+    assert page.evaluate(fits)
+    picture(page, f"names-{size[0]}-banner")
+    run.sim.process.send_signal(signal.SIGCONT)
