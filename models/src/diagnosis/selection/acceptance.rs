@@ -1,14 +1,17 @@
 //! Is what an effect explains worth its name, and are the names together?
 
 use super::candidate::{Candidate, size};
-use crate::diagnosis::channel::OPEN;
-use crate::diagnosis::channel::{ChannelData, Role};
-use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::channel::{ChannelData, Extended, OPEN, Role};
+use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::likelihood::together;
 use crate::diagnosis::likelihood::{Losses, hunts, least_gain, row_count, together_by};
 use crate::diagnosis::resampling::bootstrap;
+use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
+
+/// Part of the plain error that a further name surely takes where it leaves much of the weighed one.
+const CLOSER: f64 = 0.1;
 
 /// Is what it gains on the choosing blocks sure, or shown by the rows, and enough for a name?
 #[must_use]
@@ -122,13 +125,24 @@ pub fn is_shown(channels: &[ChannelData], effect: usize) -> bool {
 }
 
 /// Does a further name take little of a large error? Beside what is named, something else always
-/// has a part of what that leaves; it takes at least as much as all names may leave.
+/// has a part of what that leaves; it takes at least as much as all names may leave, or brings
+/// rollouts surely closer to the pressure.
 #[must_use]
 pub fn a_trace_beside(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     let rows = open_rows(channels);
     let before = kept_total(channels, stages) / rows;
     let after = together(channels, &candidate.losses, &OPEN).iter().sum::<f64>() / rows;
-    after > SETTINGS.large_error && after - 1.0 > (1.0 - SETTINGS.forced) * (before - 1.0)
+    after > SETTINGS.large_error
+        && after - 1.0 > (1.0 - SETTINGS.forced) * (before - 1.0)
+        && !is_surely_closer(channels, stages, candidate)
+}
+
+/// Are rollouts on the choosing blocks surely closer to the pressure, by a part of their plain error
+/// that is worth a model? Of a loop that hunts they do not tell.
+fn is_surely_closer(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
+    let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select);
+    let hunting = channels.iter().zip(&candidate.models).any(|(data, model)| hunts(data, model));
+    !hunting && errors(&models_of(stages)).gain(&errors(&candidate.models)).ci95[0] > CLOSER
 }
 
 /// [Deviance](Losses::deviance) of all channels on the open blocks.
@@ -173,14 +187,18 @@ mod tests {
         let truth = base.with(&data.plant, lag, &[0.08]);
         let data = measured(data, &truth, 1);
         let stages = [ChannelStage::new(&data, base.clone(), Vec::new())];
-        let beside = |lag_s: f64| {
-            let models = vec![base.with(&data.plant, lag, &[lag_s])];
-            let losses = vec![losses_of(&data, &stages[0], &models[0])];
-            let candidate = Candidate { effect: lag, models, acts: vec![true], losses };
+        let losses = |model: &Extended| losses_of(&data, &stages[0], model);
+        let lagging = |lag_s: f64| base.with(&data.plant, lag, &[lag_s]);
+        let beside = |model: Extended, losses: Losses| {
+            let candidate =
+                Candidate { effect: lag, models: vec![model], acts: vec![true], losses: vec![losses] };
             a_trace_beside(std::slice::from_ref(&data), &stages, &candidate)
         };
         assert!(is_large(std::slice::from_ref(&data), &stages));
-        assert!(beside(0.005) && !beside(0.08));
+        let [small, whole] = [0.005, 0.08].map(lagging);
+        assert!(beside(small.clone(), losses(&small)) && !beside(whole.clone(), losses(&whole)));
+        // Where the weighed error hardly falls, the pressure may tell.
+        assert!(!beside(whole, losses(&small)));
     }
 
     #[test]
