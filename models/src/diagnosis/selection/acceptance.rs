@@ -10,7 +10,8 @@ use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
 
-/// Part of the plain error that a further name surely takes where it leaves much of the weighed one.
+/// Part of the plain error that a further name surely takes where it leaves much of the weighed
+/// one.
 const CLOSER: f64 = 0.1;
 
 /// Is what it gains on the choosing blocks sure, or shown by the rows, and enough for a name?
@@ -137,8 +138,8 @@ pub fn a_trace_beside(channels: &[ChannelData], stages: &[ChannelStage], candida
         && !is_surely_closer(channels, stages, candidate)
 }
 
-/// Are rollouts on the choosing blocks surely closer to the pressure, by a part of their plain error
-/// that is worth a model? Of a loop that hunts they do not tell.
+/// Are rollouts on the choosing blocks surely closer to the pressure, by a part of their plain
+/// error that is worth a model? Of a loop that hunts they do not tell.
 fn is_surely_closer(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
     let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select);
     let hunting = channels.iter().zip(&candidate.models).any(|(data, model)| hunts(data, model));
