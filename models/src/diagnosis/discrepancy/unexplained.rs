@@ -188,8 +188,6 @@ mod tests {
             base: vec![base.clone()],
             causes: ids.map(found).to_vec(),
             stages,
-            gates: Vec::new(),
-            first_gates: Vec::new(),
             rounds: Vec::new(),
             explanations: Vec::new(),
             withheld: None,

@@ -1,11 +1,13 @@
 //! The whole catalogue tried at low cost: score tests of probes, cycles found by their period.
 
 mod cycles;
+mod pairs;
 mod periodogram;
 mod probe;
 mod score_test;
 mod scores;
 
+pub use pairs::{Pair, promising_pairs};
 pub use probe::{Probing, Trial};
 pub use score_test::{Gate, applicable, judge, trials};
 pub use scores::scores;

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::cycles::{Cycles, Search};
+use super::pairs::thinned;
 use super::scores::scores;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, readings_of};
 use crate::diagnosis::estimation::ChannelStage;
@@ -26,6 +27,9 @@ pub struct Trial {
     pub start: Extended,
     /// Scores, in the order of the blocks; zero where a block does not count.
     pub scores: Vec<f64>,
+    /// What the effect changes in the whitened readings beyond what the other parameters make up
+    /// for, [thinned].
+    pub direction: Vec<f32>,
     /// Sum of squared whitened residuals of `start` on the open blocks.
     pub loss: f64,
     /// The same at the best size along the direction, at which an effect smaller or larger than the
@@ -84,6 +88,7 @@ impl<'a> Probing<'a> {
                 probe,
                 start,
                 scores: scores(self.data, &self.stage.residuals, &direction, &OPEN),
+                direction: thinned(self.data, &direction),
                 loss,
                 promise,
                 one_sided,

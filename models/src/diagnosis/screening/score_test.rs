@@ -163,6 +163,7 @@ mod tests {
             probe: 0,
             start,
             scores,
+            direction: Vec::new(),
             loss: 0.0,
             promise: 0.0,
             one_sided: false,

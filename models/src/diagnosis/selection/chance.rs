@@ -18,6 +18,7 @@ pub fn p_value(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Ca
             probe: 0,
             start: model.clone(),
             scores: scores(data, &stage.residuals, &direction, &[Role::Select]),
+            direction: Vec::new(),
             loss: 0.0,
             promise: 0.0,
             one_sided: true,

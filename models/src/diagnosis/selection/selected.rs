@@ -50,6 +50,11 @@ impl Found {
         }
     }
 
+    /// Is it this effect, or one that explains as well?
+    pub fn is(&self, effect: usize) -> bool {
+        self.effect == effect || self.equivalent.contains(&effect)
+    }
+
     /// Notes what it adds to the stages `without` it.
     pub fn adds(&mut self, channels: &[ChannelData], without: &[ChannelStage], with: &[ChannelStage]) {
         let left = |stages: &[ChannelStage]| select_total(channels, stages.iter().map(|s| &s.losses));

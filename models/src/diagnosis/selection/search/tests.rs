@@ -1,6 +1,8 @@
 //! The search on channels whose truth is known.
 
+use super::naming::{choosing_kpa, goes_astray, keep_shown};
 use super::*;
+use crate::diagnosis::selection::elimination::eliminate;
 use crate::diagnosis::selection::settling::settle;
 use crate::diagnosis::testing::{channel, measured, with, with_repeated_readings};
 use crate::effects::catalogue::CATALOGUE;
