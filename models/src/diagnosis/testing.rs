@@ -1,4 +1,4 @@
-//! For tests: a channel, twenty seconds of steps, measured by its own simulation; a cause.
+//! For tests: a channel, twenty seconds of steps, measured by its own simulation; a cause; a report.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::board::Law;
 use crate::data::ChannelId;
 use crate::diagnosis::channel::{ChannelData, Extended, compared_rows, split};
 use crate::diagnosis::estimation::{ChannelStage, refit};
-use crate::diagnosis::json::{Cause, Estimate, Gain};
+use crate::diagnosis::json::{Cause, Estimate, Gain, Report, SCHEMA, Verdict};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::resampling::generator;
 use crate::effects::catalogue::index_of;
@@ -146,6 +146,28 @@ pub fn cause(effect: &str, gain: f64) -> Cause {
             weighted_ci95: [0.0; 2],
         },
     }
+}
+
+/// A report without causes, with the errors on the test blocks of the base model and of the extended
+/// one, kPa, where the noise is 0.3 kPa and what is allowed 0.5.
+pub fn report(verdict: Verdict, [before, after]: [f64; 2]) -> Report {
+    let value = serde_json::json!({
+        "schema": SCHEMA,
+        "data": { "file": "run.csv", "rows": 6000, "rate_hz": 100.0, "seconds": 60.0 },
+        "verdict": verdict,
+        "sentence": "",
+        "baseline": { "model": "valve", "test_rmse_kpa": before, "noise_floor_kpa": 0.3, "channels": {} },
+        "symptoms": [],
+        "causes": [],
+        "unexplained": { "share": 0.0, "test_rmse_kpa": after, "depends_on": [], "correction": null },
+        "next_experiment": null,
+        "extended_model": null,
+        "notes": [],
+        "checks": {
+            "allowed_rmse_kpa": 0.5, "halved_step_rms_kpa": 0.0, "blocks": [6, 3, 3], "block_s": 5.0
+        },
+    });
+    serde_json::from_value(value).expect("it is a whole report")
 }
 
 /// A cause with a size and its interval, in the middle of which the size is.

@@ -160,7 +160,8 @@ pub fn sentence(report: &Report, change: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::{cause, channel, with};
+    use crate::diagnosis::json::{Imperfection, Unnamed};
+    use crate::diagnosis::testing::{cause, channel, report, with};
 
     #[test]
     fn a_name_that_is_withheld_is_told_with_what_it_is_confused_with_and_what_would_tell_them_apart() {
@@ -196,5 +197,39 @@ mod tests {
         assert!(text.contains("5.0 % less than the rig file states"), "{text}");
         assert!(of(&[0.02]).expect("it has it").contains("2.0 % more"), "{text}");
         assert_eq!(other_supply(&[data], &[base]), None);
+    }
+
+    /// The sentence of an adequate model with effects that have no name, and the errors with it.
+    fn adequate(effects: &[&str], errors_kpa: [f64; 2]) -> String {
+        let mut report = report(Verdict::Adequate, errors_kpa);
+        let unnamed = |id: &&str| Imperfection { why: Unnamed::Usual, cause: cause(id, 0.0) };
+        report.imperfections = effects.iter().map(unnamed).collect();
+        sentence(&report, false)
+    }
+
+    #[test]
+    fn an_adequate_model_owes_its_error_to_unnamed_effects_only_where_they_make_it_smaller() {
+        let with_lag = "The extended model also has \"Spool follows with a lag\"";
+        let alone = adequate(&[], [0.6, 0.6]);
+        assert!(alone.contains("an error of 0.60 kPa") && !alone.contains("The extended model"), "{alone}");
+        let closer = adequate(&["valve_lag"], [0.6, 0.4]);
+        assert!(closer.contains("0.40 kPa instead of 0.60 kPa") && closer.contains(with_lag), "{closer}");
+        for after in [0.6, 0.7] {
+            let no_closer = adequate(&["valve_lag"], [0.6, after]);
+            assert!(no_closer.contains("with an error of 0.60 kPa"), "{no_closer}");
+            assert!(no_closer.contains(with_lag) && !no_closer.contains("instead"), "{no_closer}");
+        }
+    }
+
+    #[test]
+    fn what_stays_unexplained_is_told_with_the_error_of_the_model_that_is_written() {
+        let mut report = report(Verdict::Unexplained, [0.9, 0.8]);
+        assert!(sentence(&report, false).contains("is 0.90 kPa"), "{}", sentence(&report, false));
+        report.imperfections = vec![Imperfection { why: Unnamed::Usual, cause: cause("valve_lag", 0.0) }];
+        assert!(sentence(&report, false).contains("is 0.80 kPa"), "{}", sentence(&report, false));
+        report.unexplained.withheld =
+            Some(Withheld { effect: "sensor_crosstalk".into(), foil: "drive_crosstalk".into() });
+        let text = sentence(&report, false);
+        assert!(text.contains("is 0.80 kPa") && text.contains("neither is named"), "{text}");
     }
 }
