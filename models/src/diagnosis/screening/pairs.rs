@@ -65,8 +65,8 @@ pub fn promising_pairs(channels: &[ChannelData], stages: &[ChannelStage], tried:
 /// alone on the diagonal.
 fn gains(data: &ChannelData, stage: &ChannelStage, tried: &[Trial]) -> Vec<Vec<f64>> {
     let residuals = thinned(data, &stage.residuals);
-    let rows = stride(data) as f64;
-    let product = |a: &[f32], b: &[f32]| rows * a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+    let each = stride(data) as f64; // a row that is looked at stands for so many
+    let product = |a: &[f32], b: &[f32]| each * a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
     let along: Vec<f64> = tried.iter().map(|trial| product(&residuals, &trial.direction)).collect();
     let squares: Vec<f64> = tried.iter().map(|trial| product(&trial.direction, &trial.direction)).collect();
     let allowed = |k: usize, size: f64| size > 0.0 || !tried[k].one_sided;
