@@ -1,4 +1,4 @@
-//! For tests: a channel, twenty seconds of steps, measured by its own simulation; a cause; a report.
+//! For tests: a channel, twenty seconds of steps, measured by its own simulation; causes, reports.
 
 use std::collections::BTreeMap;
 
@@ -148,8 +148,8 @@ pub fn cause(effect: &str, gain: f64) -> Cause {
     }
 }
 
-/// A report without causes, with the errors on the test blocks of the base model and of the extended
-/// one, kPa, where the noise is 0.3 kPa and what is allowed 0.5.
+/// A report without causes, with the errors on the test blocks of the base model and of the
+/// extended one, kPa, where the noise is 0.3 kPa and what is allowed 0.5.
 pub fn report(verdict: Verdict, [before, after]: [f64; 2]) -> Report {
     let value = serde_json::json!({
         "schema": SCHEMA,

@@ -6,6 +6,7 @@ mod periodogram;
 mod probe;
 mod score_test;
 mod scores;
+mod thinning;
 
 pub use pairs::{Pair, promising_pairs};
 pub use probe::{Probing, Trial};

@@ -5,15 +5,14 @@
 //! leave of the residual follows from products of these.
 
 use super::probe::Trial;
-use crate::diagnosis::channel::{ChannelData, OPEN};
+use super::thinning::{stride, thinned};
+use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 use crate::parallel;
 
-/// Rows of a channel that are looked at, at most, evenly over the open blocks.
-const MOST_ROWS: usize = 20_000;
 /// Two directions with less between them than this part of their squares are one.
 const PARALLEL: f64 = 1e-3;
 
@@ -24,20 +23,6 @@ pub struct Pair {
     pub effects: [usize; 2],
     /// What both promise to take together of the squared whitened residuals.
     pub gain: f64,
-}
-
-/// A whitened series on rows of the open blocks that are as far apart as [`MOST_ROWS`] asks.
-pub fn thinned(data: &ChannelData, series: &[f64]) -> Vec<f32> {
-    let spans = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-    let rows = spans.flat_map(|(_, span)| &series[span.clone()]);
-    #[allow(clippy::cast_possible_truncation)] // products of residuals need no more
-    rows.step_by(stride(data)).map(|&value| value as f32).collect()
-}
-
-/// One in so many rows of the open blocks is looked at.
-fn stride(data: &ChannelData) -> usize {
-    let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-    open.map(|(_, span)| span.len()).sum::<usize>().div_ceil(MOST_ROWS).max(1)
 }
 
 /// Pairs of causes by what they promise over all channels, most first. What stands for causes
@@ -124,15 +109,5 @@ mod tests {
         sets.sort_unstable();
         sets.dedup();
         assert_eq!(sets.len(), pairs.len());
-    }
-
-    #[test]
-    fn long_recordings_are_thinned_evenly() {
-        let (data, _) = channel(false);
-        let series: Vec<f64> = (0..data.rows.len()).map(|k| k as f64).collect();
-        let all = thinned(&data, &series);
-        let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-        assert_eq!(all.len(), open.map(|(_, span)| span.len()).sum::<usize>());
-        assert!(all.len() <= MOST_ROWS && stride(&data) == 1);
     }
 }

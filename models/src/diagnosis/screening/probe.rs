@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::cycles::{Cycles, Search};
-use super::pairs::thinned;
 use super::scores::scores;
+use super::thinning::thinned;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN, readings_of};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{at_rest, hunts, is_hunting};

@@ -27,8 +27,10 @@ const ENOUGH: f64 = 1.2;
 const PROMISING: usize = 10;
 /// See [`PROMISING`].
 const AGAIN: usize = 3;
-/// Rows of all channels that further searches may go over, together: of a minute at 100 Hz three.
-const MOST_ROWS: usize = 150_000;
+/// Rows of all channels that further searches may go over, together: of two channels in a minute at
+/// 100 Hz three searches. A search over four channels in 220 s takes half a minute and more in
+/// closed loop.
+const MOST_ROWS: usize = 36_000;
 /// Evaluations of the model for a first effect: a look, and twice as many as this in earnest.
 const EVALUATIONS: [usize; 2] = [6, 10];
 /// What nothing in the catalogue is behind leaves something, too: names must leave less than this
@@ -112,9 +114,9 @@ fn refitted(
 }
 
 /// Do names that do no harm explain better than `before`: surely and by enough for each further
-/// one, or as well with fewer? Where there were none they must leave no more than is enough. What is
-/// outside the catalogue competes: where it explained as well as a name before, they must leave less
-/// than it.
+/// one, or as well with fewer? Where there were none they must leave no more than is enough. What
+/// is outside the catalogue competes: where it explained as well as a name before, they must leave
+/// less than it.
 fn is_better(
     channels: &[ChannelData],
     (again, other): (&Named, &[ChannelStage]),

@@ -24,7 +24,7 @@ use crate::effects::Question;
 pub struct Named {
     /// Causes in the order in which they were named.
     pub causes: Vec<Found>,
-    /// What was tried at first, beside nothing, where a further search may begin with another effect.
+    /// What was tried at first, beside nothing: a further search may begin with another effect.
     pub first_tried: Option<Vec<Vec<Trial>>>,
     /// What was considered in every round.
     pub rounds: Vec<Vec<Considered>>,
