@@ -1,5 +1,7 @@
 //! Rows of a long recording, evenly.
 
+use std::ops::Range;
+
 use crate::diagnosis::channel::{ChannelData, OPEN};
 
 /// Rows of a channel that are looked at, at most, evenly over the open blocks.
@@ -7,16 +9,19 @@ const MOST_ROWS: usize = 20_000;
 
 /// A whitened series on rows of the open blocks that are as far apart as [`MOST_ROWS`] asks.
 pub fn thinned(data: &ChannelData, series: &[f64]) -> Vec<f32> {
-    let spans = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-    let rows = spans.flat_map(|(_, span)| &series[span.clone()]);
+    let rows = open_spans(data).flat_map(|span| &series[span.clone()]);
     #[allow(clippy::cast_possible_truncation)] // products of residuals need no more
     rows.step_by(stride(data)).map(|&value| value as f32).collect()
 }
 
 /// One in so many rows of the open blocks is looked at.
 pub fn stride(data: &ChannelData) -> usize {
-    let open = data.blocks.iter().zip(&data.spans).filter(|(b, _)| OPEN.contains(&b.role));
-    open.map(|(_, span)| span.len()).sum::<usize>().div_ceil(MOST_ROWS).max(1)
+    open_spans(data).map(Range::len).sum::<usize>().div_ceil(MOST_ROWS).max(1)
+}
+
+/// Rows of the open blocks.
+fn open_spans(data: &ChannelData) -> impl Iterator<Item = &Range<usize>> {
+    data.blocks.iter().zip(&data.spans).filter(|(block, _)| OPEN.contains(&block.role)).map(|(_, span)| span)
 }
 
 #[cfg(test)]

@@ -4,12 +4,12 @@
 //! depends on where it began. Where the names leave more than noise and wander explain, all pairs
 //! are screened, and the search is begun with an effect of the most promising that is not named.
 
-use super::naming::{Named, Rules, name};
+use super::naming::{Named, Rules, name, p_value};
 use crate::diagnosis::channel::{ChannelData, OPEN, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::likelihood::together;
 use crate::diagnosis::resampling::bootstrap;
-use crate::diagnosis::screening::{Gate, Pair, Trial, judge, promising_pairs, trials};
+use crate::diagnosis::screening::{Pair, Trial, judge, promising_pairs, trials};
 use crate::diagnosis::selection::acceptance::{kept_total, open_rows};
 use crate::diagnosis::selection::candidate::{Candidate, Starts, first_look, refit_further};
 use crate::diagnosis::selection::racing::{Entrants, is_foil, rivals, round};
@@ -31,10 +31,10 @@ const AGAIN: usize = 3;
 /// 100 Hz three searches. A search over four channels in 220 s takes half a minute and more in
 /// closed loop.
 const MOST_ROWS: usize = 36_000;
-/// Evaluations of the model for a first effect: a look, and twice as many as this in earnest.
+/// Evaluations of the model for a first effect: of a look, and of each of two refits after it.
 const EVALUATIONS: [usize; 2] = [6, 10];
-/// What nothing in the catalogue is behind leaves something, too: names must leave less than this
-/// part of it where it explained as well as a name.
+/// Where something outside the catalogue explained as well as a name, what is named now must leave
+/// less than this part of what that left.
 const BESIDE_FOIL: f64 = 0.8;
 
 /// Searches from effects of the most promising pairs on, from the `first` stages, and takes over
@@ -77,7 +77,7 @@ pub fn from_another_first(
         name(channels, (first, &mut other), Rules { beating: Some(left), ..rules }, &mut again, progress);
         named.explanations.append(&mut again.explanations);
         if is_better(channels, (&again, &other), (named, stages))
-            && stands_in_the_catalogue(channels, &other, &mut again, effect)
+            && stands_in_the_catalogue(channels, &other, &mut again.causes, effect)
         {
             *stages = other;
             (named.causes, named.withheld) = (again.causes, None);
@@ -93,11 +93,6 @@ fn next_first(pairs: &[Pair], causes: &[Found], begun: &[usize]) -> Option<usize
     let pairs = pairs.iter().take(PROMISING).map(|pair| pair.effects);
     let unnamed = pairs.filter(|effects| !effects.iter().all(known)).flatten();
     unnamed.into_iter().find(|effect| !begun.contains(effect))
-}
-
-/// The p-value of an effect's gate.
-fn p_value(gates: &[Gate], effect: usize) -> f64 {
-    gates.iter().find(|gate| gate.effect == effect).map_or(1.0, |gate| gate.p_value)
 }
 
 /// One effect beside nothing, refitted.
@@ -144,16 +139,16 @@ fn is_better(
 fn stands_in_the_catalogue(
     channels: &mut [ChannelData],
     stages: &[ChannelStage],
-    again: &mut Named,
+    causes: &mut [Found],
     begun: usize,
 ) -> bool {
-    let Some(cause) = again.causes.iter_mut().find(|cause| cause.effect == begun) else { return true };
+    let Some(cause) = causes.iter_mut().find(|cause| cause.effect == begun) else { return true };
     share_draws(channels, &cause.without);
     let without = staged(channels, cause.without.clone(), false);
     let tried = trials(channels, &without, Question::Structure, &|| {});
     let gates = judge(&tried);
     let ranked =
-        round(channels, &without, &tried, (&gates, Entrants::Passed), &mut again.rounds, |_| false).ranked;
+        round(channels, &without, &tried, (&gates, Entrants::Passed), &mut Vec::new(), |_| false).ranked;
     share_draws(channels, &models_of(stages));
     let Some(own) = ranked.iter().position(|candidate| candidate.effect == begun) else { return true };
     let equivalent = rivals(channels, &without, &ranked, own);

@@ -6,7 +6,7 @@ use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::likelihood::hunts;
 use crate::diagnosis::rollout_errors::BlockErrors;
-use crate::diagnosis::screening::{Trial, judge, trials};
+use crate::diagnosis::screening::{Gate, Trial, judge, trials};
 use crate::diagnosis::selection::acceptance::{
     a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much,
 };
@@ -110,15 +110,8 @@ pub fn name(
             *stages = settle_finely(channels, &ranked[foil].models, fixed);
             continue;
         }
-        let gate = gates.iter().find(|g| g.effect == ranked[winner].effect);
-        causes.push(Found::new(
-            channels,
-            stages,
-            &ranked,
-            winner,
-            &equivalent,
-            gate.map_or(1.0, |g| g.p_value),
-        ));
+        let p_value = p_value(&gates, ranked[winner].effect);
+        causes.push(Found::new(channels, stages, &ranked, winner, &equivalent, p_value));
         *stages = settle_finely(channels, &ranked[winner].models, fixed);
         if beating.is_some_and(|least| causes.len() > 1 && kept_total(channels, stages) > least) {
             break;
@@ -145,6 +138,11 @@ pub fn name(
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));
     }
+}
+
+/// The p-value of an effect's gate, 1 where it has none.
+pub fn p_value(gates: &[Gate], effect: usize) -> f64 {
+    gates.iter().find(|gate| gate.effect == effect).map_or(1.0, |gate| gate.p_value)
 }
 
 /// Do names that leave much make rollouts worse than the `first` stages do, counted in plain

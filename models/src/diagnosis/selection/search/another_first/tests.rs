@@ -137,9 +137,8 @@ fn standing(truth: &Extended, id: &str) -> (Found, bool) {
     let mut found = Found::new(&channels, &first, std::slice::from_ref(&candidate), 0, &[], 1.0);
     let stages = settle_finely(&mut channels, &candidate.models, false);
     found.adds(&channels, &first, &stages);
-    let mut again = Named { causes: vec![found], ..Named::default() };
-    let stands = stands_in_the_catalogue(&mut channels, &stages, &mut again, effect);
-    (again.causes.swap_remove(0), stands)
+    let stands = stands_in_the_catalogue(&mut channels, &stages, std::slice::from_mut(&mut found), effect);
+    (found, stands)
 }
 
 #[test]
