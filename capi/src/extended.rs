@@ -126,7 +126,7 @@ impl ExtendedEngine {
     /// Makes an effect remember something of everything that it will.
     fn begin(&mut self, effect: usize) {
         let inputs = &self.window.inputs;
-        let step = Step { row: NOW, time_s: 0.5 * self.part_s, length_s: self.part_s, inputs };
+        let step = Step { row: NOW, time_s: 0.5 * self.part_s, length_s: self.part_s, lags: false, inputs };
         let effect = &mut self.effects[effect];
         effect.drive(&step, 0, 0.0);
         if matches!(inputs.drive, DriveInput::Separate { .. }) {

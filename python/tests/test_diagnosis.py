@@ -66,6 +66,15 @@ def test_a_highest_pressure_that_is_none(halves, highest_kpa):
         pneu.diagnose(halves, DATA / "rig.toml", highest_kpa=highest_kpa)
 
 
+def test_only_what_is_asked_about_is_named(halves):
+    asked = pneu.diagnose(halves, DATA / "rig.toml", only=["valve_hysteresis", "supply_sag"])
+    assert asked.report_dict["asked"] == ["valve_hysteresis", "supply_sag"]
+    assert [cause["effect"] for cause in asked.causes] == ["valve_hysteresis"]
+    assert "was asked about" in asked.report_dict["sentence"]
+    with pytest.raises(DataError, match="no effect is called valve_hysterisis; there are supply_sag, "):
+        pneu.diagnose(halves, DATA / "rig.toml", only=["valve_hysterisis"])
+
+
 def test_recordings_that_do_not_belong_together(halves, recording):
     with pytest.raises(DataError, match="nothing to diagnose"):
         pneu.diagnose([])

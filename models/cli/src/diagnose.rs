@@ -9,6 +9,7 @@ use pneudrive_model::diagnosis::machine::{MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{
     AS_REGULATORS, Diagnosis, EXTENDED_FILE, Progress, Request, TRAJECTORY_FILE, diagnose, page, tables,
 };
+use pneudrive_model::effects::catalogue::nameable;
 use pneudrive_model::rig::Rig;
 
 use super::output::{PAGE, REPORT};
@@ -54,6 +55,10 @@ pub struct Args {
     /// from it, and only the load is fitted
     #[arg(long, value_name = "CALIBRATED.toml", conflicts_with_all = ["reference", "loads"])]
     machine: Option<PathBuf>,
+    /// Effects that it may be, as in supply_sag,valve_lag, where you know that it can be nothing else
+    /// [default: all that `pneudrive-model effects` lists]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = nameable)]
+    only: Vec<usize>,
     /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the
     /// highest in DATA]
     #[arg(long, value_name = "KPA", value_parser = pressure)]
@@ -108,7 +113,7 @@ impl Args {
         }
         let recording = joined(recordings)?;
         let pair = reference.as_ref().map(|file| (name.as_str(), file));
-        let request = Request { reference: pair, highest_kpa: self.highest_kpa };
+        let request = Request { reference: pair, highest_kpa: self.highest_kpa, only: &self.only };
         let mut diagnosis = diagnose(&recording, &rig, request, &progress).map_err(Failure::input)?;
         if let Some(bar) = &spinner {
             bar.finish_and_clear();
@@ -190,6 +195,7 @@ impl Args {
                 Loads::Same => Some(false),
                 Loads::Differ => Some(true),
             },
+            only: &self.only,
         };
         diagnose_machine(recordings, rig, request, progress).map_err(Failure::input)
     }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
+mod asked_effects;
 mod bad_recordings;
 mod command_line;
 mod common;

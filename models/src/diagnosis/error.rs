@@ -39,6 +39,16 @@ pub enum DiagnosisError {
         /// The recording.
         file: String,
     },
+    /// An effect that the recording, or the question, has no room for.
+    #[error("{file}: {effect} cannot be asked about: {why}")]
+    NotInQuestion {
+        /// The recording.
+        file: String,
+        /// The effect's id.
+        effect: &'static str,
+        /// Why not.
+        why: &'static str,
+    },
     /// Too short to fit, select and test.
     #[error(
         "{file}: {seconds:.1} s of usable data give {blocks} blocks of {block_s:.1} s; at least {wanted} are needed to fit, to choose and to test on different data: record at least 20 s"

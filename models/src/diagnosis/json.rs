@@ -48,6 +48,9 @@ pub struct Report {
     /// The machine, where several recordings of one were given, or one of a machine that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineReport>,
+    /// Ids of the effects that were in question, where it was not the whole catalogue.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub asked: Vec<String>,
 }
 
 /// A set of causes with its probability.

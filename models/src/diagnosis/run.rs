@@ -18,9 +18,11 @@ use crate::diagnosis::report::{
     ExtendedFile, alternatives, band_holds, beside, cause, earned, extended_file, probable, verdict,
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::second_opinion::second_opinion;
 use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, search, staged};
 use crate::diagnosis::settings::{self, SETTINGS};
+use crate::effects::Question;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use crate::order::descending;
 use crate::rig::Rig;
@@ -69,6 +71,8 @@ pub struct Request<'a> {
     /// Highest pressure that a next experiment may command, kPa gauge; without it, the highest so
     /// far.
     pub highest_kpa: Option<f64>,
+    /// Numbers of the effects in question, as [`index_of`] tells them; empty: the whole catalogue.
+    pub only: &'a [usize],
 }
 
 /// Diagnoses a recording. `progress` is told what is being done, and of some work how far it is.
@@ -86,8 +90,11 @@ pub fn diagnose(
     notes.extend(check(&file, &channels)?);
     let calibrated = request.reference.map(|(name, file)| file.models(name, &channels)).transpose()?;
     let change = calibrated.is_some();
+    let question = if change { Question::Change } else { Question::Structure };
+    let asked = Asked { question, only: request.only };
+    asked.check(&file, &channels)?;
     simulate_coarsely(&mut channels, true);
-    let mut outcome = search(&mut channels, calibrated, progress);
+    let mut outcome = search(&mut channels, calibrated, request.only, progress);
     for (data, model) in channels.iter().zip(&outcome.base) {
         if !data.residuals(model).iter().all(|r| r.is_finite()) {
             return Err(DiagnosisError::NoFit {
@@ -110,7 +117,7 @@ pub fn diagnose(
         outcome.withdraw(&mut channels, &rest.base_stages);
         rest = Rest::new(&channels, &outcome, change);
     }
-    if !change && let Some(named) = second_opinion(recording, rig, &channels, &outcome, progress) {
+    if !change && let Some(named) = second_opinion(recording, rig, &channels, &outcome, asked, progress) {
         adopt(&mut outcome, &mut channels, named);
         rest = Rest::new(&channels, &outcome, change);
         notes.push(BY_LIKELIHOOD.to_owned());
@@ -122,6 +129,7 @@ pub fn diagnose(
     let mut diagnosis = assemble(recording, rig, channels, outcome, (rest, &weighed), notes, change);
     let looped = diagnosis.channels.iter().any(|data| data.inputs.in_loop());
     diagnosis.report.weigh(&weighed, looped);
+    diagnosis.report.asked = request.only.iter().map(|&effect| CATALOGUE[effect].id.to_owned()).collect();
     diagnosis.report.sentence =
         verdict::sentence(&diagnosis.report, change) + &much_missing(&diagnosis.channels);
     progress("planning the next experiment", 0);
@@ -226,6 +234,7 @@ fn assemble(
         settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
         alternatives: Vec::new(),
         machine: None,
+        asked: Vec::new(),
     };
     Diagnosis {
         report,

@@ -9,6 +9,7 @@ use crate::diagnosis::evidence::evidence;
 use crate::diagnosis::greybox::{self, Named};
 use crate::diagnosis::preconditions::{Purpose, prepare_for};
 use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::selection::{Outcome, Progress};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
@@ -27,6 +28,7 @@ pub fn second_opinion(
     rig: &Rig,
     channels: &[ChannelData],
     outcome: &Outcome,
+    asked: Asked<'_>,
     progress: &Progress<'_>,
 ) -> Option<Named> {
     let near = |models: &[Extended]| !adequacy::astray(channels, models);
@@ -47,7 +49,7 @@ pub fn second_opinion(
         name(&found)?;
     }
     progress("fitting the catalogue by likelihood", 0);
-    name(&(0..CATALOGUE.len()).collect::<Vec<_>>())
+    name(&(0..CATALOGUE.len()).filter(|&effect| asked.is_among(effect)).collect::<Vec<_>>())
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.

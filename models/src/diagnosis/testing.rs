@@ -11,12 +11,16 @@ use crate::diagnosis::estimation::{ChannelStage, refit};
 use crate::diagnosis::json::{Cause, Estimate, Gain, Report, SCHEMA, Verdict};
 use crate::diagnosis::likelihood::Whitening;
 use crate::diagnosis::resampling::generator;
+use crate::diagnosis::screening::Asked;
 use crate::effects::catalogue::index_of;
-use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Series};
+use crate::effects::{BoardLoop, ChannelInputs, DriveInput, Plant, Question, Series};
 use crate::model::{BaseModel, Nonlinear};
 
 const AMBIENT_PA: f64 = 101_325.0;
 const ROWS: usize = 2000;
+
+/// What is missing, of the whole catalogue.
+pub const STRUCTURE: Asked<'_> = Asked { question: Question::Structure, only: &[] };
 
 /// Base parameters of its valve: leaks, gain, edges, corner, weight of the volume's rate.
 const BASE: [f64; 7] = [0.002, 0.002, 0.7, 0.02, -0.02, 0.02, 1.0];

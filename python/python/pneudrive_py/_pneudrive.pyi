@@ -1413,7 +1413,7 @@ def compare(recording: Recording, rig: Rig | str | PathLike[str] | None = None, 
         Nothing can be compared, or an argument is unusable. What only some models or channels lack is in ``Comparison.table``.
     """
 
-def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | str | PathLike[str] | None = None, *, reference: ExtendedModel | str | PathLike[str] | None = None, loads: str = "auto", machine: ExtendedModel | str | PathLike[str] | None = None, highest_kpa: SupportsFloat | SupportsIndex | None = None, progress: Any | None = None) -> Diagnosis:
+def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | str | PathLike[str] | None = None, *, reference: ExtendedModel | str | PathLike[str] | None = None, loads: str = "auto", machine: ExtendedModel | str | PathLike[str] | None = None, only: SupportsGetItem[int, str] | None = None, highest_kpa: SupportsFloat | SupportsIndex | None = None, progress: Any | None = None) -> Diagnosis:
     """
     Says what the simulation gets wrong in a recording, why, and how much better it is once the cause is modelled.
 
@@ -1432,6 +1432,8 @@ def diagnose(recording: Recording | SupportsGetItem[int, Recording], rig: Rig | 
     machine : ExtendedModel or path, optional
         Calibrated model of the same machine with another load, such as one of ``Diagnosis.extended_models``: valves, supply and sensor
         are taken from it, and only the load is fitted.
+    only : sequence of str, optional
+        Ids of the effects that it may be, where you know that it can be nothing else; by default all that ``effects`` knows.
     highest_kpa : float, optional
         Highest pressure that a suggested next experiment may command, kPa gauge; by default the highest in the recordings. Nothing is
         suggested about a machine.

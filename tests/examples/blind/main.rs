@@ -28,7 +28,7 @@ use system_tests::blind::reliability::Reliability;
 use system_tests::blind::score::{Outcome, covered, false_names, matrix, named, score, summary};
 
 const USAGE: &str = "usage: blind COMMAND DIR
-  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID|none] [--hard] [--short]
+  generate DIR [--rounds 1] [--seed 1] [--size limit|moderate|gross] [--loop drive|closed] [--effect ID|none|pairs] [--hard] [--short]
                                             recordings and truth.json, by the truth plant alone; --hard: 50 to
                                             500 Hz, 60 to 300 s, of a rig with a background of imperfections
                                             and a rig file that is off by up to 10 % in volume, 5 % in supply; --short:
@@ -111,9 +111,14 @@ struct Kind {
     short: bool,
 }
 
-/// Whether an effect is among what is hidden in a recording, or with `none`, whether nothing is.
+/// Whether an effect is among what is hidden in a recording; with `none`, whether nothing is, and
+/// with `pairs`, whether two effects are.
 fn hides(case: &Case, id: &str) -> bool {
-    if id == "none" { case.arguments.is_empty() } else { case.effects.iter().any(|effect| effect == id) }
+    match id {
+        "none" => case.arguments.is_empty(),
+        "pairs" => case.kind == plan::Kind::Pair,
+        id => case.effects.iter().any(|effect| effect == id),
+    }
 }
 
 /// Sizes go round: moderate, gross, limit; even rounds record the drive, odd ones close the loop on

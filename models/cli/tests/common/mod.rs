@@ -1,6 +1,7 @@
 //! What the tests of files and of the command line share.
 pub mod cli;
 mod folder;
+pub mod regulator;
 
 use std::io::Write as _;
 use std::path::PathBuf;

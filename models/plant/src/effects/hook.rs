@@ -14,6 +14,8 @@ pub struct Step<'a> {
     pub time_s: f64,
     /// Length of the step, s.
     pub length_s: f64,
+    /// Does the force on the spool move without jumps ([`Structure::lags`])?
+    pub lags: bool,
     /// The channel's measured inputs.
     pub inputs: &'a ChannelInputs,
 }
@@ -65,6 +67,8 @@ pub struct Structure<S> {
     pub outlet: Option<OutletParameters<S>>,
     /// Tube between valve and chamber.
     pub line: Option<LineParameters<S>>,
+    /// Does an effect let the force on the spool follow the drive, and never jump with it?
+    pub lags: bool,
 }
 
 /// A tube between valve and chamber.

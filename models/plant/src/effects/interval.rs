@@ -35,8 +35,14 @@ impl<S: Scalar> Run<'_, S> {
         let (mut mean_drive, mut mean_draw) = (S::Real::zero(), S::Real::zero());
         for tick in 0..loops {
             let time_s = inputs.time_s[row] + tick as f64 * parts as f64 * length_s;
-            let step =
-                |part: f64, length_s: f64| Step { row, time_s: time_s + part * length_s, length_s, inputs };
+            let lags = self.lags;
+            let step = |part: f64, length_s: f64| Step {
+                row,
+                time_s: time_s + part * length_s,
+                length_s,
+                lags,
+                inputs,
+            };
             let mut held = [S::zero(); 2];
             if let (DriveInput::Controlled, None, Some(pace)) = (&inputs.drive, &several, &pace) {
                 self.controller.begin(self.reading, self.chamber.port());

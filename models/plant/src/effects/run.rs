@@ -19,6 +19,8 @@ pub struct Run<'a, S: Scalar> {
     pub(super) reading: S,
     /// The board's controller, where it is part of the simulation.
     pub(super) controller: Controller<S>,
+    /// Does the force on the spool follow the drive?
+    pub(super) lags: bool,
     /// The base model before effects.
     pub(super) base: BaseCoefficients<S>,
     /// Supply pressure over this interval before effects, Pa.
@@ -43,6 +45,7 @@ impl<'a, S: Scalar> Run<'a, S> {
             heat_time_constant_s: None,
             outlet: None,
             line: None,
+            lags: false,
         };
         for effect in effects {
             effect.structure(&mut structure);
@@ -50,6 +53,7 @@ impl<'a, S: Scalar> Run<'a, S> {
         Self {
             plant,
             inputs,
+            lags: structure.lags,
             chamber: Chamber::new(&plant.model, structure),
             reading: S::zero(),
             controller: Controller::new(),

@@ -8,9 +8,10 @@ use super::ties::{Freedom, TiedModel};
 use crate::diagnosis::channel::{Correction, Extended, HATS, Role, Variable};
 use crate::diagnosis::discrepancy::knots;
 use crate::diagnosis::evidence::{Evidence, Missing};
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::settings::SETTINGS;
+use crate::effects::Domain;
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{Domain, Question};
 
 /// Evaluations in which a correction along one variable is looked at, and in which the best is
 /// fitted.
@@ -59,11 +60,12 @@ impl Candidate {
 
 /// Effects of the catalogue that may be missing on all channels of a machine.
 #[must_use]
-pub fn possible(channels: &[MachineChannel]) -> Vec<usize> {
+pub fn possible(channels: &[MachineChannel], asked: Asked<'_>) -> Vec<usize> {
     let recorded = || channels.iter().flat_map(|channel| &channel.recorded);
     let may = |&e: &usize| {
         let info = CATALOGUE[e];
-        info.question == Question::Structure
+        asked.is_among(e)
+            && info.question == asked.question
             && info.domain != Domain::Regulator
             && !info.probes.is_empty()
             && recorded().all(|data| info.is_known(&data.inputs))

@@ -35,8 +35,8 @@ pub(super) struct Found<'a> {
 type Sizes = BTreeMap<String, Estimate>;
 
 impl Found<'_> {
-    /// The report.
-    pub fn report(&self, notes: Vec<String>) -> Report {
+    /// The report, in which these effects were in question, or all where it is none.
+    pub fn report(&self, notes: Vec<String>, only: &[usize]) -> Report {
         let [before, after] = &self.findings.held_out;
         let recorded: Vec<&ChannelData> = self.channels.iter().flat_map(|c| &c.recorded).collect();
         let noise_kpa =
@@ -74,6 +74,7 @@ impl Found<'_> {
             settings: settings::list().into_iter().map(|s| (s.name.to_owned(), s.value)).collect(),
             alternatives: self.alternatives(),
             machine: Some(self.machine()),
+            asked: only.iter().map(|&effect| CATALOGUE[effect].id.to_owned()).collect(),
         };
         report.sentence = self.sentence(&report) + &much_missing(recorded);
         report

@@ -1,6 +1,7 @@
 //! A diagnosis of several recordings of one machine, or of one recording of a machine that is
 //! known.
 
+use super::candidates::possible;
 use super::fit::{fit_base, known_base};
 use super::loads::differ;
 use super::recordings::{MachineChannel, channels};
@@ -11,7 +12,10 @@ use crate::data::Recording;
 use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::json::Report;
 use crate::diagnosis::report::ExtendedFile;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::selection::Progress;
+use crate::effects::Question;
+use crate::effects::catalogue::CATALOGUE;
 use crate::rig::Rig;
 
 /// Recordings from which it is found out whether their loads differ; of two, one may just be the
@@ -26,6 +30,9 @@ pub struct MachineRequest<'a> {
     pub machine: Option<(&'a str, &'a ExtendedFile)>,
     /// Do the loads differ? `None`: find out.
     pub loads_differ: Option<bool>,
+    /// Numbers of the effects in question, as
+    /// [`index_of`](crate::effects::catalogue::index_of) tells them; empty: the whole catalogue.
+    pub only: &'a [usize],
 }
 
 /// Everything a report of a machine is made of.
@@ -78,6 +85,15 @@ pub fn diagnose_machine(
         None => None,
     };
     let known = known.as_deref();
+    let asked_about = Asked { question: Question::Structure, only: request.only };
+    let looked_for = possible(&channels, asked_about);
+    if let Some(&effect) = request.only.iter().find(|effect| !looked_for.contains(effect)) {
+        return Err(DiagnosisError::NotInQuestion {
+            file: recordings[0].source.file.clone(),
+            effect: CATALOGUE[effect].id,
+            why: "it is not looked for in recordings of one machine",
+        });
+    }
     let tick = || progress("", 1);
     progress("fitting the machine", 0);
     let base: Option<Vec<TiedModel>> = channels
@@ -98,10 +114,10 @@ pub fn diagnose_machine(
     if known.is_none() && request.loads_differ.is_none() && !differ(&channels, &base) {
         return Ok(None);
     }
-    let findings = find(&channels, base, known, progress);
+    let findings = find(&channels, base, known, asked_about, progress);
     let names: Vec<String> = recordings.iter().map(|r| r.source.file.clone()).collect();
     let found = report::Found { channels: &channels, findings: &findings, recordings, names: &names };
-    let mut report = found.report(notes);
+    let mut report = found.report(notes, request.only);
     let extended = found.extended(rig);
     report.checks.band_holds = found.band_holds(&extended);
     Ok(Some(MachineDiagnosis { report, extended, channels, findings }))

@@ -8,6 +8,7 @@ use super::ties::TiedModel;
 use crate::diagnosis::channel::Extended;
 use crate::diagnosis::evidence::{Evidence, Missing, probabilities};
 use crate::diagnosis::json::Gain;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::selection::Progress;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
@@ -64,11 +65,12 @@ pub fn find(
     channels: &[MachineChannel],
     base: Vec<TiedModel>,
     known: Option<&[Extended]>,
+    asked: Asked<'_>,
     progress: &Progress<'_>,
 ) -> Findings {
     let tick = || progress("", 1);
     let known_of = |k: usize| known.map(|models| &models[k].effects[..]);
-    let possible = possible(channels);
+    let possible = possible(channels, asked);
     let base = Candidate::new(channels, Missing::Nothing, base);
     let mut candidates = vec![base.clone()];
     let mut best = base.clone();

@@ -15,7 +15,7 @@ impl Found<'_> {
             format!("These are {} recordings of one machine with different loads. ", self.names.len())
         };
         let found = found(report, &self.findings.held_out, self.findings.known);
-        format!("{loads}{found}{}{}", rest(report), self.moved(report))
+        format!("{loads}{found}{}{}{}", rest(report), self.moved(report), verdict::asked_about(&report.asked))
     }
 
     /// Whether what is likeliest is no matter of the load, where the machine is a calibrated one
@@ -53,7 +53,9 @@ fn found(report: &Report, [before, after]: &[HeldOut; 2], known: bool) -> String
         return if report.verdict == Verdict::Adequate {
             format!("The model is adequate: {error}")
         } else {
-            format!("The model misses something, and no known cause explains it: {error}")
+            let cause =
+                if report.asked.is_empty() { "no known cause" } else { "nothing that was asked about" };
+            format!("The model misses something, and {cause} explains it: {error}")
         };
     }
     let names: Vec<String> = report.causes.iter().map(verdict::name).collect();

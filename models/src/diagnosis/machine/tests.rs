@@ -4,7 +4,7 @@ use super::recordings::{MachineChannel, split_in_three};
 use super::search::{Findings, find};
 use crate::diagnosis::channel::Extended;
 use crate::diagnosis::evidence::Missing;
-use crate::diagnosis::testing::{channel, measured, with};
+use crate::diagnosis::testing::{STRUCTURE, channel, measured, with};
 use crate::effects::catalogue::CATALOGUE;
 
 /// Recordings of one valve with these volumes, and tubes of these time constants where there are
@@ -29,7 +29,7 @@ fn found(machine: &MachineChannel, known: Option<&[Extended]>) -> Findings {
         Some(models) => known_base(machine, &models[0], &|| ()),
         None => fit_base(machine, &|| ()),
     };
-    find(&channels, vec![base.expect("the base model runs")], known, &|_, _| {})
+    find(&channels, vec![base.expect("the base model runs")], known, STRUCTURE, &|_, _| {})
 }
 
 fn named(findings: &Findings) -> Vec<&'static str> {

@@ -8,6 +8,7 @@ mod symptoms;
 mod whole;
 
 use crate::diagnosis::json::NextExperiment;
+use crate::diagnosis::report::verdict;
 use crate::diagnosis::run::Diagnosis;
 use crate::diagnosis::settings::{self, SETTINGS};
 use crate::report::{
@@ -187,6 +188,9 @@ fn method(diagnosis: &Diagnosis) -> Markup {
     ];
     html! {
         (notes(&lines))
+        @if !report.asked.is_empty() {
+            (paragraph(&format!("{} Probabilities are among these, nothing, and something without a name; whether it is another effect was not tried.", verdict::asked_about(&report.asked).trim())))
+        }
         @if !report.notes.is_empty() { h3 { "About the data" } (notes(&report.notes)) }
         (folded("Every level, prior and threshold", &settings_table()))
     }

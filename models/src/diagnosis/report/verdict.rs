@@ -97,6 +97,17 @@ fn fallen(causes: &[Cause], [before, after, noise]: [f64; 3]) -> String {
     )
 }
 
+/// That not the whole catalogue was in question, where that is so.
+#[must_use]
+pub fn asked_about(asked: &[String]) -> String {
+    let titles: Vec<String> = asked.iter().map(|id| format!("\"{}\"", title(id))).collect();
+    if titles.is_empty() {
+        String::new()
+    } else {
+        format!(" Nothing but {} was asked about.", titles.join(" or "))
+    }
+}
+
 /// The verdict in a sentence or two.
 #[must_use]
 pub fn sentence(report: &Report, change: bool) -> String {
@@ -124,6 +135,11 @@ pub fn sentence(report: &Report, change: bool) -> String {
         )
     };
     let unnamed = if small.is_empty() { before } else { after };
+    let (among, not, cause) = if report.asked.is_empty() {
+        ("in the catalogue", "not in the catalogue", "no known cause")
+    } else {
+        ("of what was asked about", "none of what was asked about", "nothing of that")
+    };
     let verdict = match report.verdict {
         Verdict::Adequate if change => format!(
             "Nothing has moved that this recording could show: the calibrated model simulates it with an error of {before:.2} kPa (sensor noise {noise:.2} kPa)."
@@ -132,7 +148,7 @@ pub fn sentence(report: &Report, change: bool) -> String {
             "The model is adequate for this recording once it has effects that have not earned a name: it then simulates the test blocks with an error of {after:.2} kPa instead of {before:.2} kPa (sensor noise {noise:.2} kPa)."
         ),
         Verdict::Adequate => format!(
-            "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing in the catalogue would make that better by more than chance."
+            "The model is adequate for this recording: it simulates the test blocks with an error of {before:.2} kPa (sensor noise {noise:.2} kPa), and nothing {among} would make that better by more than chance."
         ),
         Verdict::Explained => format!("{found}: {names}. {gain} What remains shows no pattern."),
         Verdict::PartlyExplained if left.is_empty() => format!(
@@ -147,14 +163,14 @@ pub fn sentence(report: &Report, change: bool) -> String {
             withheld(name)
         ),
         Verdict::Unexplained if left.is_empty() => format!(
-            "The model misses something that is not in the catalogue: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and no known cause explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
+            "The model misses something that is {not}: its error on the test blocks is {unnamed:.2} kPa where noise and a usual wander of the supply leave {allowed:.2} kPa, but it depends on nothing that was measured, and {cause} explains it. Something may come and go by itself: look at the residual over time. If it is large everywhere, check the rig file, the units and the columns."
         ),
         Verdict::Unexplained => format!(
-            "The model misses something that is not in the catalogue: its error ({unnamed:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and no known cause explains it.",
+            "The model misses something that is {not}: its error ({unnamed:.2} kPa on the test blocks, sensor noise {noise:.2} kPa) depends on {}, and {cause} explains it.",
             left.join(", ")
         ),
     };
-    verdict + &small
+    verdict + &small + &asked_about(&report.asked)
 }
 
 #[cfg(test)]
@@ -162,6 +178,18 @@ mod tests {
     use super::*;
     use crate::diagnosis::json::{Imperfection, Unnamed};
     use crate::diagnosis::testing::{cause, channel, report, with};
+
+    #[test]
+    fn a_verdict_about_some_effects_speaks_of_no_catalogue() {
+        let asked = || vec!["valve_lag".to_owned(), "supply_sag".to_owned()];
+        for verdict in [Verdict::Adequate, Verdict::Unexplained] {
+            let whole = report(verdict, [0.9, 0.9]);
+            assert!(sentence(&whole, false).contains("in the catalogue"));
+            let some = sentence(&Report { asked: asked(), ..whole }, false);
+            assert!(!some.contains("catalogue") && !some.contains("known cause"), "{some}");
+            assert!(some.ends_with(" was asked about.") && some.contains(title("supply_sag")), "{some}");
+        }
+    }
 
     #[test]
     fn a_name_that_is_withheld_is_told_with_what_it_is_confused_with_and_what_would_tell_them_apart() {

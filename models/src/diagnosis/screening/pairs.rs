@@ -83,7 +83,7 @@ fn gains(data: &ChannelData, stage: &ChannelStage, tried: &[Trial]) -> Vec<Vec<f
 mod tests {
     use super::*;
     use crate::diagnosis::screening::trials;
-    use crate::diagnosis::testing::{channel, fitted, measured, with};
+    use crate::diagnosis::testing::{STRUCTURE, channel, fitted, measured, with};
     use crate::effects::catalogue::index_of;
 
     #[test]
@@ -93,7 +93,7 @@ mod tests {
         let truth = with(&data, &stretched, "valve_lag", &[0.03]);
         let channels = [measured(data, &truth, 1)];
         let stages = [fitted(&channels[0], &base)];
-        let tried = trials(&channels, &stages, Question::Structure, &|| {});
+        let tried = trials(&channels, &stages, STRUCTURE, &|| {});
         let pairs = promising_pairs(&channels, &stages, &tried);
         let id = |effect: usize| CATALOGUE[effect].id;
         let first = pairs[0].effects.map(id);

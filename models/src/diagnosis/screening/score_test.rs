@@ -10,6 +10,7 @@
 use crate::order::{ascending, descending};
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::asked::Asked;
 use super::cycles::{Cycles, Search, strongest_cycles};
 use super::probe::{Probing, Trial};
 use super::scores::{CLIP, DRAWS};
@@ -17,7 +18,6 @@ use crate::diagnosis::channel::ChannelData;
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::resampling::{generator, quantile, signs};
 use crate::effects::catalogue::CATALOGUE;
-use crate::effects::{Domain, Question};
 use crate::parallel;
 
 /// What the gate says about one effect.
@@ -31,26 +31,12 @@ pub struct Gate {
     pub p_value: f64,
 }
 
-/// Can this effect be asked about on this channel?
-#[must_use]
-pub fn applicable(data: &ChannelData, effect: usize, question: Question) -> bool {
-    let info = CATALOGUE[effect];
-    let regulator = data.plant.model.is_regulator();
-    let domain = info.domain != if regulator { Domain::Valve } else { Domain::Regulator };
-    // A regulator's base model has no parameters of its parts: what has changed in it is an effect
-    // that was not there.
-    let asked = info.question == question
-        || (info.question == Question::Foil && question == Question::Structure)
-        || regulator;
-    domain && info.is_known(&data.inputs) && asked
-}
-
 /// Tries every effect in question on every channel.
 #[must_use]
 pub fn trials(
     channels: &[ChannelData],
     stages: &[ChannelStage],
-    question: Question,
+    asked: Asked<'_>,
     tick: &(dyn Fn() + Sync),
 ) -> Vec<Vec<Trial>> {
     // An effect that acts anywhere already is not asked about again elsewhere.
@@ -58,7 +44,7 @@ pub fn trials(
     let wanted = parallel::map(channels.iter().zip(stages), |(data, stage)| -> Vec<usize> {
         // What is a part of the base model is a cause only where it would be more than is usual.
         let at_rest = |effect: usize| stage.model.usual.contains(&effect) && !stage.is_held(data, effect);
-        let asked = |effect: usize| applicable(data, effect, question) && !named(effect) && !at_rest(effect);
+        let asked = |effect: usize| asked.is_about(data, effect) && !named(effect) && !at_rest(effect);
         (0..CATALOGUE.len()).filter(|&effect| asked(effect)).collect()
     });
     let searched = wanted.iter().flatten().any(|&effect| CATALOGUE[effect].probes.is_empty());
@@ -153,8 +139,6 @@ fn normalised(z: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnosis::channel::Extended;
-    use crate::diagnosis::testing::channel;
-    use crate::effects::catalogue::index_of;
 
     fn trial(scores: Vec<f64>) -> Trial {
         let start = Extended::base(Vec::new());
@@ -169,16 +153,6 @@ mod tests {
             one_sided: false,
             searched: None,
         }
-    }
-
-    #[test]
-    fn a_wrong_statement_of_the_supply_is_suspected_only_where_it_is_not_measured() {
-        let (mut data, _) = channel(true);
-        let misstated = index_of("supply_misstated").unwrap();
-        assert!(applicable(&data, misstated, Question::Structure));
-        assert!(!applicable(&data, misstated, Question::Change), "a reference has been calibrated with it");
-        data.inputs.supply_pa = data.inputs.supply_pa.iter().enumerate().map(|(k, p)| p + k as f64).collect();
-        assert!(!applicable(&data, misstated, Question::Structure));
     }
 
     #[test]

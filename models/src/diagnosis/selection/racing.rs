@@ -240,7 +240,7 @@ fn nearly_the_same(best_squared: f64, other_squared: f64, foil: bool) -> bool {
 mod tests {
     use super::*;
     use crate::diagnosis::screening::{judge, trials};
-    use crate::diagnosis::testing::{channel, fitted, measured, with};
+    use crate::diagnosis::testing::{STRUCTURE, channel, fitted, measured, with};
 
     #[test]
     fn errors_that_differ_by_less_than_is_worth_a_name_do_not_tell_rivals_apart() {
@@ -257,7 +257,7 @@ mod tests {
         let truth = with(&data, &base, "valve_lag", &[0.05]);
         let channels = [0, 1].map(|seed| measured(data.clone(), &truth, seed));
         let stages = channels.each_ref().map(|data| fitted(data, &base));
-        let tried = trials(&channels, &stages, Question::Structure, &|| {});
+        let tried = trials(&channels, &stages, STRUCTURE, &|| {});
         let gates = judge(&tried);
         let raced = |harms: &dyn Fn(&[Extended]) -> bool| {
             round(&channels, &stages, &tried, (&gates, Entrants::Passed), &mut Vec::new(), harms)
@@ -280,7 +280,7 @@ mod tests {
         let winner = |truth: &Extended, entrants: Entrants| {
             let channels = [measured(data.clone(), truth, 0)];
             let stages = channels.each_ref().map(|data| fitted(data, &base));
-            let tried = trials(&channels, &stages, Question::Structure, &|| {});
+            let tried = trials(&channels, &stages, STRUCTURE, &|| {});
             let mut closed = judge(&tried);
             closed.iter_mut().for_each(|gate| gate.p_value = 1.0);
             let raced = round(

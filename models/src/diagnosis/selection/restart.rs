@@ -17,7 +17,7 @@ use crate::diagnosis::estimation::{
     ChannelStage, GAINS, free_of, plain_cost, plain_costs, refit, refit_by_own_weights, start, with_usual,
 };
 use crate::diagnosis::likelihood::{Whitening, together};
-use crate::diagnosis::screening::applicable;
+use crate::diagnosis::screening::Asked;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::parallel;
@@ -34,8 +34,12 @@ const EVALUATIONS: usize = 10;
 /// A cause that explains a large error only with base parameters of its own, and the models with
 /// it.
 #[must_use]
-pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(Vec<Extended>, Found)> {
-    let ranked = candidates(channels, stages);
+pub fn explained_afresh(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    asked: Asked<'_>,
+) -> Option<(Vec<Extended>, Found)> {
+    let ranked = candidates(channels, stages, asked);
     let best = ranked.first().filter(|best| worth_naming(channels, stages, best))?;
     let p_value = p_value(channels, stages, best);
     if p_value > SETTINGS.level {
@@ -47,7 +51,7 @@ pub fn explained_afresh(channels: &[ChannelData], stages: &[ChannelStage]) -> Op
 
 /// Looks on the channel with the largest error for effects that explain it, and fits those to all;
 /// best first.
-fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidate> {
+fn candidates(channels: &[ChannelData], stages: &[ChannelStage], asked: Asked<'_>) -> Vec<Candidate> {
     let costs: Vec<f64> = channels.iter().zip(stages).map(|(d, s)| plain_cost(d, &s.model)).collect();
     let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
         return Vec::new();
@@ -55,7 +59,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
     // A valve that imitates what is missing there, too, leads as far astray.
     let described = |k: &usize| !is_large(&channels[*k..=*k], &stages[*k..=*k]);
     let valves: Vec<&Extended> = (0..channels.len()).filter(described).map(|k| &stages[k].model).collect();
-    let first = first_looks(&channels[worst], &valves);
+    let first = first_looks(&channels[worst], &valves, asked);
     let mut looked = parallel::map(first.into_iter().take(LOOKED), |(effect, model)| {
         (effect, fit(&channels[worst], &model))
     });
@@ -78,13 +82,12 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage]) -> Vec<Candidat
 
 /// The best start of every effect on a channel, best first, with a valve of each of seven gains and
 /// the `valves` of channels that are described well.
-fn first_looks(data: &ChannelData, valves: &[&Extended]) -> Vec<(usize, Extended)> {
+fn first_looks(data: &ChannelData, valves: &[&Extended], asked: Asked<'_>) -> Vec<(usize, Extended)> {
     let of_gain = |gain: &f64| with_usual(data, &start(data, *gain, EDGE));
     let bases: Vec<Extended> = GAINS.iter().map(of_gain).chain(valves.iter().map(|&v| v.clone())).collect();
-    let asked = |&effect: &usize| {
-        applicable(data, effect, Question::Structure) && CATALOGUE[effect].question == Question::Structure
-    };
-    let looked = parallel::map((0..CATALOGUE.len()).filter(asked), |effect| {
+    let may_be =
+        |&effect: &usize| asked.is_about(data, effect) && CATALOGUE[effect].question == Question::Structure;
+    let looked = parallel::map((0..CATALOGUE.len()).filter(may_be), |effect| {
         let probes = CATALOGUE[effect].probes.iter();
         let starts: Vec<Extended> =
             probes.flat_map(|probe| bases.iter().map(|base| base.with(&data.plant, effect, probe))).collect();
@@ -113,7 +116,7 @@ fn fit(data: &ChannelData, start: &Extended) -> Extended {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::channel;
+    use crate::diagnosis::testing::{STRUCTURE, channel};
     use crate::effects::catalogue::index_of;
 
     /// A loop around a valve with a narrow tube behind it, and a base model as the tube leads it
@@ -134,7 +137,7 @@ mod tests {
     fn a_tube_is_found_with_a_valve_of_its_own() {
         let (data, stage, truth) = behind_a_tube();
         let before = plain_cost(&data, &stage.model);
-        let ranked = candidates(std::slice::from_ref(&data), &[stage]);
+        let ranked = candidates(std::slice::from_ref(&data), &[stage], STRUCTURE);
         let best = ranked.first().expect("the tube explains nearly everything");
         assert!(best.models[0].has(best.effect) && best.effect == truth.effects[0], "{best:?}");
         let left = plain_cost(&data, &best.models[0]) / before;
@@ -147,7 +150,7 @@ mod tests {
     fn behind_a_tube_the_valve_of_another_channel_is_tried() {
         let (data, stage, truth) = behind_a_tube();
         let best = |valves: &[&Extended]| {
-            let (effect, model) = first_looks(&data, valves).swap_remove(0);
+            let (effect, model) = first_looks(&data, valves, STRUCTURE).swap_remove(0);
             (effect, plain_cost(&data, &model) / plain_cost(&data, &stage.model))
         };
         let neighbour = Extended::base(truth.values[..stage.model.values.len()].to_vec());
@@ -163,6 +166,6 @@ mod tests {
         let wave = |row: usize| 40.0 * (0.9 * row as f64).sin();
         data.measured_kpa = data.readings(&truth).iter().enumerate().map(|(k, y)| y + wave(k)).collect();
         let stage = ChannelStage::new(&data, stage.model, stage.free);
-        assert!(candidates(&[data], &[stage]).is_empty());
+        assert!(candidates(&[data], &[stage], STRUCTURE).is_empty());
     }
 }

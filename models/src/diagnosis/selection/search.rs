@@ -16,6 +16,7 @@ use super::warm_start::lend_base;
 use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, fit_base, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
 use crate::parallel;
@@ -43,11 +44,12 @@ pub struct Outcome {
 pub type Progress<'a> = dyn Fn(&str, u64) + Sync + 'a;
 
 /// Runs the search. `reference` are calibrated models, whose parameters are then kept (question of
-/// change).
+/// change). `only`: the effects in question, all of them where it is empty.
 #[must_use]
 pub fn search(
     channels: &mut [ChannelData],
     reference: Option<Vec<Extended>>,
+    only: &[usize],
     progress: &Progress<'_>,
 ) -> Outcome {
     let question = if reference.is_some() { Question::Change } else { Question::Structure };
@@ -58,7 +60,8 @@ pub fn search(
     let mut stages = staged(channels, base.clone(), fixed);
     let first = stages.clone();
     let mut named = Named::default();
-    let rules = Rules { question, harmless: false, beating: None };
+    let asked = Asked { question, only };
+    let rules = Rules { asked, harmless: false, beating: None };
     name(channels, (&first, &mut stages), rules, &mut named, progress);
     // What takes up any error, like a spool that sticks, may have been named in place of what is
     // there, and everything would be taken back. Where it leaves little, it may be what is there.
@@ -83,7 +86,7 @@ pub fn search(
         progress("trying the catalogue afresh", 0);
         let (left, models) = (kept_total(channels, &stages), models_of(&stages));
         share_draws(channels, &base);
-        let fresh = explained_afresh(channels, &first)
+        let fresh = explained_afresh(channels, &first, asked)
             .map(|(models, found)| (settle_finely(channels, &models, fixed), found))
             .filter(|(fresh, _)| {
                 named.causes.is_empty() || kept_total(channels, fresh) < SETTINGS.restarted * left

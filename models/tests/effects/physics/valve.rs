@@ -113,6 +113,19 @@ pub fn a_slow_ramp_becomes_stairs_of_the_height_of_the_threshold() {
     assert_all_close(&positions(&drive, "valve_stiction", &[0.045]), &expected, 1e-6);
 }
 
+#[test]
+fn behind_a_lag_the_spool_jumps_by_the_threshold_and_not_as_far_as_a_step_takes_the_force() {
+    let (threshold, drive) = (0.12, [0.5; 60]);
+    let bench = choked(&drive);
+    let run = bench.run(&[("valve_lag", &[0.03]), ("valve_stiction", &[threshold])]);
+    let found: Vec<f64> = openings(&bench, &run).iter().map(|area| area / GAIN_MM2).collect();
+    let whole: Vec<f64> = found.iter().map(|at| (at / threshold).round() * threshold).collect();
+    assert_all_close(&found, &whole, 1e-6);
+    // Steps of 10 ms, in the first of which the force goes further than a threshold.
+    assert!(found.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9));
+    assert_close(found[59], 0.48, 1e-6);
+}
+
 pub fn venting_is_slower_by_the_ratio_and_filling_is_not() {
     let fall = |ratio: f64| {
         let run = Bench::valve(0.5, 600e3, &[-1.0; 10]).run(&[("valve_asymmetry", &[ratio])]);

@@ -10,6 +10,7 @@ use crate::errors;
 use pneudrive_model::data;
 use pneudrive_model::diagnosis::machine::{MachineDiagnosis, MachineRequest, diagnose_machine};
 use pneudrive_model::diagnosis::{self as library, ExtendedFile, Request};
+use pneudrive_model::effects::catalogue::nameable;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -146,6 +147,9 @@ impl Reference {
 ///     Calibrated model of the same machine with another load, such as one of
 ///     ``Diagnosis.extended_models``: valves, supply and sensor are taken from it, and only the
 ///     load is fitted.
+/// only : sequence of str, optional
+///     Ids of the effects that it may be, where you know that it can be nothing else; by default
+///     all that ``effects`` knows.
 /// highest_kpa : float, optional
 ///     Highest pressure that a suggested next experiment may command, kPa gauge; by default the
 ///     highest in the recordings. Nothing is suggested about a machine.
@@ -169,7 +173,7 @@ impl Reference {
 /// find. All cores are used; where several processes share a machine, set the environment variable
 /// ``RAYON_NUM_THREADS`` for each.
 #[pyfunction]
-#[pyo3(signature = (recording, rig=None, *, reference=None, loads="auto", machine=None, highest_kpa=None, progress=None))]
+#[pyo3(signature = (recording, rig=None, *, reference=None, loads="auto", machine=None, only=None, highest_kpa=None, progress=None))]
 #[allow(clippy::too_many_arguments)] // keywords of the Python function
 pub fn diagnose(
     py: Python<'_>,
@@ -178,6 +182,7 @@ pub fn diagnose(
     reference: Option<Expected<Reference>>,
     loads: &str,
     machine: Option<Expected<Reference>>,
+    only: Option<Vec<String>>,
     highest_kpa: Option<f64>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Diagnosis> {
@@ -187,6 +192,8 @@ pub fn diagnose(
             "highest_kpa is {kpa}; it must be a pressure above 0 kPa gauge"
         )));
     }
+    let only: Result<Vec<usize>, _> = only.iter().flatten().map(|id| nameable(id)).collect();
+    let only = only.map_err(|unknown| errors::unusable(format!("only: {unknown}")))?;
     let differ = loads_differ(loads)?;
     let (recordings, remarks) = recording.0.all()?;
     check(recordings.len(), differ, reference.is_some(), machine.is_some())?;
@@ -202,7 +209,7 @@ pub fn diagnose(
         };
         if as_machine {
             let machine = machine.as_ref().map(|(name, file)| (name.as_str(), &**file));
-            let request = MachineRequest { machine, loads_differ: differ };
+            let request = MachineRequest { machine, loads_differ: differ, only: &only };
             let found = diagnose_machine(&recordings, &rig, request, &tell).map_err(errors::unusable)?;
             if let Some(mut found) = found {
                 found.report.notes.extend(remarks);
@@ -211,7 +218,7 @@ pub fn diagnose(
         }
         let recording = joined(recordings)?;
         let reference = reference.as_ref().map(|(name, file)| (name.as_str(), &**file));
-        let request = Request { reference, highest_kpa };
+        let request = Request { reference, highest_kpa, only: &only };
         let mut diagnosis = library::diagnose(&recording, &rig, request, &tell).map_err(errors::unusable)?;
         diagnosis.report.notes.extend(remarks);
         Ok(Found::One(Box::new(diagnosis), recording.source))

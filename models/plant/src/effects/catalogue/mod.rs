@@ -1,6 +1,6 @@
 //! One file per effect, and their list.
 
-use super::{ChannelInputs, EffectInfo, Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
+use super::{ChannelInputs, EffectInfo, Hook, Memory, Question, RegulatorLaw, Step, Stretch, Structure};
 use crate::model::{Areas, ValveLaw};
 use crate::numeric::Scalar;
 
@@ -136,4 +136,27 @@ catalogue! {
 #[must_use]
 pub fn index_of(id: &str) -> Option<usize> {
     CATALOGUE.iter().position(|effect| effect.id == id)
+}
+
+/// No effect that can have a name has this id.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no effect is called {id}; there are {}", named().map(|(_, id)| id).collect::<Vec<_>>().join(", "))]
+pub struct UnknownEffect {
+    /// What was asked for.
+    pub id: String,
+}
+
+/// Position of an effect that a diagnosis can name, by its id.
+///
+/// # Errors
+/// [`UnknownEffect`], with the ids that there are.
+pub fn nameable(id: &str) -> Result<usize, UnknownEffect> {
+    let found = named().find(|(_, other)| *other == id);
+    found.map(|(number, _)| number).ok_or_else(|| UnknownEffect { id: id.to_owned() })
+}
+
+/// Positions and ids of what a diagnosis can name.
+fn named() -> impl Iterator<Item = (usize, &'static str)> {
+    let can_have_a_name = |effect: &EffectInfo| effect.question != Question::Foil;
+    CATALOGUE.iter().enumerate().filter(move |(_, e)| can_have_a_name(e)).map(|(k, e)| (k, e.id))
 }

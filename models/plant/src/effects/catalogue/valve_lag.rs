@@ -1,6 +1,6 @@
 //! `valve_lag`: spool follows with a lag.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Structure};
 use crate::effects::remembered::{Forgetting, Remembered};
 use crate::numeric::Scalar;
 
@@ -44,6 +44,10 @@ impl<S: Scalar> ValveLag<S> {
 impl<S: Scalar> Hook<S> for ValveLag<S> {
     fn reset(&mut self) {
         self.position = [Remembered::nothing(); 2];
+    }
+
+    fn structure(&self, structure: &mut Structure<S>) {
+        structure.lags = true;
     }
 
     fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {

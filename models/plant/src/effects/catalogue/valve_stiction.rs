@@ -2,14 +2,14 @@
 
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::effects::remembered::Remembered;
-use crate::numeric::Scalar;
+use crate::numeric::{Real, Scalar};
 
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
     id: "valve_stiction",
     title: "Spool sticks, then jumps",
     physics: "Static friction holds the spool until the drive has moved away by a threshold; then it jumps to where the drive wants it.",
-    equation: "u_spool = u where |u - u_spool before| >= threshold, else unchanged",
+    equation: "u_spool = u where |u - u_spool before| >= threshold, else unchanged; behind a lag, each time that u is a threshold away",
     source: "stick-and-jump model, Choudhury, Thornhill, Shah, Control Eng. Practice 13, 2005",
     question: Question::Structure,
     domain: Domain::Valve,
@@ -25,6 +25,9 @@ pub const INFO: EffectInfo = EffectInfo {
     traits: &[Trait::Thresholded, Trait::LimitCycle],
     check: "dirt, varnish or side load on the spool; dither",
 };
+
+/// Thresholds below this are none.
+const LEAST: f64 = 1e-9;
 
 /// The effect at work.
 #[derive(Debug, Clone)]
@@ -50,11 +53,26 @@ impl<S: Scalar> Hook<S> for ValveStiction<S> {
     }
 
     #[inline]
-    fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
+    fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].or(S::zero());
-        let stuck = (drive - before).abs().less(self.threshold);
-        let after = S::select(stuck, before, drive);
+        let after = if step.lags {
+            drive.with_real(jumped(before.real(), drive.real(), self.threshold.real()))
+        } else {
+            let stuck = (drive - before).abs().less(self.threshold);
+            S::select(stuck, before, drive)
+        };
         self.position[valve].set(after);
         after
     }
+}
+
+/// Where a spool stands that stood at `before`, once a force that never jumps has come to `force`:
+/// it has torn off each time the force was a threshold away, and not jumped as far as steps of the
+/// simulation happen to take the force.
+#[inline(always)]
+fn jumped<R: Real>(before: R, force: R, threshold: R) -> R {
+    let way = force - before;
+    let threshold = threshold.max(R::constant(LEAST));
+    let jumps = (way.abs() / threshold).floor();
+    before + (jumps * threshold).with_sign_of(way)
 }

@@ -9,7 +9,7 @@ use crate::diagnosis::channel::{ChannelData, OPEN, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::likelihood::together;
 use crate::diagnosis::resampling::bootstrap;
-use crate::diagnosis::screening::{Pair, Trial, judge, promising_pairs, trials};
+use crate::diagnosis::screening::{Asked, Pair, Trial, judge, promising_pairs, trials};
 use crate::diagnosis::selection::acceptance::{kept_total, open_rows};
 use crate::diagnosis::selection::candidate::{Candidate, Starts, first_look, refit_further};
 use crate::diagnosis::selection::racing::{Entrants, is_foil, rivals, round};
@@ -17,7 +17,6 @@ use crate::diagnosis::selection::search::Progress;
 use crate::diagnosis::selection::selected::Found;
 use crate::diagnosis::selection::settling::{settle_finely, staged};
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::Question;
 
 /// Mean squared weighted error, in variances of the noise, up to which nothing more is looked for:
 /// of sound rigs it is about 1.
@@ -42,13 +41,13 @@ const BESIDE_FOIL: f64 = 0.8;
 pub fn from_another_first(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
-    rules: Rules,
+    rules: Rules<'_>,
     named: &mut Named,
     progress: &Progress<'_>,
 ) {
     let Some(tried) = named.first_tried.take() else { return };
     let rows: usize = channels.iter().map(|data| data.rows.len()).sum();
-    let most = AGAIN.min(MOST_ROWS / rows.max(1));
+    let most = most_searches(rows);
     let mut begun: Vec<usize> = named.causes.first().map(|cause| cause.effect).into_iter().collect();
     let mut screened = None;
     let mut searches = 0;
@@ -77,7 +76,7 @@ pub fn from_another_first(
         name(channels, (first, &mut other), Rules { beating: Some(left), ..rules }, &mut again, progress);
         named.explanations.append(&mut again.explanations);
         if is_better(channels, (&again, &other), (named, stages))
-            && stands_in_the_catalogue(channels, &other, &mut again.causes, effect)
+            && stands_in_the_catalogue(channels, &other, &mut again.causes, effect, rules.asked)
         {
             *stages = other;
             (named.causes, named.withheld) = (again.causes, None);
@@ -85,6 +84,11 @@ pub fn from_another_first(
             share_draws(channels, &before);
         }
     }
+}
+
+/// Further searches over so many rows of all channels, at most.
+fn most_searches(rows: usize) -> usize {
+    AGAIN.min(MOST_ROWS / rows.max(1))
 }
 
 /// An effect of the most promising pair that is not named, with which no search has begun.
@@ -141,11 +145,12 @@ fn stands_in_the_catalogue(
     stages: &[ChannelStage],
     causes: &mut [Found],
     begun: usize,
+    asked: Asked<'_>,
 ) -> bool {
     let Some(cause) = causes.iter_mut().find(|cause| cause.effect == begun) else { return true };
     share_draws(channels, &cause.without);
     let without = staged(channels, cause.without.clone(), false);
-    let tried = trials(channels, &without, Question::Structure, &|| {});
+    let tried = trials(channels, &without, asked, &|| {});
     let gates = judge(&tried);
     let ranked =
         round(channels, &without, &tried, (&gates, Entrants::Passed), &mut Vec::new(), |_| false).ranked;

@@ -6,7 +6,7 @@ use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::likelihood::hunts;
 use crate::diagnosis::rollout_errors::BlockErrors;
-use crate::diagnosis::screening::{Gate, Trial, judge, trials};
+use crate::diagnosis::screening::{Asked, Gate, Trial, judge, trials};
 use crate::diagnosis::selection::acceptance::{
     a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much,
 };
@@ -39,9 +39,9 @@ pub struct Named {
 
 /// What may be named.
 #[derive(Clone, Copy)]
-pub struct Rules {
+pub struct Rules<'a> {
     /// What is asked.
-    pub question: Question,
+    pub asked: Asked<'a>,
     /// Nothing with which rollouts on the choosing blocks are worse than without any name?
     pub harmless: bool,
     /// Squared whitened error on the open blocks that another search has left: there two names must
@@ -54,15 +54,15 @@ pub struct Rules {
 pub fn name(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
-    Rules { question, harmless, beating }: Rules,
+    Rules { asked, harmless, beating }: Rules<'_>,
     Named { causes, first_tried, rounds, explanations, withheld, harmful }: &mut Named,
     progress: &Progress<'_>,
 ) {
-    let fixed = question == Question::Change;
+    let fixed = asked.question == Question::Change;
     let mut base_kpa = choosing_kpa(channels, &models_of(first));
     loop {
         progress("trying the catalogue", causes.len() as u64);
-        let tried = trials(channels, stages, question, &|| progress("", 1));
+        let tried = trials(channels, stages, asked, &|| progress("", 1));
         let gates = judge(&tried);
         if beating.is_none() {
             first_tried.get_or_insert_with(|| tried.clone());

@@ -15,7 +15,7 @@ fn searched(
     let (data, base) = channel(false);
     let truth = truth(&data, &base);
     let mut channels: Vec<ChannelData> = (0..2).map(|seed| measured(data.clone(), &truth, seed)).collect();
-    let outcome = search(&mut channels, fixed.then(|| vec![base.clone(); 2]), &|_, _| {});
+    let outcome = search(&mut channels, fixed.then(|| vec![base.clone(); 2]), &[], &|_, _| {});
     (outcome.causes.iter().map(|cause| CATALOGUE[cause.effect].id).collect(), outcome)
 }
 
