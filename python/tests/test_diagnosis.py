@@ -71,7 +71,7 @@ def test_only_what_is_asked_about_is_named(halves):
     assert asked.report_dict["asked"] == ["valve_hysteresis", "supply_sag"]
     assert [cause["effect"] for cause in asked.causes] == ["valve_hysteresis"]
     assert "was asked about" in asked.report_dict["sentence"]
-    with pytest.raises(DataError, match="no effect is called valve_hysterisis; there are supply_sag, "):
+    with pytest.raises(DataError, match="no effect is called valve_hysterisis; there are drive_saturation, "):
         pneu.diagnose(halves, DATA / "rig.toml", only=["valve_hysterisis"])
 
 

@@ -31,7 +31,7 @@ fn what_no_effect_is_called_and_what_the_recording_has_no_room_for_is_refused() 
     let folder = Folder::new();
     folder.write("run.csv", regulator(6).as_bytes());
     for (only, said) in [
-        ("transport_dealy", "no effect is called transport_dealy; there are supply_sag,"),
+        ("transport_dealy", "no effect is called transport_dealy; there are drive_saturation,"),
         // What stands for things outside the catalogue is never a name.
         ("coil_heating", "no effect is called coil_heating"),
         ("transport_delay,line_restriction", "line_restriction cannot be asked about"),
