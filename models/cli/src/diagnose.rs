@@ -24,6 +24,7 @@ pneudrive-model diagnose run.csv --rig rig.toml --out now/ --reference before/ex
 pneudrive-model diagnose run.csv next.csv --rig rig.toml --out both/\n  \
 pneudrive-model diagnose arm1.csv arm2.csv arm3.csv --rig rig.toml --loads differ --out machine/\n  \
 pneudrive-model diagnose arm4.csv --rig rig.toml --machine machine/extended-arm1.toml --out arm4/\n  \
+pneudrive-model diagnose run.csv --rig rig.toml --only line_restriction,supply_sag --out tube/\n  \
 pneudrive-model diagnose regulator.csv --out diagnosis/\n\n\
 DIR receives report.html, report.json and extended.toml, and next_experiment.csv where another recording would tell more: play it \
 with `pneudrive-host --trajectory DIR/next_experiment.csv --record next.csv`, then diagnose both recordings together. Without --reference the question is which physical effect the model \

@@ -165,6 +165,7 @@ fn unexplained(diagnosis: &Diagnosis) -> Result<Markup, PlotError> {
 fn method(diagnosis: &Diagnosis) -> Markup {
     let report = &diagnosis.report;
     let [fit, select, test] = report.checks.blocks;
+    let of = if report.asked.is_empty() { "the whole catalogue" } else { "what was asked about" };
     let lines = [
         format!(
             "The recording ({:.0} s, {} rows, {:.1} Hz) was cut into blocks of {:.1} s: {fit} to fit parameters, {select} to choose causes, {test} to measure the gain and nothing else.",
@@ -172,7 +173,7 @@ fn method(diagnosis: &Diagnosis) -> Markup {
         ),
         "Errors are those of simulations that run through the whole recording from drives or commands alone; in each block only the start pressure is taken from the data.".to_owned(),
         format!(
-            "An effect is named when random chance over the whole catalogue makes its trace in the error unlikely (p at most {}), when it makes blocks that were not fitted better beyond their differences, and by at least {:.0} % ({:.0} % beside a loop that hunts, {:.0} % in a loop whose samples come late).",
+            "An effect is named when random chance over {of} makes its trace in the error unlikely (p at most {}), when it makes blocks that were not fitted better beyond their differences, and by at least {:.0} % ({:.0} % beside a loop that hunts, {:.0} % in a loop whose samples come late).",
             SETTINGS.level,
             100.0 * SETTINGS.practical,
             100.0 * SETTINGS.practical_limit_cycle,

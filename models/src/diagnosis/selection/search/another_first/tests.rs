@@ -105,6 +105,7 @@ fn fewer_names_may_leave_as_much_and_as_many_or_more_must_leave_less() {
     assert!(!better((&two, &both), (&two, &both), None) && !better((&three, &both), (&two, &both), None));
     assert!(better((&two, &both), (&one, &lagging), None) && better((&two, &both), (&two, &lagging), None));
     assert!(!better((&one, &lagging), (&two, &both), None));
+    assert!(!better((&[], &both), (&one, &lagging), None));
     // Surely less by 0.5 and by 2 %, of which half of what a name must gain is enough.
     let of_lag = |lag: f64| with(&data, &with(&data, &base, "valve_lag", &[lag]), "wall_compliance", &[0.1]);
     let than = |lag: f64| better((&two, &both), (&two, &of_lag(lag)), None);
