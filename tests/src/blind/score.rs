@@ -141,7 +141,7 @@ pub fn summary(scored: &[(Case, Outcome, String)]) -> String {
             Kind::OffCatalogue => ("off the catalogue, nothing named", &[Outcome::Unnamed]),
             Kind::Single => ("one effect, right or tied", &[Outcome::Right, Outcome::Tied]),
             Kind::OneChannel => ("on one channel, right or tied", &[Outcome::Right, Outcome::Tied]),
-            Kind::Pair => ("two effects, both named", &[Outcome::Right, Outcome::Tied, Outcome::Extra]),
+            Kind::Pair => ("two effects, both and nothing else", &[Outcome::Right, Outcome::Tied]),
         };
         let sized = !matches!(case.kind, Kind::Null | Kind::OffCatalogue);
         let size = if sized { format!(", {}", case.size) } else { String::new() };
