@@ -56,8 +56,8 @@ pub struct Args {
     /// from it, and only the load is fitted
     #[arg(long, value_name = "CALIBRATED.toml", conflicts_with_all = ["reference", "loads"])]
     machine: Option<PathBuf>,
-    /// Effects that it may be, as in supply_sag,valve_lag, where you know that it can be nothing else
-    /// [default: all that `pneudrive-model effects` lists]
+    /// Effects that it may be, as in supply_sag,valve_lag, where you know that it can be nothing
+    /// else [default: all that `pneudrive-model effects` lists]
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = nameable)]
     only: Vec<usize>,
     /// Highest pressure that a suggested next experiment may command, kPa gauge [default: the
