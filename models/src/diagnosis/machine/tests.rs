@@ -1,11 +1,13 @@
+use super::candidates::possible;
 use super::fit::{fit_base, known_base};
 use super::loads::differ;
 use super::recordings::{MachineChannel, split_in_three};
 use super::search::{Findings, find};
 use crate::diagnosis::channel::Extended;
 use crate::diagnosis::evidence::Missing;
+use crate::diagnosis::screening::Asked;
 use crate::diagnosis::testing::{STRUCTURE, channel, measured, with};
-use crate::effects::catalogue::CATALOGUE;
+use crate::effects::catalogue::{CATALOGUE, index_of};
 
 /// Recordings of one valve with these volumes, and tubes of these time constants where there are
 /// any.
@@ -87,4 +89,14 @@ fn whether_loads_differ_is_found_out() {
         let base = fit_base(&machine, &|| ()).expect("the base model runs");
         assert_eq!(differ(&[machine], &[base]), expected, "{volumes:?}");
     }
+}
+
+#[test]
+fn only_what_is_asked_about_is_looked_for() {
+    let channels = [machine(&[1.0, 0.5], &[])];
+    let [tube, sag] = ["line_restriction", "supply_sag"].map(|id| index_of(id).unwrap());
+    let ripple = index_of("supply_ripple").unwrap();
+    let only = |effects: &[usize]| possible(&channels, Asked { only: effects, ..STRUCTURE });
+    assert_eq!(only(&[tube, ripple]), [tube], "a cycle has no sizes to be tried");
+    assert!(only(&[]).contains(&tube) && only(&[]).contains(&sag));
 }
