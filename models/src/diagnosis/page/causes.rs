@@ -46,6 +46,8 @@ fn table<'a>(report: &Report, causes: impl Iterator<Item = &'a Cause>) -> Markup
         ("Fits as well", Align::Left),
     ])
     .stacked();
+    // What was not in question was not tried.
+    let none = if report.asked.is_empty() { "nothing else" } else { "nothing else that was asked about" };
     for cause in causes {
         let g = &cause.gain;
         // Adding zero makes -0 a 0.
@@ -57,7 +59,7 @@ fn table<'a>(report: &Report, causes: impl Iterator<Item = &'a Cause>) -> Markup
             html! { (format!("{:.2}", g.test_rmse_before_kpa)) },
             html! { (format!("{:.2}", g.test_rmse_after_kpa)) },
             html! { (format!("{:.0} %", 100.0 * g.reduction)) br; (format!("({low:.0} to {high:.0})")) },
-            html! { @if cause.equivalent.is_empty() { "nothing else" } @else {
+            html! { @if cause.equivalent.is_empty() { (none) } @else {
                 @for id in &cause.equivalent { (verdict::title(id)) br; }
             } },
         ]);
