@@ -94,7 +94,7 @@ pub fn diagnose(
     let asked = Asked { question, only: request.only };
     asked.check(&file, &channels)?;
     simulate_coarsely(&mut channels, true);
-    let mut outcome = search(&mut channels, calibrated, request.only, progress);
+    let mut outcome = search(&mut channels, calibrated, asked, progress);
     for (data, model) in channels.iter().zip(&outcome.base) {
         if !data.residuals(model).iter().all(|r| r.is_finite()) {
             return Err(DiagnosisError::NoFit {

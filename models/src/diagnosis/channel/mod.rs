@@ -18,7 +18,7 @@ pub use data::{ChannelData, compared_rows, rows_of};
 pub use lanes::readings_of;
 pub use model::Extended;
 pub use neighbours::Pressures;
-pub use resolution::{LONGEST_STEP_S, halved, simulate_coarsely, simulate_finer};
+pub use resolution::{LONGEST_STEP_S, Steps, halved, simulate_coarsely, simulate_finer};
 pub use split::{Block, OPEN, Role, block_length_s, split};
 pub use variable::hats;
 pub use variable::{HATS, Variable};

@@ -27,7 +27,21 @@ pub fn simulate_coarsely(channels: &mut [ChannelData], coarsely: bool) {
     }
 }
 
+/// The steps in which a channel is simulated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steps {
+    longest_s: f64,
+    loops: usize,
+}
+
 impl ChannelData {
+    /// The steps in which it is simulated.
+    #[must_use]
+    pub fn steps(&self) -> Steps {
+        let loops = self.plant.board.as_ref().map_or(0, |board| board.loops_per_step);
+        Steps { longest_s: self.plant.longest_step_s, loops }
+    }
+
     /// The channel in coarser steps of the board's loop, where there are any.
     #[must_use]
     pub fn rough(&self) -> Cow<'_, Self> {

@@ -3,7 +3,7 @@
 use super::frozen_jacobian::refit_with;
 use super::least_squares::refit;
 use super::linearization::ChannelStage;
-use super::objective::BlockObjective;
+use super::objective::{BlockObjective, Derivatives};
 use crate::diagnosis::channel::{ChannelData, Extended, Role, readings_of};
 use crate::diagnosis::likelihood::{block_losses, hunts, likelier, total, whitened_residuals};
 use crate::effects::catalogue::CATALOGUE;
@@ -77,7 +77,7 @@ pub fn fit_from(
         return valley_by_valley(&objective(&start), &free, position, bounds, evaluations);
     }
     let mut best = refit(data, &stage.whitening, &start, &rest, evaluations.div_ceil(2)).0;
-    let (mut derivatives, mut least) = objective(&best).derivatives();
+    let Derivatives { matrix: mut derivatives, cost: mut least, .. } = objective(&best).derivatives();
     let mut factor = THRESHOLD_FACTOR.sqrt();
     for _ in 0..evaluations {
         let centre = best.values[position];
@@ -87,7 +87,7 @@ pub fn fit_from(
             model.values[position] = value.clamp(bounds.0, bounds.1);
             let (model, c) = refit_with(&objective(&model), &derivatives, FOLLOW);
             if c < least {
-                (derivatives, _) = objective(&model).derivatives();
+                derivatives = objective(&model).derivatives().matrix;
                 (best, least, moved) = (model, c, true);
                 break;
             }

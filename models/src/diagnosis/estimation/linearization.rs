@@ -5,7 +5,7 @@ use crate::diagnosis::likelihood::whitened_residuals;
 use nalgebra::{Cholesky, DVector, Dyn};
 
 use super::objective::normal_equations;
-use crate::diagnosis::channel::{ChannelData, Extended};
+use crate::diagnosis::channel::{ChannelData, Extended, Steps};
 use crate::diagnosis::likelihood::{Losses, Whitening};
 
 /// One channel's model and what follows from it.
@@ -25,6 +25,8 @@ pub struct ChannelStage {
     pub sensitivities: Vec<f64>,
     /// What it leaves.
     pub losses: Losses,
+    /// The steps in which it was simulated.
+    steps: Steps,
     /// Factor of the sensitivities' normal matrix over the open blocks.
     factor: Option<Cholesky<f64, Dyn>>,
 }
@@ -58,7 +60,18 @@ impl ChannelStage {
         }
         let factor = Cholesky::new(normal.matrix);
         let losses = Losses::of_one(data, &whitening, &model, &residuals);
-        Self { model, free, whitening, readings, residuals, sensitivities, losses, factor }
+        let steps = data.steps();
+        Self { model, free, whitening, readings, residuals, sensitivities, losses, steps, factor }
+    }
+
+    /// The same model evaluated again, where the channel is simulated in other steps now. What its
+    /// steps left would else look like an effect.
+    pub fn renew(&mut self, data: &ChannelData) -> bool {
+        let renewed = self.steps != data.steps();
+        if renewed {
+            *self = Self::new(data, self.model.clone(), self.free.clone());
+        }
+        renewed
     }
 
     /// Would a usual effect be more than is usual, if it were let?
@@ -136,4 +149,25 @@ fn held(data: &ChannelData, model: &Extended, free: &[usize]) -> Vec<bool> {
         usual.iter().any(|range| range.contains(&k)) && (value - p.lower).min(p.upper - value) < margin
     };
     free.iter().map(at_end).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::{channel, with};
+
+    #[test]
+    fn a_stage_is_evaluated_again_when_the_steps_are_others_and_only_then() {
+        let (mut data, base) = channel(false);
+        data.plant.longest_step_s = 0.01;
+        // Fast enough for its steps to matter.
+        let model = with(&data, &base, "valve_lag", &[0.01]);
+        let mut stage = ChannelStage::new(&data, model, vec![0]);
+        let before = stage.readings.clone();
+        assert!(!stage.renew(&data));
+        data.plant.longest_step_s = 0.0025;
+        assert!(stage.renew(&data) && stage.readings != before);
+        assert_eq!(stage.readings, data.readings(&stage.model));
+        assert!(!stage.renew(&data));
+    }
 }

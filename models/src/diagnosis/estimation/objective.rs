@@ -20,6 +20,16 @@ pub struct BlockObjective<'a> {
     pub roles: &'a [Role],
 }
 
+/// The whitened residuals of an objective and their derivatives where its model stands.
+pub struct Derivatives {
+    /// Derivatives by the free parameters, kPa, row by row.
+    pub matrix: Vec<f64>,
+    /// Residuals, simulated minus measured, kPa.
+    pub residuals: Vec<f64>,
+    /// Sum of their squares over the blocks that count, kPa^2.
+    pub cost: f64,
+}
+
 impl BlockObjective<'_> {
     /// The model at given coordinates.
     #[must_use]
@@ -42,16 +52,22 @@ impl BlockObjective<'_> {
         r
     }
 
-    /// Whitened derivatives of the readings by the free parameters where the model stands, kPa, row
-    /// by row, and the cost there, kPa^2.
+    /// Derivatives where the model stands.
     #[must_use]
-    pub fn derivatives(&self) -> (Vec<f64>, f64) {
-        let (readings, mut matrix) = self.data.sensitivities(&self.model, &self.free);
+    pub fn derivatives(&self) -> Derivatives {
+        let (residuals, matrix) = self.linear(&self.model);
+        let cost = self.cost(&residuals);
+        Derivatives { matrix, residuals, cost }
+    }
+
+    /// Whitened residuals of a model, simulated minus measured, and their derivatives.
+    fn linear(&self, model: &Extended) -> (Vec<f64>, Vec<f64>) {
+        let (readings, mut matrix) = self.data.sensitivities(model, &self.free);
         let mut r: Vec<f64> =
             readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
         self.whitening.apply(&mut r);
         self.whitening.apply_columns(&mut matrix, self.free.len());
-        (matrix, self.cost(&r))
+        (r, matrix)
     }
 
     /// Sum of squares over the blocks that count.
@@ -78,12 +94,7 @@ impl Objective for BlockObjective<'_> {
     }
 
     fn normal(&self, coordinates: &[f64]) -> Normal {
-        let model = self.model_at(coordinates);
-        let (readings, mut matrix) = self.data.sensitivities(&model, &self.free);
-        let mut r: Vec<f64> =
-            readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
-        self.whitening.apply(&mut r);
-        self.whitening.apply_columns(&mut matrix, self.free.len());
+        let (r, matrix) = self.linear(&self.model_at(coordinates));
         normal_equations(self.data, self.roles, &r, &matrix, self.free.len())
     }
 
@@ -100,13 +111,8 @@ impl Objective for BlockObjective<'_> {
     }
 
     fn scores(&self, coordinates: &[f64], sink: &mut dyn FnMut(usize, &DVector<f64>, f64)) {
-        let model = self.model_at(coordinates);
-        let (readings, mut matrix) = self.data.sensitivities(&model, &self.free);
+        let (r, matrix) = self.linear(&self.model_at(coordinates));
         let n = self.free.len();
-        let mut r: Vec<f64> =
-            readings.iter().zip(self.data.measured_kpa.iter()).map(|(y, m)| y - m).collect();
-        self.whitening.apply(&mut r);
-        self.whitening.apply_columns(&mut matrix, n);
         for (index, (block, span)) in self.data.blocks.iter().zip(&self.data.spans).enumerate() {
             if self.roles.contains(&block.role) {
                 for row in span.clone() {

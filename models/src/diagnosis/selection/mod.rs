@@ -5,6 +5,7 @@ mod adopt;
 mod candidate;
 mod chance;
 mod elimination;
+mod entrants;
 mod racing;
 mod restart;
 mod search;

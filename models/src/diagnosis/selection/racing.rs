@@ -1,33 +1,22 @@
 //! One round of the search: what passed the gate is refitted and ranked, and the best may be named.
 
-use super::acceptance::kept_total;
-use super::acceptance::open_rows;
-use crate::diagnosis::settings::SETTINGS;
-use crate::order::ascending;
-
-use super::acceptance::{is_shown, least_share, worth_naming};
-use super::candidate::{Candidate, Starts, first_look, refit_further};
+use super::acceptance::{is_shown, kept_total, open_rows, worth_naming};
+use super::candidate::{Candidate, first_look, refit_further};
 use super::chance::p_value;
+use super::entrants::{Entrants, LOOK, to_look_at};
 use super::settling::SETTLE;
 use super::warm_start::borrow;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
 use crate::diagnosis::estimation::ChannelStage;
-use crate::diagnosis::likelihood::{block_losses, hunts, together, total};
+use crate::diagnosis::likelihood::{hunts, together};
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Gate, Trial};
+use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
+use crate::order::ascending;
 use crate::parallel;
 
-/// Candidates that are looked at in a round at most.
-const MOST_LOOKS: usize = 10;
-/// Candidates that promise less than this part of the best promise are not looked at.
-const PROMISE: f64 = 0.2;
-/// The same for this part of what a name would need: a refit finds more than a probe promises, but
-/// hardly where little is left.
-const HOPEFUL: f64 = 0.75;
-/// Evaluations of the model that a first look may spend on each start.
-const LOOK: usize = 4;
 /// Rounds of refits in earnest: candidates that miss more than a part of the best gain so far drop
 /// out, the others may spend some more evaluations.
 const EARNEST: [(f64, usize); 3] = [(0.6, 5), (0.4, 6), (0.25, 10)];
@@ -42,16 +31,6 @@ const ARRIVED_HUNTING: f64 = 0.02;
 const MORE: usize = 3;
 /// ... unless that leaves more than this part of it.
 const STUCK: f64 = 0.95;
-/// What a round refits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Entrants {
-    /// What passed the gate and promises enough.
-    Passed,
-    /// Whatever was tried. The gate sees only what lies straight ahead, and beside what bends a
-    /// model, like a tube, the way to what is missing is not straight. What wins without it must
-    /// stand out of chance where it ends.
-    Everything,
-}
 
 /// An effect in one round of the search.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,8 +58,7 @@ pub struct Raced {
     pub harmful: Vec<Candidate>,
 }
 
-/// Refits candidates and ranks them. `harms` says of models whether they are harmful: what
-/// takes up any error, like a spool that sticks, is then no winner, and what comes after it may be.
+/// A whole round: refits candidates and says which of them is worth naming.
 pub fn round(
     channels: &[ChannelData],
     stages: &[ChannelStage],
@@ -89,25 +67,23 @@ pub fn round(
     rounds: &mut Vec<Vec<Considered>>,
     harms: impl Fn(&[Extended]) -> bool,
 ) -> Raced {
+    let ranked = race(channels, stages, tried, (gates, entrants), rounds);
+    judged(channels, stages, ranked, entrants, harms)
+}
+
+/// Refits candidates and ranks them, best first.
+pub fn race(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    tried: &[Vec<Trial>],
+    (gates, entrants): (&[Gate], Entrants),
+    rounds: &mut Vec<Vec<Considered>>,
+) -> Vec<Candidate> {
     let whole: f64 = kept_total(channels, stages);
-    let everything = entrants == Entrants::Everything;
-    let mut looked: Vec<(f64, usize)> = gates
-        .iter()
-        .filter(|g| everything || g.p_value <= SETTINGS.level)
-        .map(|g| (promise(channels, stages, tried, g.effect), g.effect))
-        .collect();
-    ascending(&mut looked, |item| item.0);
-    if !everything {
-        let promised = looked.first().map_or(0.0, |p| whole - p.0);
-        let needed = whole * (1.0 - (1.0 - least_share(channels, stages)).powi(2));
-        let least = (PROMISE * promised).max(HOPEFUL * needed);
-        looked.retain(|p| whole - p.0 >= least);
-        looked.truncate(MOST_LOOKS);
-    }
-    let from = if everything { Starts::TrialsAndSizes } else { Starts::Trials };
+    let (looked, from) = to_look_at(channels, stages, tried, (gates, entrants));
     let loss = |candidate: &Candidate| -> f64 { together(channels, &candidate.losses, &OPEN).iter().sum() };
     // A first look at all, then in earnest at the best, as long as that brings them further.
-    let mut ranked: Vec<(f64, Candidate)> = parallel::map(looked.iter(), |&(_, effect)| {
+    let mut ranked: Vec<(f64, Candidate)> = parallel::map(looked.iter(), |&effect| {
         let candidate = first_look(channels, stages, tried, (effect, from), LOOK);
         (loss(&candidate), candidate)
     });
@@ -148,7 +124,7 @@ pub fn round(
             }
         }
     }
-    let mut ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
+    let ranked: Vec<Candidate> = ranked.into_iter().map(|(_, c)| c).collect();
     let considered = gates
         .iter()
         .map(|gate| {
@@ -164,6 +140,20 @@ pub fn round(
         })
         .collect();
     rounds.push(considered);
+    ranked
+}
+
+/// Which of the ranked candidates is worth naming. `harms` says of models whether they are harmful:
+/// what takes up any error, like a spool that sticks, is then no winner, and what comes after it
+/// may be.
+pub fn judged(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    mut ranked: Vec<Candidate>,
+    entrants: Entrants,
+    harms: impl Fn(&[Extended]) -> bool,
+) -> Raced {
+    let everything = entrants == Entrants::Everything;
     let mut harmful = Vec::new();
     let by_chance =
         |candidate: &Candidate| everything && p_value(channels, stages, candidate) > SETTINGS.level;
@@ -190,19 +180,6 @@ pub fn is_foil(candidate: &Candidate) -> bool {
 /// error, and others may be there beside it.
 pub fn is_of_the_rig_file(candidate: &Candidate) -> bool {
     is_foil(candidate) && CATALOGUE[candidate.effect].needs_stated_supply()
-}
-
-/// Sum over the channels of the least loss that a probe promises.
-fn promise(channels: &[ChannelData], stages: &[ChannelStage], tried: &[Vec<Trial>], effect: usize) -> f64 {
-    let mut sum = 0.0;
-    for ((data, stage), trials) in channels.iter().zip(stages).zip(tried) {
-        let kept = total(data, &stage.losses.deviance, &OPEN);
-        let own = total(data, &block_losses(data, &stage.residuals), &OPEN);
-        let least =
-            trials.iter().filter(|t| t.effect == effect).map(|t| t.promise).fold(f64::INFINITY, f64::min);
-        sum += kept + (least - own).min(0.0);
-    }
-    sum
 }
 
 /// Candidates that explain the open blocks as well as the winner: a paired bootstrap over blocks

@@ -44,32 +44,33 @@ pub struct Outcome {
 pub type Progress<'a> = dyn Fn(&str, u64) + Sync + 'a;
 
 /// Runs the search. `reference` are calibrated models, whose parameters are then kept (question of
-/// change). `only`: the effects in question, all of them where it is empty.
+/// change).
 #[must_use]
 pub fn search(
     channels: &mut [ChannelData],
     reference: Option<Vec<Extended>>,
-    only: &[usize],
+    asked: Asked<'_>,
     progress: &Progress<'_>,
 ) -> Outcome {
-    let question = if reference.is_some() { Question::Change } else { Question::Structure };
     progress("fitting the base model", 0);
-    let fixed = question == Question::Change;
+    let fixed = asked.question == Question::Change;
     let base = reference.unwrap_or_else(|| base_models(channels));
     share_draws(channels, &base);
     let mut stages = staged(channels, base.clone(), fixed);
-    let first = stages.clone();
+    let mut first = stages.clone();
     let mut named = Named::default();
-    let asked = Asked { question, only };
     let rules = Rules { asked, harmless: false, beating: None };
     name(channels, (&first, &mut stages), rules, &mut named, progress);
     // What takes up any error, like a spool that sticks, may have been named in place of what is
     // there, and everything would be taken back. Where it leaves little, it may be what is there.
     if let Some(left) = named.harmful {
         progress("trying the catalogue again without what makes the simulation worse", 0);
-        let mut again = first.clone();
         (named.causes, named.withheld) = (Vec::new(), None);
         share_draws(channels, &base);
+        if renew(channels, &mut first) {
+            named.first_round = None;
+        }
+        let mut again = first.clone();
         name(channels, (&first, &mut again), Rules { harmless: true, ..rules }, &mut named, progress);
         // What explains less only has a part of what harms and may be there.
         if kept_total(channels, &again) < left {
@@ -86,6 +87,7 @@ pub fn search(
         progress("trying the catalogue afresh", 0);
         let (left, models) = (kept_total(channels, &stages), models_of(&stages));
         share_draws(channels, &base);
+        renew(channels, &mut first);
         let fresh = explained_afresh(channels, &first, asked)
             .map(|(models, found)| (settle_finely(channels, &models, fixed), found))
             .filter(|(fresh, _)| {
@@ -105,6 +107,13 @@ pub fn search(
     }
     let Named { causes, rounds, explanations, withheld, .. } = named;
     Outcome { base, causes, stages, rounds, explanations, withheld, by_likelihood: false }
+}
+
+/// Evaluates stages again that were evaluated in coarser steps than the channels have now. Were
+/// any?
+fn renew(channels: &[ChannelData], stages: &mut [ChannelStage]) -> bool {
+    let renewed = parallel::map(channels.iter().zip(stages), |(data, stage)| stage.renew(data));
+    renewed.contains(&true)
 }
 
 /// Base models fitted to every channel.

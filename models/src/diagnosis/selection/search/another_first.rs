@@ -12,8 +12,9 @@ use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Asked, Pair, Trial, judge, promising_pairs, trials};
 use crate::diagnosis::selection::acceptance::{kept_total, open_rows};
 use crate::diagnosis::selection::candidate::{Candidate, Starts, first_look, refit_further};
-use crate::diagnosis::selection::racing::{Entrants, is_foil, rivals, round};
-use crate::diagnosis::selection::search::Progress;
+use crate::diagnosis::selection::entrants::Entrants;
+use crate::diagnosis::selection::racing::{is_foil, rivals, round};
+use crate::diagnosis::selection::search::{Progress, renew};
 use crate::diagnosis::selection::selected::Found;
 use crate::diagnosis::selection::settling::{settle_finely, staged};
 use crate::diagnosis::settings::SETTINGS;
@@ -45,7 +46,9 @@ pub fn from_another_first(
     named: &mut Named,
     progress: &Progress<'_>,
 ) {
-    let Some(tried) = named.first_tried.take() else { return };
+    let Some(round) = named.first_round.take() else { return };
+    let tried = &round.tried;
+    let first = &mut first.to_vec()[..];
     let rows: usize = channels.iter().map(|data| data.rows.len()).sum();
     let most = most_searches(rows);
     let mut begun: Vec<usize> = named.causes.first().map(|cause| cause.effect).into_iter().collect();
@@ -57,12 +60,13 @@ pub fn from_another_first(
             return;
         }
         let (pairs, gates) =
-            screened.get_or_insert_with(|| (promising_pairs(channels, first, &tried), judge(&tried)));
+            screened.get_or_insert_with(|| (promising_pairs(channels, first, tried), judge(tried)));
         let Some(effect) = next_first(pairs, &named.causes, &begun) else { return };
         begun.push(effect);
         let before = models_of(stages);
         share_draws(channels, &models_of(first));
-        let candidate = refitted(channels, first, &tried, effect);
+        renew(channels, first);
+        let candidate = refitted(channels, first, tried, effect);
         if !candidate.acts.contains(&true) {
             share_draws(channels, &before);
             continue;

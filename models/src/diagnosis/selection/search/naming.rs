@@ -1,5 +1,7 @@
 //! One pass of the search: rounds until nothing passes, and what of the names stays.
 
+use std::rc::Rc;
+
 use super::Progress;
 use crate::diagnosis::channel::{ChannelData, Extended, Role, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, models_of};
@@ -10,9 +12,11 @@ use crate::diagnosis::screening::{Asked, Gate, Trial, judge, trials};
 use crate::diagnosis::selection::acceptance::{
     a_trace_beside, forced, is_large, is_shown, kept_total, leaves_much,
 };
+use crate::diagnosis::selection::candidate::Candidate;
 use crate::diagnosis::selection::elimination::eliminate;
+use crate::diagnosis::selection::entrants::Entrants;
 use crate::diagnosis::selection::racing::{
-    Considered, Entrants, Raced, is_foil, is_of_the_rig_file, rivals, round,
+    Considered, Raced, is_foil, is_of_the_rig_file, judged, race, rivals, round,
 };
 use crate::diagnosis::selection::selected::{Found, Withheld};
 use crate::diagnosis::selection::settling::settle_finely;
@@ -24,8 +28,9 @@ use crate::effects::Question;
 pub struct Named {
     /// Causes in the order in which they were named.
     pub causes: Vec<Found>,
-    /// What was tried at first, beside nothing: a further search may begin with another effect.
-    pub first_tried: Option<Vec<Vec<Trial>>>,
+    /// The first round, beside nothing: a further search need not do it again, and may begin with
+    /// another effect.
+    pub first_round: Option<Rc<Entered>>,
     /// What was considered in every round.
     pub rounds: Vec<Vec<Considered>>,
     /// What was refitted on the way.
@@ -35,6 +40,14 @@ pub struct Named {
     /// Squared whitened error on the open blocks that all names together left, before any was taken
     /// back, where they made rollouts worse and that is much.
     pub harmful: Option<f64>,
+}
+
+/// What a round has tried and refitted.
+pub struct Entered {
+    /// The catalogue, channel by channel.
+    pub tried: Vec<Vec<Trial>>,
+    /// What passed the gate, best first.
+    pub ranked: Vec<Candidate>,
 }
 
 /// What may be named.
@@ -55,24 +68,25 @@ pub fn name(
     channels: &mut [ChannelData],
     (first, stages): (&[ChannelStage], &mut Vec<ChannelStage>),
     Rules { asked, harmless, beating }: Rules<'_>,
-    Named { causes, first_tried, rounds, explanations, withheld, harmful }: &mut Named,
+    Named { causes, first_round, rounds, explanations, withheld, harmful }: &mut Named,
     progress: &Progress<'_>,
 ) {
     let fixed = asked.question == Question::Change;
     let mut base_kpa = choosing_kpa(channels, &models_of(first));
-    loop {
-        progress("trying the catalogue", causes.len() as u64);
-        let tried = trials(channels, stages, asked, &|| progress("", 1));
-        let gates = judge(&tried);
+    // Only the first round of a search is beside nothing.
+    let mut again = first_round.clone().filter(|_| causes.is_empty());
+    while causes.len() < usize::from(SETTINGS.most_causes) {
+        let done = again.take();
+        let entered = done
+            .clone()
+            .unwrap_or_else(|| Rc::new(enter(channels, stages, (asked, causes.len()), rounds, progress)));
         if beating.is_none() {
-            first_tried.get_or_insert_with(|| tried.clone());
+            first_round.get_or_insert_with(|| entered.clone());
         }
-        if causes.len() >= usize::from(SETTINGS.most_causes) {
-            break;
-        }
-        progress("refitting what passed", causes.len() as u64);
+        let Entered { tried, ranked } = &*entered;
+        let gates = judge(tried);
         let harms = |models: &[Extended]| harmless && goes_astray(channels, models, base_kpa);
-        let mut raced = round(channels, stages, &tried, (&gates, Entrants::Passed), rounds, harms);
+        let mut raced = judged(channels, stages, ranked.clone(), Entrants::Passed, harms);
         // Where the drive is recorded, a model that is far off is the likelihood's matter.
         let looped = channels.iter().all(|data| data.inputs.in_loop());
         if looped
@@ -82,12 +96,12 @@ pub fn name(
             && is_large(channels, stages)
         {
             progress("refitting the whole catalogue", causes.len() as u64);
-            raced = round(channels, stages, &tried, (&gates, Entrants::Everything), rounds, harms);
+            raced = round(channels, stages, tried, (&gates, Entrants::Everything), rounds, harms);
         }
         let Raced { ranked, winner, harmful: refused } = raced;
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
         // Beside another supply everything explains more: what is not named there is none.
-        if withheld.is_none() {
+        if withheld.is_none() && done.is_none() {
             let acting = ranked.iter().chain(&refused).filter(|c| c.acts.contains(&true));
             explanations.extend(acting.map(|c| c.explanation(&named)));
         }
@@ -138,6 +152,21 @@ pub fn name(
         *stages = first.to_vec();
         share_draws(channels, &models_of(first));
     }
+}
+
+/// Tries the catalogue beside so many causes, and refits what passes.
+fn enter(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    (asked, causes): (Asked<'_>, usize),
+    rounds: &mut Vec<Vec<Considered>>,
+    progress: &Progress<'_>,
+) -> Entered {
+    progress("trying the catalogue", causes as u64);
+    let tried = trials(channels, stages, asked, &|| progress("", 1));
+    progress("refitting what passed", causes as u64);
+    let ranked = race(channels, stages, &tried, (&judge(&tried), Entrants::Passed), rounds);
+    Entered { tried, ranked }
 }
 
 /// The p-value of an effect's gate, 1 where it has none.

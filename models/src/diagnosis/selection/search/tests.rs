@@ -1,11 +1,12 @@
 //! The search on channels whose truth is known.
 
-use super::naming::{choosing_kpa, goes_astray, keep_shown};
+use super::naming::{Rules, choosing_kpa, goes_astray, keep_shown};
 use super::*;
 use crate::diagnosis::selection::elimination::eliminate;
 use crate::diagnosis::selection::settling::settle;
-use crate::diagnosis::testing::{channel, measured, with, with_repeated_readings};
+use crate::diagnosis::testing::{STRUCTURE, channel, measured, with, with_repeated_readings};
 use crate::effects::catalogue::CATALOGUE;
+use std::sync::Mutex;
 
 /// The search on two channels with the same in both; names, with the models that it ended with.
 fn searched(
@@ -15,7 +16,9 @@ fn searched(
     let (data, base) = channel(false);
     let truth = truth(&data, &base);
     let mut channels: Vec<ChannelData> = (0..2).map(|seed| measured(data.clone(), &truth, seed)).collect();
-    let outcome = search(&mut channels, fixed.then(|| vec![base.clone(); 2]), &[], &|_, _| {});
+    let question = if fixed { Question::Change } else { Question::Structure };
+    let asked = Asked { question, only: &[] };
+    let outcome = search(&mut channels, fixed.then(|| vec![base.clone(); 2]), asked, &|_, _| {});
     (outcome.causes.iter().map(|cause| CATALOGUE[cause.effect].id).collect(), outcome)
 }
 
@@ -28,6 +31,29 @@ fn what_is_missing_is_named_and_fitted() {
     }
     // The first round considered it, and nothing passed after it.
     assert!(!outcome.rounds.is_empty() && outcome.withheld.is_none());
+}
+
+#[test]
+fn a_second_pass_does_not_do_the_first_round_again() {
+    let (data, base) = channel(false);
+    let truth = with(&data, &base, "valve_lag", &[0.03]);
+    let mut channels: Vec<ChannelData> = (0..2).map(|seed| measured(data.clone(), &truth, seed)).collect();
+    let first = staged(&channels, vec![base; 2], false);
+    let mut named = Named::default();
+    let mut pass = |harmless: bool| {
+        let tried = Mutex::new(0);
+        let tell = |what: &str, _: u64| *tried.lock().unwrap() += usize::from(what == "trying the catalogue");
+        named.causes.clear();
+        share_draws(&mut channels, &models_of(&first));
+        let rules = Rules { asked: STRUCTURE, harmless, beating: None };
+        let mut stages = first.clone();
+        name(&mut channels, (&first, &mut stages), rules, &mut named, &tell);
+        let names: Vec<&str> = named.causes.iter().map(|cause| CATALOGUE[cause.effect].id).collect();
+        (names, models_of(&stages), tried.into_inner().unwrap())
+    };
+    let (names, models, rounds) = pass(false);
+    assert_eq!((&names[..], rounds), (&["valve_lag"][..], 2));
+    assert_eq!(pass(true), (names, models, 1));
 }
 
 #[test]

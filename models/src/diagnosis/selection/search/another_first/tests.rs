@@ -1,10 +1,12 @@
 //! Searches from another effect on, on channels whose truth is known.
 
+use super::super::naming::Entered;
 use super::*;
 use crate::diagnosis::channel::Extended;
 use crate::diagnosis::selection::selected::Withheld;
 use crate::diagnosis::testing::{STRUCTURE, channel, fitted, measured, with};
 use crate::effects::catalogue::{CATALOGUE, index_of};
+use std::rc::Rc;
 use std::sync::Mutex;
 
 const RULES: Rules<'_> = Rules { asked: STRUCTURE, harmless: false, beating: None };
@@ -20,7 +22,7 @@ fn channels(truth: &Extended) -> (Vec<ChannelData>, Vec<ChannelStage>) {
 /// What a first search has tried, with no name for it.
 fn unnamed(channels: &[ChannelData], first: &[ChannelStage]) -> Named {
     let tried = trials(channels, first, STRUCTURE, &|| {});
-    Named { first_tried: Some(tried), ..Named::default() }
+    Named { first_round: Some(Rc::new(Entered { tried, ranked: Vec::new() })), ..Named::default() }
 }
 
 fn truth_of_two() -> Extended {
@@ -154,9 +156,9 @@ fn what_is_outside_the_catalogue_must_be_beaten() {
 fn standing(truth: &Extended, id: &str) -> (Found, bool) {
     let (mut channels, first) = channels(truth);
     let before = unnamed(&channels, &first);
-    let tried = before.first_tried.clone().unwrap();
+    let tried = &before.first_round.as_ref().unwrap().tried;
     let effect = index_of(id).unwrap();
-    let candidate = refitted(&channels, &first, &tried, effect);
+    let candidate = refitted(&channels, &first, tried, effect);
     let mut found = Found::new(&channels, &first, std::slice::from_ref(&candidate), 0, &[], 1.0);
     let stages = settle_finely(&mut channels, &candidate.models, false);
     found.adds(&channels, &first, &stages);
