@@ -10,21 +10,20 @@ use crate::diagnosis::error::DiagnosisError;
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::evidence::Weighed;
 use crate::diagnosis::json::{
-    Baseline, BaselineChannel, Cause, Checks, Data, Gain, Report, SCHEMA, Unexplained, Verdict, Withheld,
+    Baseline, BaselineChannel, Cause, Checks, Data, Report, SCHEMA, Unexplained, Verdict, Withheld,
 };
 use crate::diagnosis::likelihood::limit_cycle;
 use crate::diagnosis::preconditions::{Purpose, check, much_missing, prepare_for};
 use crate::diagnosis::report::{
-    ExtendedFile, alternatives, band_holds, beside, cause, earned, extended_file, probable, verdict,
+    ExtendedFile, alternatives, band_holds, beside, earned, extended_file, measured_causes, probable, verdict,
 };
 use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::screening::Asked;
 use crate::diagnosis::second_opinion::second_opinion;
-use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, search, staged};
+use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, search};
 use crate::diagnosis::settings::{self, SETTINGS};
 use crate::effects::Question;
 use crate::effects::catalogue::{CATALOGUE, index_of};
-use crate::order::descending;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -250,29 +249,6 @@ fn assemble(
         change,
         plan: None,
     }
-}
-
-/// What was found, with sizes and gains on the test blocks, the largest gain first.
-fn measured_causes(
-    channels: &[ChannelData],
-    outcome: &Outcome,
-    final_errors: &BlockErrors,
-    change: bool,
-) -> Vec<Cause> {
-    let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(channels, stages);
-    let final_weighed = weighed(&outcome.stages);
-    let mut causes: Vec<Cause> = outcome
-        .causes
-        .iter()
-        .map(|found| {
-            let without = staged(channels, found.without.clone(), change);
-            let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
-            let plain = BlockErrors::of(channels, &found.without, Role::Test).gain(final_errors);
-            cause(channels, outcome, found, Gain { weighted_ci95, ..plain }, change)
-        })
-        .collect();
-    descending(&mut causes, |item| item.gain.reduction);
-    causes
 }
 
 /// The base models with their errors.

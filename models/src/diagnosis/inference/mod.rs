@@ -22,6 +22,7 @@
 
 pub mod band;
 mod considered;
+mod determined;
 mod likely_sizes;
 mod pool;
 mod profile;
@@ -29,11 +30,9 @@ mod sandwich;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use self::likely_sizes::as_likely;
+pub use self::determined::Determined;
 pub use self::pool::pool;
-use self::profile::Profile;
-use self::sandwich::{BlockError, Sandwich};
-use crate::diagnosis::channel::{ChannelData, Role, halved};
+use crate::diagnosis::channel::{ChannelData, Role};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::settings::SETTINGS;
 use crate::model::Scale;
@@ -66,69 +65,6 @@ fn quantile(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.min(1e6)).map_or(2.0, |d| d.inverse_cdf(0.975))
 }
 
-/// The parameters of one effect on one channel.
-#[must_use]
-pub fn coordinates(data: &ChannelData, stage: &ChannelStage, effect: usize) -> Vec<Coordinate> {
-    let Some(range) = stage.model.range(&data.plant, effect) else {
-        return Vec::new();
-    };
-    let parameters = stage.model.parameters(&data.plant);
-    let sandwich = Sandwich::new(data, stage);
-    let profile = Profile::new(data, stage);
-    let halving = by_halving(data, stage);
-    let added = sandwich.as_ref().map(|s| considered::considered(data, stage, s.on_average().0));
-    range
-        .map(|position| {
-            let raw = stage.model.values[position];
-            let value = parameters[position].scale.coordinate(raw);
-            let free = stage.free.iter().position(|&k| k == position);
-            let unknown = Coordinate {
-                value,
-                error: f64::INFINITY,
-                by_block: Vec::new(),
-                freedom: 1.0,
-                reach: [1.0; 2],
-                as_likely: [0.0; 2],
-                halving: free.map_or(0.0, |k| halving[k]),
-                considered: 0.0,
-            };
-            let (Some(sandwich), Some(k)) = (&sandwich, free) else {
-                return unknown;
-            };
-            let slope = stage.sensitivities.iter().skip(k).step_by(stage.free.len()).any(|s| s.abs() > 0.0);
-            let block = sandwich.error(k);
-            if slope && block.variance > 0.0 && block.variance.is_finite() {
-                let (error, t) = (block.variance.sqrt(), quantile(block.freedom));
-                let rise = t * t * sandwich.ratio(k, &block);
-                let mut reach = profile.ends(k, t * error, rise).map(|end| end / (t * error));
-                let as_likely = as_likely(data, stage, effect, position, rise);
-                if as_likely.is_some() {
-                    // The squared error of a loop that hunts may fall all the way to less hunting:
-                    // no end is no end of the size.
-                    reach = reach.map(|end| if end.is_finite() { end } else { 1.0 });
-                }
-                let as_likely = as_likely.unwrap_or_default();
-                let BlockError { by_block, freedom, .. } = block;
-                let considered = added.as_ref().map_or(0.0, |variances| variances[k].sqrt());
-                return Coordinate { error, by_block, freedom, reach, as_likely, considered, ..unknown };
-            }
-            // A threshold has no derivative; the rise is what the other parameters' errors need on
-            // average.
-            let (ratio, freedom) = sandwich.on_average();
-            let t = quantile(freedom);
-            let ends = profile.ends_of_steps(k, t * t * ratio);
-            let error = 0.5 * (ends[0] + ends[1]) / t;
-            if error.is_finite() && error > 0.0 {
-                // All sizes between two drives are as likely, on one channel as on many.
-                let reach = ends.map(|end| end / (t * error));
-                Coordinate { error, freedom, reach, as_likely: ends, ..unknown }
-            } else {
-                unknown
-            }
-        })
-        .collect()
-}
-
 /// The parameters of one effect on one channel with standard errors, on their scales, that are
 /// known already.
 #[must_use]
@@ -155,14 +91,6 @@ pub fn as_estimated(
         }
     };
     range.zip(errors).map(coordinate).collect()
-}
-
-/// What half the integration step changes in the free parameters, to first order.
-fn by_halving(data: &ChannelData, stage: &ChannelStage) -> Vec<f64> {
-    let mut change = halved(data).readings(&stage.model);
-    change.iter_mut().zip(&stage.readings).for_each(|(fine, now)| *fine = (now - *fine) / data.noise_kpa);
-    stage.whitening.apply(&mut change);
-    stage.project(data, &change)
 }
 
 /// The 95 % interval in the parameter's own unit.

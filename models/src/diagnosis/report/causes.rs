@@ -4,14 +4,41 @@ use crate::diagnosis::settings::SETTINGS;
 use std::collections::BTreeMap;
 
 use super::earned::{stands_out, usual};
-use crate::diagnosis::channel::ChannelData;
-use crate::diagnosis::inference::{Coordinate, as_estimated, coordinates, determines, interval, pool};
+use crate::diagnosis::channel::{ChannelData, Role};
+use crate::diagnosis::estimation::ChannelStage;
+use crate::diagnosis::inference::{Coordinate, Determined, as_estimated, determines, interval, pool};
 use crate::diagnosis::json::{Cause, Estimate, Gain};
-use crate::diagnosis::selection::{Found, Outcome};
+use crate::diagnosis::rollout_errors::BlockErrors;
+use crate::diagnosis::selection::{Found, Outcome, staged};
 use crate::effects::catalogue::CATALOGUE;
 use crate::effects::{EffectInfo, EffectParameter, Reach};
 use crate::model::Scale;
+use crate::order::descending;
 use crate::parallel;
+
+/// What was found, with sizes and gains on the test blocks, where the final models leave
+/// `final_errors`; the largest gain first.
+pub fn measured_causes(
+    channels: &[ChannelData],
+    outcome: &Outcome,
+    final_errors: &BlockErrors,
+    change: bool,
+) -> Vec<Cause> {
+    let weighed = |stages: &[ChannelStage]| BlockErrors::weighted(channels, stages);
+    let final_weighed = weighed(&outcome.stages);
+    let determined: Vec<Determined<'_>> =
+        channels.iter().zip(&outcome.stages).map(|(data, stage)| Determined::new(data, stage)).collect();
+    let measured = |found: &Found| {
+        let without = staged(channels, found.without.clone(), change);
+        let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
+        let plain = BlockErrors::of(channels, &found.without, Role::Test).gain(final_errors);
+        let gain = Gain { weighted_ci95, ..plain };
+        cause(channels, outcome, &determined, (found, gain), change)
+    };
+    let mut causes: Vec<Cause> = outcome.causes.iter().map(measured).collect();
+    descending(&mut causes, |item| item.gain.reduction);
+    causes
+}
 
 /// A found cause as the report has it: where it acts, its parameters with their intervals, its
 /// rivals and its gain.
@@ -19,14 +46,20 @@ use crate::parallel;
 /// Where the size is usual over all channels and beyond that on some, it acts on those: a name
 /// covers what is wrong, not what is sound. What all channels share acts on all or none. Since a
 /// calibration (`change`), every size counts.
-pub fn cause(channels: &[ChannelData], outcome: &Outcome, found: &Found, gain: Gain, change: bool) -> Cause {
+fn cause(
+    channels: &[ChannelData],
+    outcome: &Outcome,
+    determined: &[Determined<'_>],
+    (found, gain): (&Found, Gain),
+    change: bool,
+) -> Cause {
     let info = CATALOGUE[found.effect];
     let acting: Vec<(usize, &ChannelData)> =
         channels.iter().enumerate().filter(|(k, _)| found.acts[*k]).collect();
     let mut by_channel: ByChannel = parallel::map(acting.iter(), |(k, data)| {
         let stage = &outcome.stages[*k];
         let known = found.errors.as_ref().map(|errors| as_estimated(data, stage, found.effect, &errors[*k]));
-        (data.id.to_string(), known.unwrap_or_else(|| coordinates(data, stage, found.effect)))
+        (data.id.to_string(), known.unwrap_or_else(|| determined[*k].coordinates(found.effect)))
     });
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     if !change && let Some(odd) = odd_channels(info, &by_channel, looped) {

@@ -9,5 +9,5 @@ mod extended;
 pub mod probable;
 pub mod verdict;
 
-pub use causes::cause;
+pub use causes::measured_causes;
 pub use extended::{ExtendedChannel, ExtendedFile, SCHEMA as EXTENDED_SCHEMA, band_holds, extended_file};
