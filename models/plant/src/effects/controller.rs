@@ -5,7 +5,7 @@ use super::dither::{QUANTILES, dither, quantiles};
 use super::hook::Memory;
 use super::inputs::ChannelInputs;
 use super::plant::BoardLoop;
-use crate::numeric::{Scalar, through};
+use crate::numeric::Scalar;
 
 /// What the board's pulse width leaves out in the mean: 400 drive counts become 255 steps of pulse
 /// width by 51/80, cut off towards zero, as in the original; the parts that are cut off are equally
@@ -101,34 +101,15 @@ impl<S: Scalar> Controller<S> {
         deviations: Option<&Deviations<S>>,
     ) -> S {
         let board = pace.board;
+        let command = command(inputs, row, tick, deviations)
+            .max(S::constant(board.lowest_pa))
+            .min(S::constant(board.highest_pa));
         let noise_pa = pace.noise_pa * dither(self.quantiles, board.noise_draw, row, tick);
-        let (row, late) = followed(inputs, row, tick);
-        let command = inputs.command_pa[row] - inputs.ambient_pa;
-        let [filtered, drive] = match deviations {
-            None => through(
-                [reading, self.filtered],
-                #[inline(always)]
-                |[reading, previous]| {
-                    respond(board, Scalar::constant(command), reading.plus(noise_pa), previous)
-                },
-            ),
-            Some(by) => {
-                let command = if late { by.command_before } else { by.command }.plus(command);
-                respond(board, command, reading.plus(noise_pa), self.filtered)
-            }
-        };
-        self.filtered = filtered;
-        drive
+        let sample = reading.plus(noise_pa).max(S::constant(board.lowest_pa));
+        let previous = self.filtered;
+        self.filtered = board.law.filtered(sample, previous);
+        cut_off(board.law.drive(command, self.filtered, previous))
     }
-}
-
-/// What a board makes of a sample where it had filtered `previous`: the filtered sample and the
-/// drive.
-#[inline(always)]
-fn respond<S: Scalar>(board: &BoardLoop, command: S, sample: S, previous: S) -> [S; 2] {
-    let command = command.max(S::constant(board.lowest_pa)).min(S::constant(board.highest_pa));
-    let filtered = board.law.filtered(sample.max(S::constant(board.lowest_pa)), previous);
-    [filtered, cut_off(board.law.drive(command, filtered, previous))]
 }
 
 /// The mean drive at the coil for a drive that the board calculates: full drive at most, and below
@@ -140,13 +121,22 @@ fn cut_off<S: Scalar>(drive: S) -> S {
     S::select(drive.real().abs().less(S::Real::constant(1.0)), below, drive.min(one).max(-one))
 }
 
-/// The row whose command the board follows at loop `tick` of a row's interval, and whether that is
-/// the row before. The row's pressure is what the first loop sampled; that one ran before the
-/// exchange and still has the command of the row before.
+/// The command that the board follows at loop `tick` of a row's interval, Pa gauge. The row's
+/// pressure is what the first of them sampled; that one ran before the exchange and still has the
+/// command of the row before.
 #[inline(always)]
-fn followed(inputs: &ChannelInputs, row: usize, tick: usize) -> (usize, bool) {
+fn command<S: Scalar>(
+    inputs: &ChannelInputs,
+    row: usize,
+    tick: usize,
+    deviations: Option<&Deviations<S>>,
+) -> S {
     let late = tick == 0 && inputs.starts.binary_search(&row).is_err();
-    (if late { row - 1 } else { row }, late)
+    let command = S::constant(inputs.command_pa[if late { row - 1 } else { row }] - inputs.ambient_pa);
+    match deviations {
+        Some(deviations) => command + if late { deviations.command_before } else { deviations.command },
+        None => command,
+    }
 }
 
 #[cfg(test)]

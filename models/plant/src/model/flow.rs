@@ -23,7 +23,7 @@
 //! above them beyond: the laminar segment is joined by taking the smaller of the two.
 
 use super::gas::psi_max;
-use crate::numeric::{Real, Scalar, through};
+use crate::numeric::{Real, Scalar};
 
 /// The subsonic branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -129,15 +129,8 @@ impl FlowFunction {
     /// compiler.
     #[inline(always)]
     pub(crate) fn with_partials<S: Scalar>(&self, from: S, to: S) -> (S, S, S) {
-        let [flow, by_from, by_to] = through(
-            [from, to],
-            #[inline(always)]
-            |[from, to]| {
-                let (mean, by_from, by_to) = self.mean_with_partials(from, to);
-                [mean.times(self.gain), by_from.times(self.gain), by_to.times(self.gain)]
-            },
-        );
-        (flow, by_from, by_to)
+        let (mean, by_from, by_to) = self.mean_with_partials(from, to);
+        (mean.times(self.gain), by_from.times(self.gain), by_to.times(self.gain))
     }
 
     /// Over numbers with derivatives, those of the partial derivatives are the second ones.

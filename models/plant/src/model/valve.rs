@@ -1,6 +1,6 @@
 //! The valve: how its drives open its two ports.
 
-use crate::numeric::{Scalar, through};
+use crate::numeric::Scalar;
 
 /// How the valve is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -71,12 +71,7 @@ impl<S: Scalar> ValveLaw<S> {
 /// is a parameter in the unit of `x`.
 #[inline(always)]
 pub fn smooth_corner<S: Scalar>(x: S, width: S) -> S {
-    let [corner] = through(
-        [x, width],
-        #[inline(always)]
-        |[x, width]| [((x.square() + width.square()).sqrt() + x).times(0.5)],
-    );
-    corner
+    ((x.square() + width.square()).sqrt() + x).times(0.5)
 }
 
 #[cfg(test)]

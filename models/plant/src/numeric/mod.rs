@@ -21,7 +21,6 @@ mod float;
 mod lanes;
 mod plain;
 mod scalar;
-mod through;
 
 pub use active::Active;
 pub use arithmetic::Arithmetic;
@@ -30,4 +29,3 @@ pub use dual::{Dual, Slope};
 pub use float::Float;
 pub use lanes::Lanes;
 pub use scalar::{Mask, Real, Scalar};
-pub(crate) use through::through;

@@ -50,14 +50,11 @@ pub trait Scalar: Arithmetic {
         let mut sum = Self::from_real(value);
         let mut k = 0;
         while k < K {
-            if k + 1 == K && k == 0 {
-                sum = numbers[k].chain(value, partials[k]);
-            } else if k == 0 {
-                sum = Self::chain2(value, numbers[k], partials[k], numbers[k + 1], partials[k + 1]);
-                k += 1;
+            sum = if k == 0 {
+                numbers[k].chain(value, partials[k])
             } else {
-                sum = Self::chain2(value, sum, one, numbers[k], partials[k]);
-            }
+                Self::chain2(value, sum, one, numbers[k], partials[k])
+            };
             k += 1;
         }
         sum

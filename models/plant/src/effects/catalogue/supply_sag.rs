@@ -3,7 +3,7 @@
 use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::effects::remembered::Forgetting;
 use crate::model::{Areas, ValveLaw, psi_max};
-use crate::numeric::{Scalar, through};
+use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
 pub const INFO: EffectInfo = EffectInfo {
@@ -65,20 +65,15 @@ impl<S: Scalar> Hook<S> for SupplySag<S> {
         self.open = law.gain_in;
     }
 
-    #[inline(always)]
+    #[inline]
     fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
         // Own flow from this simulation, the others' from the recording. The sag of the step before
         // closes the loop.
-        let [flow] = through(
-            [pressure, supply - self.sag],
-            #[inline(always)]
-            |[pressure, now]| {
-                let ratio = (pressure / now).min(Scalar::constant(1.0));
-                let excess = (ratio.plus(-0.3)).times(1.0 / 0.7).max(Scalar::zero());
-                [(-excess.square()).plus(1.0 + 1e-6).sqrt() * now]
-            },
-        );
-        let draw = (areas.fill * flow).plus(step.inputs.others_draw[step.row] / psi_max());
+        let now = supply - self.sag;
+        let ratio = (pressure / now).min(S::constant(1.0));
+        let excess = (ratio.plus(-0.3)).times(1.0 / 0.7).max(S::zero());
+        let psi = (-excess.square()).plus(1.0 + 1e-6).sqrt();
+        let draw = (areas.fill * psi * now).plus(step.inputs.others_draw[step.row] / psi_max());
         let wanted = self.drop.times(1e3) * draw / (self.open * supply);
         let (_, rest) = self.forgetting.over(self.time_constant, step.length_s);
         let next = wanted + (self.sag - wanted) * rest;
