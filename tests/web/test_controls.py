@@ -125,10 +125,13 @@ def test_the_thumb_obeys_a_mouse_and_escape(start, visit):
     page = visit(f"{run.url}#token={run.token}")
     page.wait_for_function("() => page.picture?.boards[0].c[0] > 59")
     page.locator("[data-board='0'] .arm").click()
-    x, y = middle(page.locator("[data-chamber='0.1'] .thumb"))
     with set_points_sent(page) as sent:
         page.mouse.wheel(0, 5)
         for end in ("Escape", "release"):
+            # A board that has not answered takes no set point for a moment, and what is said of it
+            # moves the thumb.
+            expect(page.locator("[data-chamber='0.1'] .number input")).to_be_enabled()
+            x, y = middle(page.locator("[data-chamber='0.1'] .thumb"))
             page.mouse.move(x, y)
             page.mouse.down()
             page.mouse.move(x + 200, y, steps=5)
