@@ -5,6 +5,7 @@
 use crate::common::cli::{json, run};
 use crate::common::{Folder, real_data};
 use pneudrive_model::data::{Drive, LoadOptions, load};
+use std::path::Path;
 
 #[test]
 fn all_sixteen_are_read_without_a_blemish() {
@@ -39,40 +40,40 @@ fn a_ventilator_run_is_compared() {
     }
 }
 
-/// Every run has a resistance between the sensor and the lung. One run alone must show it, and
-/// nothing else.
+/// Every run has a resistance between the sensor and the lung. One run alone must show it where it
+/// tells enough, and nothing else in any, whatever a base model suggests that is far off.
 #[test]
-fn the_resistance_behind_the_sensor_is_named() {
-    let Some(data) = real_data("the_resistance_behind_the_sensor_is_named") else { return };
-    for (valve, number) in [("solenoid", 4), ("pinch_valve", 1)] {
-        let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+fn the_resistance_behind_the_sensor_is_named_in_runs_of_the_solenoid() {
+    let Some(data) = real_data("the_resistance_behind_the_sensor_is_named_in_runs_of_the_solenoid") else {
+        return;
+    };
+    the_resistance_is_named(&data, "solenoid", &[1, 2, 3, 4, 8]);
+}
+
+#[test]
+fn the_resistance_behind_the_sensor_is_named_in_runs_of_the_pinch_valve() {
+    let Some(data) = real_data("the_resistance_behind_the_sensor_is_named_in_runs_of_the_pinch_valve") else {
+        return;
+    };
+    the_resistance_is_named(&data, "pinch_valve", &[1, 2, 3, 4, 5, 8]);
+}
+
+fn the_resistance_is_named(data: &Path, valve: &str, shown_in: &[usize]) {
+    let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
+    for number in 1..=8 {
         let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
         let folder = Folder::new();
         let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
         assert_eq!(done.status, 0, "{}", done.stderr);
         let report = json(&folder.path("d/report.json"));
         let causes = report["causes"].as_array().unwrap();
-        let named: Vec<&str> = causes.iter().filter_map(|cause| cause["effect"].as_str()).collect();
-        assert_eq!(named, ["line_restriction"], "{valve} {number}");
+        if !shown_in.contains(&number) && causes.is_empty() {
+            continue;
+        }
+        assert_eq!(named(&report), ["line_restriction"], "{valve} {number}");
         assert_eq!(causes[0]["equivalent"].as_array().map(Vec::len), Some(0), "{valve} {number}");
-        // The lower end of what it takes off the error of blocks that were not fitted.
-        let least = causes[0]["gain"]["ci95"][0].as_f64().unwrap();
-        assert!(least > 0.5, "{valve} {number}: {least}");
-    }
-}
-
-/// The search alone names heat exchange in the first and three more causes in the second: a base
-/// model that is far off suggests them.
-#[test]
-fn what_a_model_suggests_that_is_far_off_is_not_named() {
-    let Some(data) = real_data("what_a_model_suggests_that_is_far_off_is_not_named") else { return };
-    for (valve, number) in [("solenoid", 1), ("pinch_valve", 8)] {
-        let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
-        let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
-        let folder = Folder::new();
-        let done = run(folder.root(), &["diagnose", path.to_str().unwrap(), "--rig", &rig, "--out", "d"]);
-        assert_eq!(done.status, 0, "{}", done.stderr);
-        assert_eq!(named(&json(&folder.path("d/report.json"))), ["line_restriction"], "{valve} {number}");
+        let taken = causes[0]["gain"]["reduction"].as_f64().unwrap();
+        assert!(taken > 0.2, "{valve} {number}: {taken}");
     }
 }
 

@@ -19,9 +19,9 @@ use crate::rig::Rig;
 /// and more, and its work goes with the rows.
 const LIKELIHOOD_HZ: f64 = 100.0;
 
-/// What the likelihood names instead of the search, from a base model that is far off. Where the
-/// search's causes bring the model near the recording, the question is only whether one of several
-/// does it alone, and the rest of the catalogue is fitted if it does.
+/// What the likelihood names instead of the search, from a base model that is far off. One cause
+/// that brings the model near the recording is the answer; several may be so many ways to imitate
+/// another one, and which of them the search comes to may hang on the last digit.
 #[must_use]
 pub fn second_opinion(
     recording: &Recording,
@@ -32,24 +32,17 @@ pub fn second_opinion(
     progress: &Progress<'_>,
 ) -> Option<Named> {
     let near = |models: &[Extended]| !adequacy::astray(channels, models);
-    let found: Vec<usize> = outcome.causes.iter().map(|cause| cause.effect).collect();
-    let explained = near(&models_of(&outcome.stages));
-    if near(&outcome.base) || (explained && found.len() < 2) {
+    let one_explains = || outcome.causes.len() < 2 && near(&models_of(&outcome.stages));
+    if near(&outcome.base) || one_explains() {
         return None;
     }
     // A channel that has too few rows to be looked at slowly is looked at as it is.
     let slowly = slowly(recording, rig).ok().filter(|slowly| slowly.len() == channels.len());
     let looked_at = slowly.as_deref().unwrap_or(channels);
-    let name = |effects: &[usize]| {
-        let named = greybox::name(looked_at, &outcome.base, effects, &|| progress("", 1));
-        named.filter(|named| outcome.causes.is_empty() || stands_instead(channels, named, outcome))
-    };
-    if explained {
-        progress("fitting each of the causes alone by likelihood", 0);
-        name(&found)?;
-    }
     progress("fitting the catalogue by likelihood", 0);
-    name(&(0..CATALOGUE.len()).filter(|&effect| asked.is_among(effect)).collect::<Vec<_>>())
+    let effects: Vec<usize> = (0..CATALOGUE.len()).filter(|&effect| asked.is_among(effect)).collect();
+    let named = greybox::name(looked_at, &outcome.base, &effects, &|| progress("", 1));
+    named.filter(|named| outcome.causes.is_empty() || stands_instead(channels, named, outcome))
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.
