@@ -34,12 +34,23 @@ pub enum Entrants {
     Everything,
 }
 
+/// What a round begins with.
+#[derive(Clone, Copy)]
+pub struct Field<'a> {
+    /// The channels.
+    pub channels: &'a [ChannelData],
+    /// Where the rounds before have left them.
+    pub stages: &'a [ChannelStage],
+    /// What was tried beside that, channel by channel.
+    pub tried: &'a [Vec<Trial>],
+    /// What the gate says of it, effect by effect.
+    pub gates: &'a [Gate],
+}
+
 /// Effects that are worth a look, and from where it begins.
 pub fn to_look_at(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    tried: &[Vec<Trial>],
-    (gates, entrants): (&[Gate], Entrants),
+    Field { channels, stages, tried, gates }: Field<'_>,
+    entrants: Entrants,
 ) -> (Vec<usize>, Starts) {
     if entrants == Entrants::Everything {
         let all = gates.iter().map(|gate| gate.effect);
@@ -115,8 +126,9 @@ mod tests {
         let tried = trials(&channels, &stages, STRUCTURE, &|| {});
         let mut gates = judge(&tried);
         gates.iter_mut().for_each(|gate| gate.p_value = 1.0);
+        let field = Field { channels: &channels, stages: &stages, tried: &tried, gates: &gates };
         let ids = |entrants: Entrants| -> Vec<&str> {
-            let (looked, _) = to_look_at(&channels, &stages, &tried, (&gates, entrants));
+            let (looked, _) = to_look_at(field, entrants);
             looked.into_iter().map(|effect| CATALOGUE[effect].id).collect()
         };
         assert_eq!(ids(Entrants::Passed), Vec::<&str>::new());

@@ -3,14 +3,13 @@
 use super::acceptance::{is_shown, kept_total, open_rows, worth_naming};
 use super::candidate::{Candidate, first_look, refit_further};
 use super::chance::p_value;
-use super::entrants::{Entrants, LOOK, to_look_at};
+use super::entrants::{Entrants, Field, LOOK, to_look_at};
 use super::settling::SETTLE;
 use super::warm_start::borrow;
 use crate::diagnosis::channel::{ChannelData, Extended, OPEN};
 use crate::diagnosis::estimation::ChannelStage;
 use crate::diagnosis::likelihood::{hunts, together};
 use crate::diagnosis::resampling::bootstrap;
-use crate::diagnosis::screening::{Gate, Trial};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
@@ -60,27 +59,19 @@ pub struct Raced {
 
 /// A whole round: refits candidates and says which of them is worth naming.
 pub fn round(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    tried: &[Vec<Trial>],
-    (gates, entrants): (&[Gate], Entrants),
+    field: Field<'_>,
+    entrants: Entrants,
     rounds: &mut Vec<Vec<Considered>>,
     harms: impl Fn(&[Extended]) -> bool,
 ) -> Raced {
-    let ranked = race(channels, stages, tried, (gates, entrants), rounds);
-    judged(channels, stages, ranked, entrants, harms)
+    judged(field, entrants, race(field, entrants, rounds), harms)
 }
 
 /// Refits candidates and ranks them, best first.
-pub fn race(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    tried: &[Vec<Trial>],
-    (gates, entrants): (&[Gate], Entrants),
-    rounds: &mut Vec<Vec<Considered>>,
-) -> Vec<Candidate> {
+pub fn race(field: Field<'_>, entrants: Entrants, rounds: &mut Vec<Vec<Considered>>) -> Vec<Candidate> {
+    let Field { channels, stages, tried, gates } = field;
     let whole: f64 = kept_total(channels, stages);
-    let (looked, from) = to_look_at(channels, stages, tried, (gates, entrants));
+    let (looked, from) = to_look_at(field, entrants);
     let loss = |candidate: &Candidate| -> f64 { together(channels, &candidate.losses, &OPEN).iter().sum() };
     // A first look at all, then in earnest at the best, as long as that brings them further.
     let mut ranked: Vec<(f64, Candidate)> = parallel::map(looked.iter(), |&effect| {
@@ -147,10 +138,9 @@ pub fn race(
 /// what takes up any error, like a spool that sticks, is then no winner, and what comes after it
 /// may be.
 pub fn judged(
-    channels: &[ChannelData],
-    stages: &[ChannelStage],
-    mut ranked: Vec<Candidate>,
+    Field { channels, stages, .. }: Field<'_>,
     entrants: Entrants,
+    mut ranked: Vec<Candidate>,
     harms: impl Fn(&[Extended]) -> bool,
 ) -> Raced {
     let everything = entrants == Entrants::Everything;
@@ -236,9 +226,9 @@ mod tests {
         let stages = channels.each_ref().map(|data| fitted(data, &base));
         let tried = trials(&channels, &stages, STRUCTURE, &|| {});
         let gates = judge(&tried);
-        let raced = |harms: &dyn Fn(&[Extended]) -> bool| {
-            round(&channels, &stages, &tried, (&gates, Entrants::Passed), &mut Vec::new(), harms)
-        };
+        let field = Field { channels: &channels, stages: &stages, tried: &tried, gates: &gates };
+        let raced =
+            |harms: &dyn Fn(&[Extended]) -> bool| round(field, Entrants::Passed, &mut Vec::new(), harms);
         let effect = |raced: &Raced| raced.winner.map(|k| raced.ranked[k].effect);
         let first = raced(&|_| false);
         let best = effect(&first).expect("a lag of the spool is seen");
@@ -260,14 +250,8 @@ mod tests {
             let tried = trials(&channels, &stages, STRUCTURE, &|| {});
             let mut closed = judge(&tried);
             closed.iter_mut().for_each(|gate| gate.p_value = 1.0);
-            let raced = round(
-                &channels,
-                &stages,
-                &tried,
-                (&closed, entrants),
-                &mut Vec::new(),
-                |_: &[Extended]| false,
-            );
+            let field = Field { channels: &channels, stages: &stages, tried: &tried, gates: &closed };
+            let raced = round(field, entrants, &mut Vec::new(), |_: &[Extended]| false);
             raced.winner.map(|k| CATALOGUE[raced.ranked[k].effect].id)
         };
         assert_eq!(winner(&lagging, Entrants::Passed), None);

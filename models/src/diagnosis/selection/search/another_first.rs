@@ -12,8 +12,8 @@ use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Asked, Pair, Trial, judge, promising_pairs, trials};
 use crate::diagnosis::selection::acceptance::{kept_total, open_rows};
 use crate::diagnosis::selection::candidate::{Candidate, Starts, first_look, refit_further};
-use crate::diagnosis::selection::entrants::Entrants;
-use crate::diagnosis::selection::racing::{is_foil, rivals, round};
+use crate::diagnosis::selection::entrants::{Entrants, Field};
+use crate::diagnosis::selection::racing::{is_foil, race, rivals};
 use crate::diagnosis::selection::search::{Progress, renew};
 use crate::diagnosis::selection::selected::Found;
 use crate::diagnosis::selection::settling::{settle_finely, staged};
@@ -156,8 +156,8 @@ fn stands_in_the_catalogue(
     let without = staged(channels, cause.without.clone(), false);
     let tried = trials(channels, &without, asked, &|| {});
     let gates = judge(&tried);
-    let ranked =
-        round(channels, &without, &tried, (&gates, Entrants::Passed), &mut Vec::new(), |_| false).ranked;
+    let field = Field { channels, stages: &without, tried: &tried, gates: &gates };
+    let ranked = race(field, Entrants::Passed, &mut Vec::new());
     share_draws(channels, &models_of(stages));
     let Some(own) = ranked.iter().position(|candidate| candidate.effect == begun) else { return true };
     let equivalent = rivals(channels, &without, &ranked, own);

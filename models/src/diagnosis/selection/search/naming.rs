@@ -14,7 +14,7 @@ use crate::diagnosis::selection::acceptance::{
 };
 use crate::diagnosis::selection::candidate::Candidate;
 use crate::diagnosis::selection::elimination::eliminate;
-use crate::diagnosis::selection::entrants::Entrants;
+use crate::diagnosis::selection::entrants::{Entrants, Field};
 use crate::diagnosis::selection::racing::{
     Considered, Raced, is_foil, is_of_the_rig_file, judged, race, rivals, round,
 };
@@ -86,7 +86,8 @@ pub fn name(
         let Entered { tried, ranked } = &*entered;
         let gates = judge(tried);
         let harms = |models: &[Extended]| harmless && goes_astray(channels, models, base_kpa);
-        let mut raced = judged(channels, stages, ranked.clone(), Entrants::Passed, harms);
+        let field = Field { channels, stages, tried, gates: &gates };
+        let mut raced = judged(field, Entrants::Passed, ranked.clone(), harms);
         // Where the drive is recorded, a model that is far off is the likelihood's matter.
         let looped = channels.iter().all(|data| data.inputs.in_loop());
         if looped
@@ -96,7 +97,7 @@ pub fn name(
             && is_large(channels, stages)
         {
             progress("refitting the whole catalogue", causes.len() as u64);
-            raced = round(channels, stages, tried, (&gates, Entrants::Everything), rounds, harms);
+            raced = round(field, Entrants::Everything, rounds, harms);
         }
         let Raced { ranked, winner, harmful: refused } = raced;
         let named: Vec<usize> = causes.iter().map(|cause| cause.effect).collect();
@@ -165,7 +166,8 @@ fn enter(
     progress("trying the catalogue", causes as u64);
     let tried = trials(channels, stages, asked, &|| progress("", 1));
     progress("refitting what passed", causes as u64);
-    let ranked = race(channels, stages, &tried, (&judge(&tried), Entrants::Passed), rounds);
+    let field = Field { channels, stages, tried: &tried, gates: &judge(&tried) };
+    let ranked = race(field, Entrants::Passed, rounds);
     Entered { tried, ranked }
 }
 
