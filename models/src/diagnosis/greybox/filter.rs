@@ -66,6 +66,12 @@ pub fn filtered(
 /// States that stand for what is not modelled: supply and reading.
 pub const SLOW: usize = 2;
 
+/// Parts of them that are left after an interval.
+pub fn kept(interval_s: f64) -> [f64; SLOW] {
+    [SETTINGS.greybox_supply_s, SETTINGS.greybox_discrepancy_s]
+        .map(|time_constant_s| (-interval_s / time_constant_s).exp())
+}
+
 /// Numbers that a simulation remembers and the filter estimates.
 fn estimated(data: &ChannelData, model: &Extended) -> usize {
     let mut effects = install(&data.plant, &model.effects, &model.values);
@@ -237,12 +243,9 @@ where
 
     /// The slow deviations fall back towards nothing, and are pushed anew, over an interval.
     fn wander(&mut self, slow: &mut [Dual<f64, N>; SLOW], interval_s: f64, uncertainty: &Uncertainty) {
-        let sizes = [
-            (SETTINGS.greybox_supply_s, uncertainty.supply),
-            (SETTINGS.greybox_discrepancy_s, uncertainty.discrepancy_pa),
-        ];
-        for ((k, value), (time_constant_s, size)) in slow.iter_mut().enumerate().zip(sizes) {
-            let keep = (-interval_s / time_constant_s).exp();
+        let (keep, sizes) = (kept(interval_s), [uncertainty.supply, uncertainty.discrepancy_pa]);
+        for (k, value) in slow.iter_mut().enumerate() {
+            let (keep, size) = (keep[k], sizes[k]);
             *value = value.times(keep);
             // Before the interval, and kept through it like the deviation itself.
             let at = self.n - SLOW + k;

@@ -5,9 +5,8 @@
 //! Identification, 1999, section 10.3). It takes plain simulations in lanes, where the filter takes
 //! one with derivatives for every model.
 
-use super::filter::{Gains, SLOW};
+use super::filter::{Gains, SLOW, kept};
 use crate::diagnosis::channel::{ChannelData, Extended};
-use crate::diagnosis::settings::SETTINGS;
 use crate::effects::{Memory, Stepper, install};
 use crate::numeric::{Lanes, Scalar};
 
@@ -66,9 +65,9 @@ pub fn steered_errors(
         }
         simulation.set_supply(slow[0].plus(1.0).times(inputs.supply_pa[row]));
         simulation.interval(row);
-        let keep = |time_constant_s: f64| (-inputs.interval_s[row] / time_constant_s).exp();
-        slow[0] = slow[0].times(keep(SETTINGS.greybox_supply_s));
-        slow[1] = slow[1].times(keep(SETTINGS.greybox_discrepancy_s));
+        for (value, keep) in slow.iter_mut().zip(kept(inputs.interval_s[row])) {
+            *value = value.times(keep);
+        }
     }
     errors
 }
