@@ -97,8 +97,8 @@ pub enum Memory {
 ///
 /// `drive` to `sense` are called once a step, in this order; `sample` once a row.
 ///
-/// An effect marks what it has of these `#[inline]`: what is left as a function of its own is
-/// compiled for the oldest processors.
+/// An effect marks what it has of these `#[inline(always)]`: what is left as a function of its own
+/// is compiled for the oldest processors.
 #[allow(unused_variables)]
 pub trait Hook<S: Scalar> {
     /// Forgets the past: a new stretch of rows begins.

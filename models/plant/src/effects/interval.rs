@@ -2,7 +2,7 @@
 
 use super::catalogue::AnyEffect;
 use super::controller::Pace;
-use super::hook::{Hook, Step};
+use super::hook::Step;
 use super::inputs::DriveInput;
 use super::run::Run;
 use crate::numeric::Scalar;
@@ -113,7 +113,7 @@ impl<S: Scalar> Run<'_, S> {
             let mut drive = self.controller.drive(pace, self.inputs, at, reading, self.deviations.as_ref());
             held = held + drive.real();
             for effect in effects.iter_mut() {
-                drive = effect.drive(&step(k as f64 + 0.5, length_s * share), 0, drive);
+                effect.drive(&step(k as f64 + 0.5, length_s * share), 0, &mut drive);
             }
             spool = spool + drive;
             reading = reading + change;
@@ -131,7 +131,7 @@ impl<S: Scalar> Run<'_, S> {
         let valves = if separate { 2 } else { 1 };
         for effect in effects.iter_mut() {
             for (valve, port) in ports.iter_mut().enumerate().take(valves) {
-                *port = effect.drive(step, valve, *port);
+                effect.drive(step, valve, port);
             }
         }
         let [fill, vent] = held.map(Scalar::real);

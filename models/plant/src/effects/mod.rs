@@ -38,6 +38,6 @@ pub use outlet::OutletParameters;
 pub use parameter::EffectParameter;
 pub use plant::{BoardLoop, Plant};
 pub use simulate::{Disturbance, Row, Stepper, Undisturbed, install, simulate};
-pub use simulated::{NARROW, SENSITIVITIES, Sensitive, Simulated};
+pub use simulated::{NARROW, NarrowSensitive, SENSITIVITIES, Sensitive, Simulated};
 pub use state::StepperState;
 pub use traits::{DerivedSize, Trait, Wave};

@@ -4,7 +4,7 @@ use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::Controller;
 use super::deviations::Deviations;
-use super::hook::{Hook, Memory, RegulatorLaw, Step, Stretch, Structure};
+use super::hook::{Memory, RegulatorLaw, Step, Stretch, Structure};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::Plant;
 use crate::model::{BaseCoefficients, LinearCoefficients, NonlinearCoefficients};
@@ -122,7 +122,7 @@ impl<S: Scalar> Run<'_, S> {
         };
         let mut reading = self.chamber.port().plus(-self.inputs.ambient_pa);
         for effect in effects.iter_mut() {
-            reading = effect.sense(step, reading);
+            effect.sense(step, &mut reading);
         }
         self.reading = reading;
         draw
@@ -147,7 +147,7 @@ impl<S: Scalar> Run<'_, S> {
         let mut supply = self.supply;
         for effect in effects.iter_mut() {
             effect.areas(step, &mut areas);
-            supply = effect.supply(step, supply, &areas, pressure);
+            effect.supply(step, &mut supply, &areas, pressure);
         }
         if self.chamber.stretches() {
             for effect in effects.iter_mut() {

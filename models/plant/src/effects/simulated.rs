@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 
 use super::catalogue::{AnyEffect, CATALOGUE};
-use super::hook::{Hook, Memory};
+use super::hook::Memory;
 use super::inputs::ChannelInputs;
 use super::plant::Plant;
 use super::run::Run;
@@ -20,6 +20,9 @@ pub const SENSITIVITIES: usize = 16;
 /// slope are more than any step of a fit needs, and sixteen of them take less time than eight in
 /// double precision.
 pub type Sensitive = Dual<f64, SENSITIVITIES, f32>;
+/// The same with at most [`NARROW`] of them, which most models of a search and all disturbances of
+/// blocks do with.
+pub type NarrowSensitive = Dual<f64, NARROW, f32>;
 
 /// A number that channels are simulated over: plain, in lanes, or with derivatives. What asks every
 /// effect of the catalogue takes long to compile: each kind has one copy of it, in this crate,
@@ -131,7 +134,7 @@ macro_rules! simulated {
     )* };
 }
 
-simulated!(f64, Lanes<4>, Dual<f64, 4>, Dual<f64, NARROW>, Sensitive);
+simulated!(f64, Lanes<4>, Dual<f64, 4>, Dual<f64, NARROW>, NarrowSensitive, Sensitive);
 
 #[multiversion(targets("x86_64+avx2"))]
 fn wide_interval<S: Scalar>(

@@ -22,14 +22,13 @@ impl ChannelData {
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut matrix = vec![0.0; self.rows.len() * free.len()];
         let base = model.effects.iter().all(|effect| !model.has(*effect));
-        let width = if base { NARROW } else { SENSITIVITIES };
+        let (width, differentiate): (usize, Differentiate) = match (base, free.len() <= NARROW) {
+            (true, _) => (NARROW, Self::differentiate::<NARROW, f64>),
+            (false, true) => (NARROW, Self::differentiate::<NARROW, f32>),
+            (false, false) => (SENSITIVITIES, Self::differentiate::<SENSITIVITIES, f32>),
+        };
         for (k, part) in free.chunks(width).enumerate() {
             let into = Part { first: k * width, of: free.len(), part };
-            let differentiate = if base {
-                Self::differentiate::<NARROW, f64>
-            } else {
-                Self::differentiate::<SENSITIVITIES, f32>
-            };
             differentiate(self, model, &parameters, &into, &mut readings, &mut matrix);
         }
         if free.is_empty() {
@@ -67,6 +66,9 @@ impl ChannelData {
         }
     }
 }
+
+/// [`ChannelData::differentiate`] with one kind of number.
+type Differentiate = fn(&ChannelData, &Extended, &[Parameter], &Part<'_>, &mut Vec<f64>, &mut [f64]);
 
 /// A part of the columns of a matrix of derivatives.
 struct Part<'a> {

@@ -2,8 +2,8 @@
 
 use super::limit_cycle::at_rest;
 use crate::diagnosis::channel::{Block, ChannelData, Extended, HATS};
-use crate::effects::{ChannelInputs, Disturbance, SENSITIVITIES, Sensitive};
-use crate::numeric::Scalar;
+use crate::effects::{ChannelInputs, Disturbance, NARROW, NarrowSensitive, SENSITIVITIES, Sensitive};
+use crate::numeric::{Dual, Scalar};
 
 /// Disturbances of every block: the start pressure, the supply's level and slope, and [`FLOWS`].
 pub const DISTURBANCES: usize = 3 + FLOWS;
@@ -45,12 +45,13 @@ impl ChannelData {
 }
 
 /// A model's values, of which no derivatives are wanted.
-fn constants(model: &Extended) -> Vec<Sensitive> {
-    model.values.iter().map(|&value| Sensitive::constant(value)).collect()
+fn constants<S: Scalar>(model: &Extended) -> Vec<S> {
+    model.values.iter().map(|&value| S::constant(value)).collect()
 }
 
 /// The first derivatives of a reading.
-fn first<const N: usize>(reading: &Sensitive) -> [f64; N] {
+fn first<const N: usize, const OF: usize>(reading: &Dual<f64, OF, f32>) -> [f64; N] {
+    const { assert!(N <= OF) };
     std::array::from_fn(|k| f64::from(reading.gradient[k]))
 }
 
@@ -124,9 +125,9 @@ impl<'a> BlockDisturbance<'a> {
     }
 }
 
-impl Disturbance<Sensitive> for BlockDisturbance<'_> {
+impl Disturbance<NarrowSensitive> for BlockDisturbance<'_> {
     #[inline]
-    fn supply(&self, row: usize, supply: Sensitive) -> Sensitive {
+    fn supply(&self, row: usize, supply: NarrowSensitive) -> NarrowSensitive {
         let [level, slope] = self.supply[row];
         let mut disturbed = supply;
         (disturbed.gradient[1], disturbed.gradient[2]) = (single(level), single(slope));
@@ -134,10 +135,10 @@ impl Disturbance<Sensitive> for BlockDisturbance<'_> {
     }
 
     #[inline]
-    fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
+    fn pressure(&self, row: usize, pressure: NarrowSensitive) -> NarrowSensitive {
         let mut disturbed = pressure;
         if self.starts[row] {
-            disturbed.gradient = [0.0; SENSITIVITIES];
+            disturbed.gradient = [0.0; NARROW];
             disturbed.gradient[0] = 1e3;
         } else if let Some(before) = row.checked_sub(1)
             && let Some(flows) = self.flows.get(before)
@@ -157,9 +158,9 @@ struct RateDisturbance<'a> {
     functions: &'a [[f64; HATS]],
 }
 
-impl Disturbance<Sensitive> for RateDisturbance<'_> {
+impl Disturbance<NarrowSensitive> for RateDisturbance<'_> {
     #[inline]
-    fn pressure(&self, row: usize, pressure: Sensitive) -> Sensitive {
+    fn pressure(&self, row: usize, pressure: NarrowSensitive) -> NarrowSensitive {
         let mut disturbed = pressure;
         if let Some(before) = row.checked_sub(1) {
             for k in 0..HATS {

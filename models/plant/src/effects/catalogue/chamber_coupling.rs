@@ -59,7 +59,7 @@ impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
         remembered.filter_map(Remembered::known).for_each(|value| visit(Memory::Estimated, value));
     }
 
-    #[inline]
+    #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let Some(&opposite) = step.inputs.opposite_pa.get(step.row) else {
             return;

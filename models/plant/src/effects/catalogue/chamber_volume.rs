@@ -42,7 +42,7 @@ impl<S: Scalar> Hook<S> for ChamberVolume<S> {
         structure.stretches = true;
     }
 
-    #[inline]
+    #[inline(always)]
     fn stretch(&mut self, _: &Step<'_>, _: S, stretch: &mut Stretch<S>) {
         stretch.factor = stretch.factor * self.ratio;
     }

@@ -48,7 +48,7 @@ impl<S: Scalar> Hook<S> for DeadBand<S> {
         self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Known, position));
     }
 
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].or(drive);
         let after = S::select((drive - before).abs().less(self.width), before, drive);

@@ -39,7 +39,7 @@ impl<S: Scalar> DriveSaturation<S> {
 }
 
 impl<S: Scalar> Hook<S> for DriveSaturation<S> {
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, _: &Step<'_>, _: usize, drive: S) -> S {
         drive.min(self.limit).max(-self.limit)
     }

@@ -39,7 +39,7 @@ impl<S: Scalar> ExhaustLeak<S> {
 }
 
 impl<S: Scalar> Hook<S> for ExhaustLeak<S> {
-    #[inline]
+    #[inline(always)]
     fn areas(&mut self, _: &Step<'_>, areas: &mut Areas<S>) {
         areas.vent = areas.vent + self.area;
     }

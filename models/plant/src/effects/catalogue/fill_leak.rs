@@ -39,7 +39,7 @@ impl<S: Scalar> FillLeak<S> {
 }
 
 impl<S: Scalar> Hook<S> for FillLeak<S> {
-    #[inline]
+    #[inline(always)]
     fn areas(&mut self, _: &Step<'_>, areas: &mut Areas<S>) {
         areas.fill = areas.fill + self.area;
     }

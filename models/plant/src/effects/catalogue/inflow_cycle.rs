@@ -52,7 +52,7 @@ impl<S: Scalar> InflowCycle<S> {
 }
 
 impl<S: Scalar> Hook<S> for InflowCycle<S> {
-    #[inline]
+    #[inline(always)]
     fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
         let angle = (self.period.recip().times(step.time_s) + self.phase).times(std::f64::consts::TAU);
         areas.fill = areas.fill * (self.amplitude * angle.sin()).plus(1.0);

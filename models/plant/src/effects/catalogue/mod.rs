@@ -20,6 +20,8 @@ macro_rules! catalogue {
             $($name($module::$name<S>)),*
         }
 
+        // What its effect's `Hook` does, without a call for what that leaves alone. In place: a
+        // value is large with derivatives, and most effects leave it as it is at every step.
         impl<S: Scalar> AnyEffect<S> {
             /// Installs number `index` of the [`CATALOGUE`] with the values of its parameters;
             /// `None` beyond its end.
@@ -35,58 +37,66 @@ macro_rules! catalogue {
                 let _ = number;
                 None
             }
-        }
 
-        // Called at every step: without a call for what an effect leaves alone.
-        impl<S: Scalar> Hook<S> for AnyEffect<S> {
-            fn reset(&mut self) {
+            /// See [`Hook::reset`].
+            pub fn reset(&mut self) {
                 match self { $(Self::$name(e) => e.reset()),* }
             }
 
-            fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
+            /// See [`Hook::memory`].
+            pub fn memory(&mut self, visit: &mut dyn FnMut(Memory, &mut S)) {
                 match self { $(Self::$name(e) => e.memory(visit)),* }
             }
 
-            fn structure(&self, structure: &mut Structure<S>) {
+            /// See [`Hook::structure`].
+            pub fn structure(&self, structure: &mut Structure<S>) {
                 match self { $(Self::$name(e) => e.structure(structure)),* }
             }
 
+            /// See [`Hook::drive`].
             #[inline(always)]
-            fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
-                match self { $(Self::$name(e) => e.drive(step, valve, drive)),* }
+            pub fn drive(&mut self, step: &Step<'_>, valve: usize, drive: &mut S) {
+                match self { $(Self::$name(e) => *drive = e.drive(step, valve, *drive)),* }
             }
 
+            /// See [`Hook::valve`].
             #[inline(always)]
-            fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
+            pub fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
                 match self { $(Self::$name(e) => e.valve(step, law)),* }
             }
 
+            /// See [`Hook::regulator`].
             #[inline(always)]
-            fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {
+            pub fn regulator(&mut self, step: &Step<'_>, law: &mut RegulatorLaw<S>) {
                 match self { $(Self::$name(e) => e.regulator(step, law)),* }
             }
 
+            /// See [`Hook::areas`].
             #[inline(always)]
-            fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
+            pub fn areas(&mut self, step: &Step<'_>, areas: &mut Areas<S>) {
                 match self { $(Self::$name(e) => e.areas(step, areas)),* }
             }
 
+            /// See [`Hook::supply`].
             #[inline(always)]
-            fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
-                match self { $(Self::$name(e) => e.supply(step, supply, areas, pressure)),* }
+            pub fn supply(&mut self, step: &Step<'_>, supply: &mut S, areas: &Areas<S>, pressure: S) {
+                match self { $(Self::$name(e) => *supply = e.supply(step, *supply, areas, pressure)),* }
             }
 
+            /// See [`Hook::stretch`].
             #[inline(always)]
-            fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
+            pub fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
                 match self { $(Self::$name(e) => e.stretch(step, pressure, stretch)),* }
             }
 
+            /// See [`Hook::sense`].
             #[inline(always)]
-            fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
-                match self { $(Self::$name(e) => e.sense(step, gauge)),* }
+            pub fn sense(&mut self, step: &Step<'_>, gauge: &mut S) {
+                match self { $(Self::$name(e) => *gauge = e.sense(step, *gauge)),* }
             }
 
-            fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
+            /// See [`Hook::sample`].
+            pub fn sample(&mut self, inputs: &ChannelInputs, row: usize, reading: S) -> S {
                 match self { $(Self::$name(e) => e.sample(inputs, row, reading)),* }
             }
         }

@@ -40,7 +40,7 @@ impl<S: Scalar> SensorCrosstalk<S> {
 
 impl<S: Scalar> Hook<S> for SensorCrosstalk<S> {
     /// A board's loop follows what its converter delivers.
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         match step.inputs.sampled_before_pa.get(step.row) {
             Some(&here) if step.inputs.in_loop() => {

@@ -41,7 +41,7 @@ impl<S: Scalar> SensorDrift<S> {
 }
 
 impl<S: Scalar> Hook<S> for SensorDrift<S> {
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         let grown = (-(-self.time_constant.recip().times(step.time_s + 0.5 * step.length_s)).exp()).plus(1.0);
         gauge + (self.change * grown).times(1e3)

@@ -38,7 +38,7 @@ impl<S: Scalar> SensorGain<S> {
 }
 
 impl<S: Scalar> Hook<S> for SensorGain<S> {
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         gauge * self.ratio
     }

@@ -58,7 +58,7 @@ impl<S: Scalar> Hook<S> for SensorLag<S> {
         remembered.filter_map(Remembered::known).for_each(|value| visit(Memory::Estimated, value));
     }
 
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         let before = self.last.or(gauge);
         let start = self.reading.or(gauge);

@@ -39,7 +39,7 @@ impl<S: Scalar> SensorNonlinearity<S> {
 }
 
 impl<S: Scalar> Hook<S> for SensorNonlinearity<S> {
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         const RANGE_PA: f64 = 689_475.7;
         let x = gauge.times(1.0 / RANGE_PA);

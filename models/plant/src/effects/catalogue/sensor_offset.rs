@@ -38,7 +38,7 @@ impl<S: Scalar> SensorOffset<S> {
 }
 
 impl<S: Scalar> Hook<S> for SensorOffset<S> {
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
         gauge + self.offset.times(1e3)
     }

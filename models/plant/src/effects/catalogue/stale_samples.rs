@@ -116,7 +116,7 @@ impl<S: Scalar> Hook<S> for StaleSamples<S> {
 
     /// A board's loop follows the old sample. Rows that are equal say that it was held from some
     /// time before the first of them until some time after the last: half an interval in the mean.
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         let inputs = step.inputs;
         if !inputs.in_loop() {

@@ -39,7 +39,7 @@ impl<S: Scalar> SupplyLevel<S> {
 }
 
 impl<S: Scalar> Hook<S> for SupplyLevel<S> {
-    #[inline]
+    #[inline(always)]
     fn supply(&mut self, _: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
         supply + self.level.times(1e3)
     }

@@ -38,7 +38,7 @@ impl<S: Scalar> SupplyMisstated<S> {
 }
 
 impl<S: Scalar> Hook<S> for SupplyMisstated<S> {
-    #[inline]
+    #[inline(always)]
     fn supply(&mut self, _: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
         supply + supply * self.share
     }

@@ -61,7 +61,7 @@ impl<S: Scalar> SupplyRipple<S> {
 }
 
 impl<S: Scalar> Hook<S> for SupplyRipple<S> {
-    #[inline]
+    #[inline(always)]
     fn supply(&mut self, step: &Step<'_>, supply: S, _: &Areas<S>, _: S) -> S {
         let phase = self.period.recip().times(step.time_s) + self.phase;
         let phase = phase.shift(-phase.real().floor());

@@ -60,12 +60,12 @@ impl<S: Scalar> Hook<S> for SupplySag<S> {
         visit(Memory::Estimated, &mut self.sag);
     }
 
-    #[inline]
+    #[inline(always)]
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {
         self.open = law.gain_in;
     }
 
-    #[inline]
+    #[inline(always)]
     fn supply(&mut self, step: &Step<'_>, supply: S, areas: &Areas<S>, pressure: S) -> S {
         // Own flow from this simulation, the others' from the recording. The sag of the step before
         // closes the loop.

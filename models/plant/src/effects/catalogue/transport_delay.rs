@@ -53,7 +53,7 @@ impl<S: Scalar> Hook<S> for TransportDelay<S> {
 
     /// The mean over the step of a drive that is constant over each step. Steps are not of one
     /// length: neither are rows.
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let past = &mut self.past[valve];
         past.push_front((drive, step.length_s));

@@ -41,12 +41,12 @@ impl<S: Scalar> ValveAsymmetry<S> {
 }
 
 impl<S: Scalar> Hook<S> for ValveAsymmetry<S> {
-    #[inline]
+    #[inline(always)]
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {
         law.gain_out = law.gain_out * self.ratio;
     }
 
-    #[inline]
+    #[inline(always)]
     fn regulator(&mut self, _: &Step<'_>, law: &mut RegulatorLaw<S>) {
         law.falling = law.falling * self.ratio;
     }

@@ -38,7 +38,7 @@ impl<S: Scalar> ValveCentre<S> {
 }
 
 impl<S: Scalar> Hook<S> for ValveCentre<S> {
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         if valve == 0 { drive + self.centre } else { drive - self.centre }
     }

@@ -39,7 +39,7 @@ impl<S: Scalar> ValveGain<S> {
 }
 
 impl<S: Scalar> Hook<S> for ValveGain<S> {
-    #[inline]
+    #[inline(always)]
     fn valve(&mut self, _: &Step<'_>, law: &mut ValveLaw<S>) {
         law.gain_in = law.gain_in * self.ratio;
         law.gain_out = law.gain_out * self.ratio;

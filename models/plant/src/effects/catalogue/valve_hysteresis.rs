@@ -49,7 +49,7 @@ impl<S: Scalar> Hook<S> for ValveHysteresis<S> {
         self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Known, position));
     }
 
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, _: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].or(S::zero());
         let after = before.max(drive - self.half_width).min(drive + self.half_width);

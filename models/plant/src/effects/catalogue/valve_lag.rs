@@ -54,7 +54,7 @@ impl<S: Scalar> Hook<S> for ValveLag<S> {
         self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Estimated, position));
     }
 
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let start = self.position[valve].or(drive);
         let (ratio, rest) = self.forgetting.over(self.time_constant, step.length_s);

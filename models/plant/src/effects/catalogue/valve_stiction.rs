@@ -52,7 +52,7 @@ impl<S: Scalar> Hook<S> for ValveStiction<S> {
         self.position.iter_mut().filter_map(Remembered::known).for_each(|position| visit(Memory::Known, position));
     }
 
-    #[inline]
+    #[inline(always)]
     fn drive(&mut self, step: &Step<'_>, valve: usize, drive: S) -> S {
         let before = self.position[valve].or(S::zero());
         let after = if step.lags {

@@ -40,7 +40,7 @@ impl<S: Scalar> ValveWear<S> {
 }
 
 impl<S: Scalar> Hook<S> for ValveWear<S> {
-    #[inline]
+    #[inline(always)]
     fn valve(&mut self, step: &Step<'_>, law: &mut ValveLaw<S>) {
         let factor = self.rate.times(step.time_s / 60.0).exp();
         law.gain_in = law.gain_in * factor;

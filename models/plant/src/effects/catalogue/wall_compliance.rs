@@ -43,7 +43,7 @@ impl<S: Scalar> Hook<S> for WallCompliance<S> {
         structure.stretches = true;
     }
 
-    #[inline]
+    #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let per_pa = self.compliance.times(1e-5);
         stretch.factor = stretch.factor + per_pa * pressure.plus(-step.inputs.ambient_pa);

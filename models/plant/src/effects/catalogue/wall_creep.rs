@@ -55,7 +55,7 @@ impl<S: Scalar> Hook<S> for WallCreep<S> {
         self.stretch.known().into_iter().for_each(|stretch| visit(Memory::Estimated, stretch));
     }
 
-    #[inline]
+    #[inline(always)]
     fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
         let wanted = self.compliance * pressure.plus(-step.inputs.ambient_pa).times(1e-5);
         let before = self.stretch.or(wanted);
