@@ -4,7 +4,7 @@ use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{ChannelData, ExtendedFile};
 use pneudrive_model::effects::catalogue::AnyEffect;
 use pneudrive_model::effects::{
-    DriveInput, Hook, Plant, Step, Stepper, StepperState, Stretch, course_from, install,
+    DriveInput, Plant, Step, Stepper, StepperState, Stretch, course_from, install,
 };
 
 use crate::engine::{Engine, check_loop};
@@ -128,13 +128,13 @@ impl ExtendedEngine {
         let inputs = &self.window.inputs;
         let step = Step { row: NOW, time_s: 0.5 * self.part_s, length_s: self.part_s, lags: false, inputs };
         let effect = &mut self.effects[effect];
-        effect.drive(&step, 0, 0.0);
+        effect.drive(&step, 0, &mut 0.0);
         if matches!(inputs.drive, DriveInput::Separate { .. }) {
-            effect.drive(&step, 1, 0.0);
+            effect.drive(&step, 1, &mut 0.0);
         }
         let mut stretch = Stretch { factor: 1.0, rate: 0.0, by_pressure: 0.0 };
         effect.stretch(&step, inputs.ambient_pa, &mut stretch);
-        effect.sense(&step, 0.0);
+        effect.sense(&step, &mut 0.0);
         effect.sample(inputs, NOW, 0.0);
     }
 

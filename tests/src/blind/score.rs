@@ -76,6 +76,10 @@ pub fn score(case: &Case, report: &Value) -> Outcome {
         };
         worst = worst.max(found);
     }
+    // One cause that is a tie of two hidden effects says that one of them is there.
+    if causes.len() < case.effects.len() {
+        worst = Outcome::Wrong;
+    }
     if worst != Outcome::Wrong && false_names(case, report) > 0 { Outcome::Extra } else { worst }
 }
 
@@ -253,6 +257,7 @@ mod tests {
         let pair = Case::moderate(Kind::Pair, &["valve_lag", "supply_sag"]);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[]), ("supply_sag", &[])])), Outcome::Right);
         assert_eq!(score(&pair, &report(&[("valve_lag", &[])])), Outcome::Wrong);
+        assert_eq!(score(&pair, &report(&[("valve_lag", &["supply_sag"])])), Outcome::Wrong);
     }
 
     #[test]
