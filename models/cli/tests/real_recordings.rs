@@ -47,7 +47,7 @@ fn the_resistance_behind_the_sensor_is_named_in_runs_of_the_solenoid() {
     let Some(data) = real_data("the_resistance_behind_the_sensor_is_named_in_runs_of_the_solenoid") else {
         return;
     };
-    the_resistance_is_named(&data, "solenoid", &[1, 2, 3, 4, 8]);
+    the_resistance_is_named(&data, "solenoid", &[1, 2, 3, 4, 8], 4);
 }
 
 #[test]
@@ -55,10 +55,11 @@ fn the_resistance_behind_the_sensor_is_named_in_runs_of_the_pinch_valve() {
     let Some(data) = real_data("the_resistance_behind_the_sensor_is_named_in_runs_of_the_pinch_valve") else {
         return;
     };
-    the_resistance_is_named(&data, "pinch_valve", &[1, 2, 3, 4, 5, 8]);
+    the_resistance_is_named(&data, "pinch_valve", &[1, 2, 3, 4, 5, 8], 1);
 }
 
-fn the_resistance_is_named(data: &Path, valve: &str, shown_in: &[usize]) {
+/// `surest`: the run in which most of the error is surely taken off blocks that were not fitted.
+fn the_resistance_is_named(data: &Path, valve: &str, shown_in: &[usize], surest: usize) {
     let rig = format!("{}/../examples/ventilator_{valve}.toml", env!("CARGO_MANIFEST_DIR"));
     for number in 1..=8 {
         let path = data.join(format!("respiraworks/{valve}/run{number}.csv"));
@@ -74,6 +75,8 @@ fn the_resistance_is_named(data: &Path, valve: &str, shown_in: &[usize]) {
         assert_eq!(causes[0]["equivalent"].as_array().map(Vec::len), Some(0), "{valve} {number}");
         let taken = causes[0]["gain"]["reduction"].as_f64().unwrap();
         assert!(taken > 0.2, "{valve} {number}: {taken}");
+        let least = causes[0]["gain"]["ci95"][0].as_f64().unwrap();
+        assert!(number != surest || least > 0.5, "{valve} {number}: {least}");
     }
 }
 
