@@ -19,9 +19,7 @@ use crate::rig::Rig;
 /// and more, and its work goes with the rows.
 const LIKELIHOOD_HZ: f64 = 100.0;
 
-/// What the likelihood names instead of the search, from a base model that is far off. One cause
-/// that brings the model near the recording is the answer; several may be so many ways to imitate
-/// another one, and which of them the search comes to may hang on the last digit.
+/// What the likelihood names instead of the search, where it is [asked](is_asked).
 #[must_use]
 pub fn second_opinion(
     recording: &Recording,
@@ -32,8 +30,7 @@ pub fn second_opinion(
     progress: &Progress<'_>,
 ) -> Option<Named> {
     let near = |models: &[Extended]| !adequacy::astray(channels, models);
-    let one_explains = || outcome.causes.len() < 2 && near(&models_of(&outcome.stages));
-    if near(&outcome.base) || one_explains() {
+    if !is_asked(near(&outcome.base), outcome.causes.len(), || near(&models_of(&outcome.stages))) {
         return None;
     }
     // A channel that has too few rows to be looked at slowly is looked at as it is.
@@ -43,6 +40,14 @@ pub fn second_opinion(
     let effects: Vec<usize> = (0..CATALOGUE.len()).filter(|&effect| asked.is_among(effect)).collect();
     let named = greybox::name(looked_at, &outcome.base, &effects, &|| progress("", 1));
     named.filter(|named| outcome.causes.is_empty() || stands_instead(channels, named, outcome))
+}
+
+/// Is the likelihood asked, after a search that has named so many causes and may have come near the
+/// recording? From a base model that is far off, one cause that brings it there is the answer.
+/// Several may be so many ways to imitate another one, however near they come, and which of them
+/// the search comes to may hang on the last digit.
+fn is_asked(base_is_near: bool, causes: usize, searched_is_near: impl FnOnce() -> bool) -> bool {
+    !base_is_near && (causes > 1 || !searched_is_near())
 }
 
 /// The channels at about [`LIKELIHOOD_HZ`], as far as the likelihood looks at them.
@@ -87,6 +92,14 @@ fn takes_the_place(effect: usize, causes: &[usize], error: Both, density: Both) 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn from_far_off_only_one_cause_that_comes_near_is_the_answer() {
+        assert!(!is_asked(false, 1, || true));
+        assert!(is_asked(false, 2, || true), "several may imitate another one");
+        assert!(is_asked(false, 1, || false) && is_asked(false, 0, || false));
+        assert!((0..3).all(|causes| !is_asked(true, causes, || false)), "there is nothing to find");
+    }
 
     /// Of a name by likelihood that leaves an error of 1, and predicts worse than the search.
     fn place_of(causes: &[usize], searched_error: f64) -> bool {
