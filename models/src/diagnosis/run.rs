@@ -24,6 +24,7 @@ use crate::diagnosis::selection::{Outcome, Progress, adopt, harms, is_shown, sea
 use crate::diagnosis::settings::{self, SETTINGS};
 use crate::effects::Question;
 use crate::effects::catalogue::{CATALOGUE, index_of};
+use crate::parallel;
 use crate::rig::Rig;
 
 /// File name of the extended model.
@@ -272,13 +273,10 @@ fn baseline(channels: &[ChannelData], base: &[Extended], errors: &BlockErrors) -
 
 /// RMS change of the final simulation when the integration step is halved, kPa.
 fn halved_step(channels: &[ChannelData], models: &[Extended]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0_f64);
-    for (data, model) in channels.iter().zip(models) {
-        let finer = halved(data);
-        for (a, b) in data.readings(model).iter().zip(finer.readings(model)) {
-            sum += (a - b).powi(2);
-            count += 1.0;
-        }
-    }
-    (sum / count.max(1.0)).sqrt()
+    let squares: Vec<Vec<f64>> = parallel::map(channels.iter().zip(models), |(data, model)| {
+        let finer = halved(data).readings(model);
+        data.readings(model).iter().zip(finer).map(|(a, b)| (a - b).powi(2)).collect()
+    });
+    let count: usize = squares.iter().map(Vec::len).sum();
+    (squares.iter().flatten().sum::<f64>() / f64::max(count as f64, 1.0)).sqrt()
 }

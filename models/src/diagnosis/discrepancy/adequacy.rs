@@ -7,25 +7,26 @@ use crate::diagnosis::rollout_errors::BlockErrors;
 use crate::diagnosis::selection::{Candidate, Outcome};
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 /// RMS error of rollouts over the test blocks that noise, the supply's usual wander and a loop's
 /// hunting leave where the model is right, kPa.
 #[must_use]
 pub fn allowed_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0_f64);
-    for (data, model) in channels.iter().zip(models) {
+    let variances: Vec<Vec<f64>> = parallel::map(channels.iter().zip(models), |(data, model)| {
         let derivatives = data.disturbances(model);
         let Expected { hunting, .. } = Expected::of(data, model);
         let mut columns: Vec<f64> = derivatives.iter().flat_map(wander).collect();
         // As in the error itself, the start pressure of a block is right.
         Whitening::start_only(data, &derivatives).apply_columns(&mut columns, WANDERS);
-        for row in rows_of(data, &[Role::Test]) {
+        let variance = |row: usize| {
             let wandered = columns[WANDERS * row..][..WANDERS].iter().map(|c| c * c).sum::<f64>();
-            sum += data.noise_kpa.powi(2) + wandered + hunting[row];
-            count += 1.0;
-        }
-    }
-    (sum / count.max(1.0)).sqrt()
+            data.noise_kpa.powi(2) + wandered + hunting[row]
+        };
+        rows_of(data, &[Role::Test]).into_iter().map(variance).collect()
+    });
+    let count: usize = variances.iter().map(Vec::len).sum();
+    (variances.iter().flatten().sum::<f64>() / f64::max(count as f64, 1.0)).sqrt()
 }
 
 /// Is an error more than what is allowed?

@@ -9,6 +9,7 @@ use super::sandwich::{BlockError, Sandwich};
 use super::{Coordinate, quantile};
 use crate::diagnosis::channel::{ChannelData, halved};
 use crate::diagnosis::estimation::ChannelStage;
+use crate::parallel;
 
 /// How well a channel's recording determines its model's parameters: the same for all effects, and
 /// worked out once one of them asks.
@@ -50,7 +51,7 @@ impl<'a> Determined<'a> {
             return Vec::new();
         };
         let known = self.known.get_or_init(|| Known::new(data, stage));
-        range.map(|position| self.coordinate(known, effect, position)).collect()
+        parallel::map(range, |position| self.coordinate(known, effect, position))
     }
 
     /// The parameter at a position, which is one of an effect's.

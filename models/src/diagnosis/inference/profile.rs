@@ -4,6 +4,7 @@ use crate::diagnosis::channel::{ChannelData, Role};
 use crate::diagnosis::estimation::{BlockObjective, ChannelStage, refit_with};
 use crate::diagnosis::likelihood::{block_losses, total};
 use crate::fit::Objective;
+use crate::parallel;
 
 /// First step away from an estimate that has no standard error, as a part of its bounds' distance.
 const FIRST_STEP: f64 = 0.002;
@@ -16,6 +17,9 @@ const FOLLOW: usize = 4;
 const POINTS_OF_STEPS: usize = 10;
 /// Nearness of a point to the wanted rise that ends the search, as a part of its root.
 const NEAR: f64 = 0.1;
+
+/// The root of the cost's rise as a function of the distance.
+type Root<'a> = dyn FnMut(f64) -> f64 + 'a;
 
 /// The cost of the fit blocks along one parameter.
 pub struct Profile<'a> {
@@ -47,20 +51,21 @@ impl<'a> Profile<'a> {
     /// comes first. `stride` is where they are expected.
     #[must_use]
     pub fn ends(&self, k: usize, stride: f64, rise: f64) -> [f64; 2] {
-        [-1.0, 1.0].map(|sign| {
-            let (wall, mut root) = (self.wall(k, sign), self.side(k, sign));
-            smooth_end(&mut root, wall, stride, rise.sqrt())
-        })
+        self.both(k, |root, wall| smooth_end(root, wall, stride, rise.sqrt()))
     }
 
     /// The same where the cost has steps, as that of a threshold has between two drives.
     #[must_use]
     pub fn ends_of_steps(&self, k: usize, rise: f64) -> [f64; 2] {
         let (low, high) = self.bounds[k];
-        [-1.0, 1.0].map(|sign| {
-            let (wall, mut root) = (self.wall(k, sign), self.side(k, sign));
-            end_of_steps(&mut root, wall, FIRST_STEP * (high - low), rise.sqrt())
-        })
+        self.both(k, |root, wall| end_of_steps(root, wall, FIRST_STEP * (high - low), rise.sqrt()))
+    }
+
+    /// The ends on both sides, side by side, from the root of the rise and the distance of the
+    /// bound.
+    fn both(&self, k: usize, end: impl Fn(&mut Root<'_>, f64) -> f64 + Sync) -> [f64; 2] {
+        let sides = parallel::map([-1.0, 1.0], |sign| end(&mut self.side(k, sign), self.wall(k, sign)));
+        [sides[0], sides[1]]
     }
 
     /// Distance of a parameter's bound.
@@ -104,7 +109,7 @@ impl<'a> Profile<'a> {
 
 /// Where the root of a smooth cost's rise reaches the `target`; infinite where the wall comes
 /// first.
-fn smooth_end(root: &mut impl FnMut(f64) -> f64, wall: f64, stride: f64, target: f64) -> f64 {
+fn smooth_end(root: &mut Root<'_>, wall: f64, stride: f64, target: f64) -> f64 {
     let mut next = stride;
     let (mut inside, mut outside) = ((0.0, 0.0), None);
     for _ in 0..POINTS {
@@ -135,7 +140,7 @@ fn smooth_end(root: &mut impl FnMut(f64) -> f64, wall: f64, stride: f64, target:
 /// Where the root of a rise in steps passes the `target`, rather too far out than too near;
 /// infinite where the wall comes first. How high it is on either side of a step says nothing about
 /// where the step is.
-fn end_of_steps(root: &mut impl FnMut(f64) -> f64, wall: f64, first: f64, target: f64) -> f64 {
+fn end_of_steps(root: &mut Root<'_>, wall: f64, first: f64, target: f64) -> f64 {
     let (mut inside, mut outside, mut next) = (0.0, None, first);
     for _ in 0..POINTS_OF_STEPS {
         next = f64::min(next, wall);

@@ -7,6 +7,7 @@
 
 use crate::diagnosis::channel::{ChannelData, Extended};
 use crate::effects::catalogue::CATALOGUE;
+use crate::parallel;
 
 /// Courses of the noise over which a mean is taken.
 const EXPECTED: u64 = 8;
@@ -72,12 +73,15 @@ impl Expected {
             return Self { hunting: vec![0.0; first.len()], readings: first };
         }
         let (mut sum, mut squares) = (vec![0.0; first.len()], vec![0.0; first.len()]);
-        let mut other = data.clone();
-        for draw in 1..EXPECTED {
+        let courses = parallel::map(1..EXPECTED, |draw| {
+            let mut other = data.clone();
             if let Some(board) = &mut other.plant.board {
                 board.noise_draw = draw;
             }
-            for (k, y) in other.readings(model).iter().enumerate() {
+            other.readings(model)
+        });
+        for readings in &courses {
+            for (k, y) in readings.iter().enumerate() {
                 sum[k] += y - first[k];
                 squares[k] += (y - first[k]).powi(2);
             }
