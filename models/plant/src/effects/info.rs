@@ -107,6 +107,12 @@ impl EffectInfo {
         self.traits.iter().any(|t| matches!(t, Trait::LimitCycle))
     }
 
+    /// Does what a board's loop controls move within a few milliseconds with it?
+    #[must_use]
+    pub fn is_fast_in_loop(&self) -> bool {
+        self.traits.iter().any(|t| matches!(t, Trait::FastInLoop))
+    }
+
     /// Is it about a supply that the rig file states, and nobody has measured?
     #[must_use]
     pub fn needs_stated_supply(&self) -> bool {

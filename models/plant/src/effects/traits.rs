@@ -64,6 +64,8 @@ pub enum Trait {
     Thresholded,
     /// With it a board's loop hunts.
     LimitCycle,
+    /// With it what a board's loop controls moves within a few milliseconds.
+    FastInLoop,
     /// It happens at times that the rows tell only roughly.
     RoughlyTimed,
     /// A channel's rows show by themselves whether it is there, whatever else a model lacks.

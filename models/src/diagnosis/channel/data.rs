@@ -85,9 +85,10 @@ impl ChannelData {
 
     fn traced(&self, model: &Extended, rates: &[f64]) -> Vec<[f64; 3]> {
         let shape = Corrected { inner: &Undisturbed, rates, interval_s: &self.inputs.interval_s };
-        let mut effects = install(&self.plant, &model.effects, &model.values);
+        let plant = self.plant_with(&model.effects);
+        let mut effects = install(&plant, &model.effects, &model.values);
         let mut trace = Vec::with_capacity(self.inputs.rows());
-        simulate(&self.plant, &model.values, &mut effects, &self.inputs, &shape, |row| {
+        simulate(&plant, &model.values, &mut effects, &self.inputs, &shape, |row| {
             trace.push([row.reading * 1e-3, row.drive, row.draw]);
         });
         trace
@@ -118,10 +119,11 @@ impl ChannelData {
     pub fn run<S: Simulated>(&self, model: &Extended, values: &[S], shape: &impl Disturbance<S>) -> Vec<S> {
         let rates = self.correction_rates(model);
         let shape = Corrected { inner: shape, rates: &rates, interval_s: &self.inputs.interval_s };
-        let mut effects = install(&self.plant, &model.effects, values);
+        let plant = self.plant_with(&model.effects);
+        let mut effects = install(&plant, &model.effects, values);
         let mut readings = Vec::with_capacity(self.rows.len());
         let mut next = 0;
-        simulate(&self.plant, values, &mut effects, &self.inputs, &shape, |row| {
+        simulate(&plant, values, &mut effects, &self.inputs, &shape, |row| {
             if self.rows.get(next).is_some_and(|&r| r as usize == row.row) {
                 readings.push(row.reading.times(1e-3));
                 next += 1;

@@ -4,7 +4,8 @@
 use std::borrow::Cow;
 
 use super::data::ChannelData;
-use crate::effects::{BoardLoop, DriveInput};
+use crate::effects::catalogue::CATALOGUE;
+use crate::effects::{BoardLoop, DriveInput, Plant};
 
 /// Longest integration step of what is reported, s. It is checked against half of it.
 pub const LONGEST_STEP_S: f64 = 0.0025;
@@ -13,9 +14,10 @@ const SEARCH_STEP_S: f64 = 0.01;
 /// Longest step of the board's loop while causes are looked for, s. A board's loop is much faster
 /// than a chamber: several loops are simulated as one, and only what is reported is fitted and
 /// judged with every one of them.
-const SEARCH_LOOP_S: f64 = 0.0025;
-/// The same where only the difference of two simulations is asked for, s.
-const PROBE_LOOP_S: f64 = 0.005;
+const SEARCH_LOOP_S: f64 = 0.005;
+/// The same with effects with which [what it controls is
+/// fast](crate::effects::Trait::FastInLoop), too.
+const FAST_LOOP_S: f64 = 0.0025;
 
 /// Simulates as coarsely as the search for causes may, or as finely as what is reported needs.
 pub fn simulate_coarsely(channels: &mut [ChannelData], coarsely: bool) {
@@ -47,13 +49,25 @@ impl ChannelData {
     pub fn rough(&self) -> Cow<'_, Self> {
         rougher(self).map_or(Cow::Borrowed(self), Cow::Owned)
     }
+
+    /// The plant in steps that are short enough for a model with these effects.
+    #[must_use]
+    pub fn plant_with(&self, effects: &[usize]) -> Cow<'_, Plant> {
+        let fast = effects.iter().any(|&effect| CATALOGUE[effect].is_fast_in_loop());
+        let board = self.plant.board.as_ref().filter(|_| fast && self.inputs.in_loop());
+        let Some(board) = board.filter(|board| board.loops_per_step > loops_in(board, FAST_LOOP_S)) else {
+            return Cow::Borrowed(&self.plant);
+        };
+        let board = BoardLoop { loops_per_step: loops_in(board, FAST_LOOP_S), ..*board };
+        Cow::Owned(Plant { board: Some(board), ..self.plant.clone() })
+    }
 }
 
-/// The channel in the steps in which differences are simulated, where the board's loop is simulated
-/// and they are longer than its own.
+/// The channel in the steps of the search, where the board's loop is simulated and they are longer
+/// than its own.
 fn rougher(data: &ChannelData) -> Option<ChannelData> {
     let board = data.plant.board.as_ref().filter(|_| data.inputs.drive == DriveInput::Controlled)?;
-    let loops = loops_in(board, PROBE_LOOP_S);
+    let loops = loops_in(board, SEARCH_LOOP_S);
     if loops <= board.loops_per_step {
         return None;
     }
@@ -96,4 +110,36 @@ pub fn halved(data: &ChannelData) -> ChannelData {
     };
     finer.plant.longest_step_s = 0.5 * step_s;
     finer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::testing::channel;
+    use crate::effects::catalogue::index_of;
+    use crate::effects::{Domain, EffectInfo};
+
+    /// Variances of the noise that the steps of a search may leave: with a tube, whose pressures
+    /// move within milliseconds, and else.
+    const MOST_LEFT: [f64; 2] = [0.4, 0.02];
+
+    #[test]
+    fn steps_of_a_search_leave_little_of_the_noise_with_any_effect_that_lets_a_loop_rest() {
+        let (data, base) = channel(true);
+        let mut coarse = [data.clone()];
+        simulate_coarsely(&mut coarse, true);
+        assert!(coarse[0].steps() != data.steps());
+        let among = |info: &&EffectInfo| info.domain != Domain::Regulator && !info.makes_limit_cycles();
+        for info in CATALOGUE.iter().copied().filter(among) {
+            let effect = index_of(info.id).unwrap();
+            for probe in info.probes {
+                let model = base.with(&data.plant, effect, probe);
+                let readings = [&data, &coarse[0]].map(|data| data.readings(&model));
+                let squares = readings[0].iter().zip(&readings[1]).map(|(a, b)| (a - b).powi(2));
+                let left = squares.sum::<f64>() / readings[0].len() as f64 / data.noise_kpa.powi(2);
+                let tube = usize::from(info.id != "line_restriction");
+                assert!(left < MOST_LEFT[tube], "{} {probe:?}: {left}", info.id);
+            }
+        }
+    }
 }

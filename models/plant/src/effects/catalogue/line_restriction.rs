@@ -23,7 +23,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["heat_exchange", "sensor_lag", "wall_creep"],
     separated_by: "fast steps over a wide range of pressure: at the end of a flow the reading falls back or rises",
     smallest: 0.0005,
-    traits: &[Trait::Derives(DerivedSize {
+    traits: &[Trait::FastInLoop, Trait::Derives(DerivedSize {
         name: "resistance",
         unit: "kPa s",
         meaning: "resistance: what the tube loses (its flow pressure squared) over the flow",

@@ -1,6 +1,6 @@
 //! `sensor_lag`: measurement lags the pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Question, Reach, Trait};
 use crate::effects::remembered::{Forgetting, Remembered};
 use crate::numeric::Scalar;
 
@@ -22,7 +22,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_lag", "transport_delay", "line_restriction"],
     separated_by: "pressure corners that do not coincide with drive steps: saturation, choking, another source of pressure",
     smallest: 0.0025,
-    traits: &[],
+    traits: &[Trait::FastInLoop],
     check: "filter settings on the board and in the sensor, tube to the sensor",
 };
 

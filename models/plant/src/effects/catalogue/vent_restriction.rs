@@ -1,7 +1,7 @@
 //! `vent_restriction`: restriction in the exhaust.
 
 use crate::effects::{
-    Domain, EffectInfo, EffectParameter, Hook, OutletParameters, Structure, Question, Reach,
+    Domain, EffectInfo, EffectParameter, Hook, OutletParameters, Structure, Question, Reach, Trait,
 };
 use crate::numeric::Scalar;
 
@@ -24,7 +24,7 @@ pub const INFO: EffectInfo = EffectInfo {
     rivals: &["valve_asymmetry", "drive_saturation", "flow_function"],
     separated_by: "venting from high pressure at small and at full drive",
     smallest: 0.05,
-    traits: &[],
+    traits: &[Trait::FastInLoop],
     check: "muffler, exhaust fitting and tube: take them off and compare",
 };
 
