@@ -43,6 +43,7 @@ impl Window {
                 interval_s: every(step_s),
                 duration_s: f64::INFINITY,
                 starts: Arc::from([0]),
+                anchors: Arc::from([]),
                 drive,
                 command_pa: every(template.ambient_pa),
                 supply_pa: every(template.ambient_pa),

@@ -210,6 +210,7 @@ impl ExtendedRollouts {
             interval_s: of(column::INTERVAL_S),
             duration_s: shared.time_s.last().copied().unwrap_or_default(),
             starts: [0].into(),
+            anchors: [].into(),
             drive,
             command_pa: of(column::COMMAND_PA),
             supply_pa: of(column::SUPPLY_PA),

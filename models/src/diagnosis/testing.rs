@@ -41,6 +41,7 @@ pub fn channel_of(rows: usize, in_loop: bool) -> (ChannelData, Extended) {
         interval_s: every(0.01),
         duration_s: 0.01 * (rows - 1) as f64,
         starts: [0].into(),
+        anchors: [].into(),
         drive: if in_loop {
             DriveInput::Controlled
         } else {

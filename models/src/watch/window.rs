@@ -62,6 +62,7 @@ impl Window {
                 interval_s: every(0.01),
                 duration_s: f64::INFINITY,
                 starts: Arc::from([0]),
+                anchors: Arc::from([]),
                 drive,
                 command_pa: every(template.ambient_pa),
                 supply_pa: every(template.supply_pa[0]),

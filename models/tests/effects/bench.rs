@@ -218,6 +218,7 @@ fn inputs(rows: usize, start_pa: f64, drive: DriveInput) -> ChannelInputs {
         interval_s: every(0.01),
         duration_s: 0.01 * (rows.max(1) - 1) as f64,
         starts: [0].into(),
+        anchors: [].into(),
         drive,
         command_pa: every(start_pa),
         supply_pa: every(650e3),

@@ -185,6 +185,7 @@ mod tests {
             interval_s: every(0.01),
             duration_s: 0.01 * (ROWS - 1) as f64,
             starts: [0].into(),
+            anchors: [].into(),
             drive: DriveInput::Controlled,
             command_pa: (0..ROWS).map(command).collect(),
             supply_pa: every(650e3),

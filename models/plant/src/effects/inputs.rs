@@ -36,6 +36,11 @@ pub struct ChannelInputs {
     pub duration_s: f64,
     /// Rows at which a simulation starts anew; the first is 0.
     pub starts: Arc<[usize]>,
+    /// Rows at which a simulation's pressure is moved so that its reading is the measured one, once
+    /// what it remembers of the time before its start has settled: where spools stood and what
+    /// temperature the gas had when a recording begins is not known, and a chamber whose loop is
+    /// not simulated keeps the error for seconds.
+    pub anchors: Arc<[usize]>,
     /// Drive.
     pub drive: DriveInput,
     /// Commanded pressure, Pa.

@@ -63,11 +63,15 @@ pub fn simulate<S: Simulated>(
     mut each: impl FnMut(Row<S>),
 ) {
     let mut run = Stepper::new(plant, base, effects, inputs);
-    let mut next_start = 0;
+    let (mut next_start, mut next_anchor) = (0, 0);
     for row in 0..inputs.rows() {
         if inputs.starts.get(next_start) == Some(&row) {
             next_start += 1;
             run.start(row);
+        }
+        if inputs.anchors.get(next_anchor) == Some(&row) {
+            next_anchor += 1;
+            run.anchor(row);
         }
         run.set_pressure(disturbance.pressure(row, run.pressure()));
         run.set_supply(disturbance.supply(row, S::constant(inputs.supply_pa[row])));
@@ -111,6 +115,13 @@ impl<'a, S: Simulated> Stepper<'a, S> {
     /// Begins at rest at the pressure measured in a row.
     pub fn start(&mut self, row: usize) {
         S::start(&mut self.run, row, self.effects);
+    }
+
+    /// Moves the pressure by what the reading is off in a row, before what is sampled there.
+    pub fn anchor(&mut self, row: usize) {
+        let Run { inputs, .. } = self.run;
+        let off = (-self.run.report()).plus(inputs.measured_pa[row] - inputs.ambient_pa);
+        self.set_pressure(self.pressure() + off);
     }
 
     /// Is there a tube between valve and chamber?

@@ -19,6 +19,6 @@ pub use lanes::readings_of;
 pub use model::Extended;
 pub use neighbours::Pressures;
 pub use resolution::{LONGEST_STEP_S, Steps, halved, simulate_coarsely, simulate_finer};
-pub use split::{Block, OPEN, Role, block_length_s, split};
+pub use split::{Block, OPEN, Role, anchors, block_length_s, split};
 pub use variable::hats;
 pub use variable::{HATS, Variable};

@@ -4,7 +4,8 @@
 //! slowly (drift, wear, ripple) is in all three, with a gap before each.
 
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::ChannelInputs;
+use crate::effects::{ChannelInputs, DriveInput};
+use std::sync::Arc;
 
 /// What a block is used for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,24 +45,54 @@ pub fn block_length_s(duration_s: f64) -> f64 {
     (duration_s / SETTINGS.blocks_wanted).clamp(SETTINGS.shortest_block_s, SETTINGS.longest_block_s)
 }
 
+/// Part of a block's length after which what a simulation remembers of the time before its start
+/// has settled.
+const SETTLING: f64 = 0.25;
+
+/// Rows at which a simulation's pressure is [moved to the measured one](ChannelInputs::anchors):
+/// one after each start, where drives are recorded. A loop that is simulated makes up for a wrong
+/// beginning by itself.
+#[must_use]
+pub fn anchors(inputs: &ChannelInputs) -> Arc<[usize]> {
+    if !matches!(inputs.drive, DriveInput::Spool(_) | DriveInput::Separate { .. }) {
+        return Arc::default();
+    }
+    let after_s = SETTLING * block_length_s(inputs.duration_s);
+    let rows = stretches(inputs).filter_map(|stretch| {
+        let from_s = inputs.time_s[stretch.start] + after_s;
+        let mut rows = stretch.filter(|&row| inputs.time_s[row] >= from_s - 1e-9);
+        rows.find(|&row| inputs.usable[row])
+    });
+    rows.collect()
+}
+
+/// Rows from each start to the next.
+fn stretches(inputs: &ChannelInputs) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let ends = inputs.starts.iter().skip(1).copied().chain([inputs.rows()]);
+    inputs.starts.iter().copied().zip(ends).map(|(start, end)| start..end)
+}
+
 /// Cuts the rows into blocks, none of which crosses a start.
 #[must_use]
 pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
     let length = block_length_s(inputs.duration_s);
     let mut blocks = Vec::new();
-    for (k, &start) in inputs.starts.iter().enumerate() {
-        let end = inputs.starts.get(k + 1).copied().unwrap_or(inputs.rows());
-        let mut from = start;
+    for stretch in stretches(inputs) {
+        let (mut from, end) = (stretch.start, stretch.end);
         while from < end {
-            let begin_s = inputs.time_s[from];
             let row_at = |t: f64| from + inputs.time_s[from..end].partition_point(|&x| x < t - 1e-9);
-            let to = row_at(begin_s + length);
-            if inputs.time_s[to - 1] - begin_s > 0.6 * length {
-                // The simulation starts from one measured pressure at the very beginning: more to
-                // forget.
-                let gap = if from == start { 0.25 } else { SETTINGS.block_gap };
+            let to = row_at(inputs.time_s[from] + length);
+            if inputs.time_s[to - 1] - inputs.time_s[from] > 0.6 * length {
+                // What was before a start is to be forgotten first.
+                let anchor = inputs.anchors.iter().copied().find(|row| (from..to).contains(row));
+                let (start, gap) = match anchor {
+                    Some(row) => (row, SETTINGS.block_gap),
+                    None if from == stretch.start => (from, SETTLING),
+                    None => (from, SETTINGS.block_gap),
+                };
+                let compared = row_at(inputs.time_s[start] + gap * length);
                 let role = PATTERN[blocks.len() % PATTERN.len()];
-                blocks.push(Block { start: from, compared: row_at(begin_s + gap * length), end: to, role });
+                blocks.push(Block { start, compared, end: to, role });
             }
             from = to;
         }
@@ -73,7 +104,6 @@ pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
 mod tests {
     use super::*;
     use crate::diagnosis::testing::channel;
-    use std::sync::Arc;
 
     /// Rows at 100 Hz, with starts at some of them.
     fn inputs(rows: usize, starts: &[usize]) -> ChannelInputs {
@@ -125,5 +155,39 @@ mod tests {
     #[test]
     fn short_recordings_have_short_blocks() {
         assert_eq!([10.0, 60.0, 1000.0].map(block_length_s), [1.0, 2.5, 5.0]);
+    }
+    #[test]
+    fn what_is_simulated_from_drives_is_anchored_once_its_beginning_is_forgotten() {
+        let mut inputs = inputs(12_000, &[0, 1050, 11_900]);
+        // Blocks of 5 s; the row at the end of the second stretch's settling has no reading.
+        let mut usable = inputs.usable.iter().copied().cycle().take(12_000).collect::<Vec<_>>();
+        (1175..1180).for_each(|row| usable[row] = false);
+        inputs.usable = usable.into();
+        inputs.anchors = anchors(&inputs);
+        assert_eq!(*inputs.anchors, [125, 1180]);
+        let blocks = split(&inputs);
+        let of = |end: usize| blocks.iter().find(|block| block.end == end).unwrap();
+        // What is compared begins as long after the anchor as in any block after its start.
+        assert_eq!((of(500).start, of(500).compared), (125, 155));
+        assert_eq!((of(1550).start, of(1550).compared), (1180, 1210));
+        assert_eq!((of(1000).start, of(1000).compared), (500, 530));
+        let looped = channel(true).0.inputs;
+        assert!(anchors(&looped).is_empty(), "a simulated loop makes up for its beginning");
+    }
+
+    #[test]
+    fn a_simulation_is_anchored_at_the_measured_pressure_and_goes_on_from_there() {
+        let (mut data, base) = channel(false);
+        let free = data.trace(&base);
+        let (anchor, off_pa) = (125, 7e3);
+        let mut measured = vec![data.inputs.measured_pa[0]; data.inputs.rows()];
+        measured[anchor] = free[anchor][0] * 1e3 + data.inputs.ambient_pa + off_pa;
+        data.inputs.measured_pa = measured.into();
+        data.inputs.anchors = [anchor].into();
+        let anchored = data.trace(&base);
+        let apart = |row: usize| (anchored[row][0] - free[row][0]) * 1e3;
+        assert!(apart(anchor - 1).abs() < 1e-6 && (apart(anchor) - off_pa).abs() < 1e-6);
+        // The chamber forgets it by what flows.
+        assert!(apart(anchor + 1) > 0.9 * off_pa && apart(anchor + 1500).abs() < 0.5 * off_pa);
     }
 }

@@ -35,6 +35,7 @@ fn one(data: &ChannelData, commands: &[f64], seconds: f64) -> ChannelData {
         interval_s: every(period),
         duration_s: seconds,
         starts: [0].into(),
+        anchors: [].into(),
         drive: if data.plant.model.is_regulator() { DriveInput::Command } else { DriveInput::Controlled },
         supply_pa: every(middle(&old.supply_pa)),
         volume_m3: every(middle(&old.volume_m3)),

@@ -8,7 +8,7 @@ use crate::rig::Rig;
 
 use super::check::clipped_rows;
 use super::shared_inputs::Common;
-use crate::diagnosis::channel::{ChannelData, LONGEST_STEP_S, compared_rows, split};
+use crate::diagnosis::channel::{ChannelData, LONGEST_STEP_S, anchors, compared_rows, split};
 use crate::diagnosis::error::DiagnosisError;
 use crate::noise::noise;
 
@@ -131,11 +131,12 @@ fn prepare_channel(
     let noise_kpa = noise(&measured_kpa, &usable).max(step_kpa / 12.0_f64.sqrt() * 0.5).max(1e-4);
     let jointed = recording.joint_angle(channel.id).is_some();
     let board = rig.board().ok().map(|board| BoardLoop::new(&board));
-    let inputs = ChannelInputs {
+    let mut inputs = ChannelInputs {
         time_s: common.time_s.clone(),
         interval_s: common.interval_s.clone(),
         duration_s: recording.duration_s(),
         starts: common.starts.clone(),
+        anchors: [].into(),
         drive,
         supply_pa,
         volume_m3,
@@ -150,6 +151,9 @@ fn prepare_channel(
         ambient_pa,
         command_pa,
     };
+    if purpose == Purpose::Compare {
+        inputs.anchors = anchors(&inputs);
+    }
     let range = inputs.command_pa.iter().map(|c| (c - ambient_pa).abs()).fold(1.0, f64::max);
     let plant = Plant { model, board, longest_step_s: LONGEST_STEP_S, command_range_pa: range };
     let blocks = split(&inputs);
