@@ -133,7 +133,8 @@ impl ExtendedEngine {
             effect.drive(&step, 1, &mut 0.0);
         }
         let mut stretch = Stretch { factor: 1.0, rate: 0.0, by_pressure: 0.0 };
-        effect.stretch(&step, inputs.ambient_pa, &mut stretch);
+        let opposite = inputs.opposite_pa.get(NOW).map(|gauge| gauge + inputs.ambient_pa);
+        effect.stretch(&step, &Facing { own: inputs.ambient_pa, opposite }, &mut stretch);
         effect.sense(&step, &mut 0.0);
         effect.sample(inputs, NOW, 0.0);
     }

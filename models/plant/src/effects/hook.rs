@@ -53,6 +53,16 @@ pub struct Stretch<S> {
     pub by_pressure: S,
 }
 
+/// Pressures that move a chamber's wall, absolute, Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct Facing<S> {
+    /// In the chamber.
+    pub own: S,
+    /// In the chamber on the other side of the joint, where it is known and an effect
+    /// [asks for it](Structure::faces).
+    pub opposite: Option<S>,
+}
+
 /// The parts of a channel an effect can replace as a whole.
 #[derive(Debug, Clone, Copy)]
 pub struct Structure<S> {
@@ -61,6 +71,8 @@ pub struct Structure<S> {
     /// Does an effect change the volume ([`Hook::stretch`])? Without one, chambers are advanced
     /// without divisions by it.
     pub stretches: bool,
+    /// Does an effect change it by the pressure in the chamber opposite?
+    pub faces: bool,
     /// Time constant of the gas temperature at ambient pressure, s.
     pub heat_time_constant_s: Option<S>,
     /// Restriction behind the vent port.
@@ -136,15 +148,21 @@ pub trait Hook<S: Scalar> {
         supply
     }
 
-    /// Changes the volume, at an absolute chamber pressure in Pa. Only of a [`Structure`] that says
-    /// so.
+    /// Changes the volume, at these pressures. Only of a [`Structure`] that says so.
     #[inline(always)]
-    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {}
+    fn stretch(&mut self, step: &Step<'_>, pressures: &Facing<S>, stretch: &mut Stretch<S>) {}
 
     /// What the sensor delivers, gauge, Pa, at the end of the step.
     #[inline(always)]
     fn sense(&mut self, step: &Step<'_>, gauge: S) -> S {
         gauge
+    }
+
+    /// The pressure behind what a neighbour's sensor shows in the long run, both gauge, Pa:
+    /// sensors of one rig are of one kind, and what this one's has, theirs has.
+    #[inline(always)]
+    fn shown(&self, reading: S) -> S {
+        reading
     }
 
     /// What is recorded in row `row`, gauge, Pa.

@@ -31,7 +31,7 @@ pub use adjoint::{InputSlopes, input_slopes};
 pub use chamber::HEAT_REFERENCE_PA;
 pub use deviations::Deviations;
 pub use dither::course_from;
-pub use hook::{Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
+pub use hook::{Facing, Hook, LineParameters, Memory, RegulatorLaw, Step, Stretch, Structure};
 pub use info::{Domain, EffectInfo, Question, Reach};
 pub use inputs::{ChannelInputs, DriveInput, Series};
 pub use outlet::OutletParameters;

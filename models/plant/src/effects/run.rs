@@ -4,7 +4,7 @@ use super::catalogue::AnyEffect;
 use super::chamber::{Chamber, Conditions};
 use super::controller::Controller;
 use super::deviations::Deviations;
-use super::hook::{Memory, RegulatorLaw, Step, Stretch, Structure};
+use super::hook::{Facing, Memory, RegulatorLaw, Step, Stretch, Structure};
 use super::inputs::{ChannelInputs, DriveInput};
 use super::plant::Plant;
 use crate::model::{BaseCoefficients, LinearCoefficients, NonlinearCoefficients};
@@ -21,6 +21,8 @@ pub struct Run<'a, S: Scalar> {
     pub(super) controller: Controller<S>,
     /// Does the force on the spool follow the drive?
     pub(super) lags: bool,
+    /// Does the chamber opposite change the volume?
+    faces: bool,
     /// The base model before effects.
     pub(super) base: BaseCoefficients<S>,
     /// Supply pressure over this interval before effects, Pa.
@@ -42,6 +44,7 @@ impl<'a, S: Scalar> Run<'a, S> {
         let mut structure = Structure {
             flow_function: None,
             stretches: false,
+            faces: false,
             heat_time_constant_s: None,
             outlet: None,
             line: None,
@@ -54,6 +57,7 @@ impl<'a, S: Scalar> Run<'a, S> {
             plant,
             inputs,
             lags: structure.lags,
+            faces: structure.faces,
             chamber: Chamber::new(&plant.model, structure),
             reading: S::zero(),
             controller: Controller::new(),
@@ -150,8 +154,9 @@ impl<S: Scalar> Run<'_, S> {
             effect.supply(step, &mut supply, &areas, pressure);
         }
         if self.chamber.stretches() {
+            let pressures = Facing { own: pressure, opposite: self.opposite(step, effects) };
             for effect in effects.iter_mut() {
-                effect.stretch(step, pressure, &mut stretch);
+                effect.stretch(step, &pressures, &mut stretch);
             }
         }
         let volume = inputs.volume_m3[step.row];
@@ -167,6 +172,18 @@ impl<S: Scalar> Run<'_, S> {
         }
         let conditions = Conditions { areas, supply, volume_m3: volume, open, expansion, stretch };
         self.chamber.advance(step.length_s, &conditions)
+    }
+
+    /// Pressure in the chamber opposite, absolute, Pa, where an effect asks for it and it is known.
+    #[inline(always)]
+    fn opposite(&self, step: &Step<'_>, effects: &[AnyEffect<S>]) -> Option<S> {
+        let inputs = self.inputs;
+        let here = *inputs.opposite_pa.get(step.row).filter(|_| self.faces)?;
+        let next = inputs.opposite_pa.get(step.row + 1).copied().unwrap_or(here);
+        let share = (step.time_s - inputs.time_s[step.row]) / inputs.interval_s[step.row];
+        let reading = S::constant(here + share * (next - here));
+        let shown = effects.iter().fold(reading, |reading, effect| effect.shown(reading));
+        Some(shown.plus(inputs.ambient_pa))
     }
 
     fn linear_step(

@@ -97,6 +97,31 @@ pub fn a_fall_of_the_pressure_opposite_lengthens_a_closed_chamber() {
     assert_close(end * (1.0 + growth).powf(GAMMA), 250e3, 0.01 * (250e3 - end) / 250e3);
 }
 
+pub fn a_bent_sensor_bends_what_is_read_of_the_chamber_opposite_as_well() {
+    let (bow_kpa, rows) = (40.0, 300);
+    // 4 kPa of 100 kPa and the like: y = p + 4 bow x (1 - x), x = p / 100 psi.
+    let bent = |gauge_pa: f64| {
+        let x = gauge_pa / 689_475.7;
+        gauge_pa + 4e3 * bow_kpa * x * (1.0 - x)
+    };
+    let drive: Vec<f64> = (0..rows).map(|k| 0.4 * (0.1 * k as f64).sin()).collect();
+    let coupling: (&str, &[f64]) = ("chamber_coupling", &[0.1, 3.0, 0.7]);
+    let opposite = |k: usize| 80e3 + 60e3 * (0.05 * k as f64).sin();
+    let mut bench = Bench::valve(2.0, 250e3, &drive);
+    bench.inputs.opposite_pa = (0..rows).map(opposite).collect();
+    let straight = readings(&bench.run(&[coupling]));
+    bench.inputs.opposite_pa = (0..rows).map(|k| bent(opposite(k))).collect();
+    let run = readings(&bench.run(&[coupling, ("sensor_nonlinearity", &[bow_kpa])]));
+    let expected = straight.iter().map(|p| bent(p - ATMOSPHERE_PA) + ATMOSPHERE_PA);
+    // The first row is read before anything moves, as it was measured. Between two rows pressures
+    // are interpolated before they are straightened.
+    assert_all_close(&run[1..], &expected.skip(1).collect::<Vec<_>>(), 1e-6);
+    bench.inputs.opposite_pa = (0..rows).map(opposite).collect();
+    let unbent = readings(&bench.run(&[coupling, ("sensor_nonlinearity", &[bow_kpa])]));
+    let apart = run.iter().zip(&unbent).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart > 500.0, "{apart}");
+}
+
 pub fn a_larger_chamber_does_the_same_more_slowly() {
     let drive: Vec<f64> = (0..40).map(|k| 0.6 * (0.5 * f64::from(k)).sin()).collect();
     let small = Bench::valve(2.0, 250e3, &drive);

@@ -71,6 +71,11 @@ fn every_entry_has_a_law() {
     assert_eq!(covered, entries, "a new entry needs a law of its own in this folder");
 }
 
+#[test]
+fn a_bent_sensor_bends_what_is_read_of_the_chamber_opposite_as_well() {
+    chamber::a_bent_sensor_bends_what_is_read_of_the_chamber_opposite_as_well();
+}
+
 /// A valve of 0.1 mm^2 that fills a chamber so slowly that the flow stays choked.
 fn choked(drive: &[f64]) -> Bench {
     Bench::valve(GAIN_MM2, 110e3, drive)

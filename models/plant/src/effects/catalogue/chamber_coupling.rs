@@ -1,6 +1,6 @@
 //! `chamber_coupling`: opposite chamber changes the volume.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Trait, Structure};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Facing, Hook, Memory, Step, Stretch, Question, Reach, Trait, Structure};
 use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
@@ -47,7 +47,7 @@ impl<S: Scalar> ChamberCoupling<S> {
 
 impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
     fn structure(&self, structure: &mut Structure<S>) {
-        structure.stretches = true;
+        (structure.stretches, structure.faces) = (true, true);
     }
 
     fn reset(&mut self) {
@@ -60,14 +60,11 @@ impl<S: Scalar> Hook<S> for ChamberCoupling<S> {
     }
 
     #[inline(always)]
-    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
-        let Some(&opposite) = step.inputs.opposite_pa.get(step.row) else {
+    fn stretch(&mut self, step: &Step<'_>, pressures: &Facing<S>, stretch: &mut Stretch<S>) {
+        let Some(opposite) = pressures.opposite else {
             return;
         };
-        let next = step.inputs.opposite_pa.get(step.row + 1).copied().unwrap_or(opposite);
-        let share = (step.time_s - step.inputs.time_s[step.row]) / step.inputs.interval_s[step.row];
-        let opposite = opposite + share * (next - opposite) + step.inputs.ambient_pa;
-        let wanted = pressure.plus(-opposite).times(1e-5);
+        let wanted = (pressures.own - opposite).times(1e-5);
         let (x, v) = (self.angle.or(wanted), self.rate.or(S::zero()));
         // Semi-implicit: stable for any step, and the joint is slow against it.
         let omega = self.frequency.times(std::f64::consts::TAU);

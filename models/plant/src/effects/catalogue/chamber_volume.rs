@@ -1,6 +1,6 @@
 //! `chamber_volume`: chamber volume has changed.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Question, Reach, Step, Stretch, Trait, Structure};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Facing, Hook, Question, Reach, Step, Stretch, Trait, Structure};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -43,7 +43,7 @@ impl<S: Scalar> Hook<S> for ChamberVolume<S> {
     }
 
     #[inline(always)]
-    fn stretch(&mut self, _: &Step<'_>, _: S, stretch: &mut Stretch<S>) {
+    fn stretch(&mut self, _: &Step<'_>, _: &Facing<S>, stretch: &mut Stretch<S>) {
         stretch.factor = stretch.factor * self.ratio;
     }
 }

@@ -1,6 +1,8 @@
 //! One file per effect, and their list.
 
-use super::{ChannelInputs, EffectInfo, Hook, Memory, Question, RegulatorLaw, Step, Stretch, Structure};
+use super::{
+    ChannelInputs, EffectInfo, Facing, Hook, Memory, Question, RegulatorLaw, Step, Stretch, Structure,
+};
 use crate::model::{Areas, ValveLaw};
 use crate::numeric::Scalar;
 
@@ -85,8 +87,14 @@ macro_rules! catalogue {
 
             /// See [`Hook::stretch`].
             #[inline(always)]
-            pub fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
-                match self { $(Self::$name(e) => e.stretch(step, pressure, stretch)),* }
+            pub fn stretch(&mut self, step: &Step<'_>, pressures: &Facing<S>, stretch: &mut Stretch<S>) {
+                match self { $(Self::$name(e) => e.stretch(step, pressures, stretch)),* }
+            }
+
+            /// See [`Hook::shown`].
+            #[inline(always)]
+            pub fn shown(&self, reading: S) -> S {
+                match self { $(Self::$name(e) => e.shown(reading)),* }
             }
 
             /// See [`Hook::sense`].

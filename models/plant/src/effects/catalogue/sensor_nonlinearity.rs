@@ -38,11 +38,23 @@ impl<S: Scalar> SensorNonlinearity<S> {
     }
 }
 
+/// Range of the sensor, Pa: 100 psi.
+const RANGE_PA: f64 = 689_475.7;
+
 impl<S: Scalar> Hook<S> for SensorNonlinearity<S> {
     #[inline(always)]
     fn sense(&mut self, _: &Step<'_>, gauge: S) -> S {
-        const RANGE_PA: f64 = 689_475.7;
         let x = gauge.times(1.0 / RANGE_PA);
         gauge + (self.bow * x * (-x).plus(1.0)).times(4.0e3)
+    }
+
+    // With a = 4 bow / range, a x^2 - (1 + a) x + reading / range = 0, in the form that does not
+    // cancel where a is small.
+    #[inline(always)]
+    fn shown(&self, reading: S) -> S {
+        let a = self.bow.times(4.0e3 / RANGE_PA);
+        let straight = a.plus(1.0);
+        let under = straight.square() - (a * reading).times(4.0 / RANGE_PA);
+        reading.times(2.0) / (straight + under.sqrt())
     }
 }

@@ -1,6 +1,6 @@
 //! `wall_compliance`: chamber grows with pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Step, Stretch, Question, Reach, Structure};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Facing, Hook, Step, Stretch, Question, Reach, Structure};
 use crate::numeric::Scalar;
 
 /// What the catalogue says about it.
@@ -44,9 +44,9 @@ impl<S: Scalar> Hook<S> for WallCompliance<S> {
     }
 
     #[inline(always)]
-    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
+    fn stretch(&mut self, step: &Step<'_>, pressures: &Facing<S>, stretch: &mut Stretch<S>) {
         let per_pa = self.compliance.times(1e-5);
-        stretch.factor = stretch.factor + per_pa * pressure.plus(-step.inputs.ambient_pa);
+        stretch.factor = stretch.factor + per_pa * pressures.own.plus(-step.inputs.ambient_pa);
         stretch.by_pressure = stretch.by_pressure + per_pa;
     }
 }

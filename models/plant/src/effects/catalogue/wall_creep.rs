@@ -1,6 +1,6 @@
 //! `wall_creep`: chamber creeps under pressure.
 
-use crate::effects::{Domain, EffectInfo, EffectParameter, Hook, Memory, Step, Stretch, Question, Reach, Structure};
+use crate::effects::{Domain, EffectInfo, EffectParameter, Facing, Hook, Memory, Step, Stretch, Question, Reach, Structure};
 use crate::effects::remembered::Remembered;
 use crate::numeric::Scalar;
 
@@ -56,8 +56,8 @@ impl<S: Scalar> Hook<S> for WallCreep<S> {
     }
 
     #[inline(always)]
-    fn stretch(&mut self, step: &Step<'_>, pressure: S, stretch: &mut Stretch<S>) {
-        let wanted = self.compliance * pressure.plus(-step.inputs.ambient_pa).times(1e-5);
+    fn stretch(&mut self, step: &Step<'_>, pressures: &Facing<S>, stretch: &mut Stretch<S>) {
+        let wanted = self.compliance * pressures.own.plus(-step.inputs.ambient_pa).times(1e-5);
         let before = self.stretch.or(wanted);
         let rest = (-self.time_constant.recip().times(step.length_s)).exp();
         let change = (wanted - before) * (-rest).plus(1.0);
