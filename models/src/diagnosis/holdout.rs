@@ -16,7 +16,7 @@ impl Diagnosis {
     #[must_use]
     pub fn gain(&self) -> Gain {
         let finals = models_of(&self.stages);
-        let error = |models: &[Extended]| BlockErrors::of(&self.channels, models, Role::Test);
+        let error = |models: &[Extended]| BlockErrors::of(&self.channels, models, &[Role::Test]);
         error(&self.base).gain(&error(&finals))
     }
 
@@ -41,7 +41,7 @@ impl Diagnosis {
         }
         let finals = models_of(&self.stages);
         share_draws(&mut channels, &finals);
-        let error = |models: &[Extended]| BlockErrors::of(&channels, models, Role::Test);
+        let error = |models: &[Extended]| BlockErrors::of(&channels, models, &[Role::Test]);
         Ok(error(&self.base).gain(&error(&finals)))
     }
 }

@@ -30,12 +30,12 @@ pub fn rollout_residuals(data: &ChannelData, model: &Extended) -> Vec<f64> {
 }
 
 impl BlockErrors {
-    /// Of the models of every channel on the blocks with `role`.
+    /// Of the models of every channel on the blocks of some roles.
     #[must_use]
-    pub fn of(channels: &[ChannelData], models: &[Extended], role: Role) -> Self {
+    pub fn of(channels: &[ChannelData], models: &[Extended], roles: &[Role]) -> Self {
         let residuals: Vec<Vec<f64>> =
             parallel::map(channels.iter().zip(models), |(d, m)| rollout_residuals(d, m));
-        Self::new(channels, &residuals, role)
+        Self::new(channels, &residuals, roles)
     }
 
     /// Of some stages on the test blocks, weighted by what noise, the wander of the supply and the
@@ -53,9 +53,9 @@ impl BlockErrors {
         Self { pieces: pieces.collect() }
     }
 
-    fn new(channels: &[ChannelData], residuals: &[Vec<f64>], role: Role) -> Self {
+    fn new(channels: &[ChannelData], residuals: &[Vec<f64>], roles: &[Role]) -> Self {
         let pieces = channels.iter().zip(residuals).map(|(data, r)| {
-            let blocks = data.blocks.iter().zip(&data.spans).filter(move |(b, _)| b.role == role);
+            let blocks = data.blocks.iter().zip(&data.spans).filter(move |(b, _)| roles.contains(&b.role));
             blocks
                 .flat_map(|(_, span)| {
                     (0..PIECES).map(move |k| {

@@ -163,15 +163,15 @@ fn assemble(
     change: bool,
 ) -> Diagnosis {
     let finals = models_of(&outcome.stages);
-    let base_errors = BlockErrors::of(&channels, &outcome.base, Role::Test);
-    let final_errors = BlockErrors::of(&channels, &finals, Role::Test);
+    let base_errors = BlockErrors::of(&channels, &outcome.base, &[Role::Test]);
+    let final_errors = BlockErrors::of(&channels, &finals, &[Role::Test]);
     let Rest { base_stages, symptoms, left, share } = rest;
     let imitated = if change { Vec::new() } else { imitated_beside(&channels, &outcome) };
     let causes = measured_causes(&channels, &outcome, &final_errors, change);
     let looped = channels.iter().any(|data| data.inputs.in_loop());
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
     let probability = |cause: &Cause| probable::probability(cause, explanations);
-    let counted = |cause: &Cause| if shown(cause) { 1.0 } else { probability(cause) };
+    let counted = |cause: &Cause| probable::counted(cause, explanations, looped, shown(cause));
     let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, counted);
     if !change {
         let probable = |cause: &Cause| probability(cause) >= earned::EVEN;

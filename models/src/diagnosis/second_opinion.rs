@@ -64,7 +64,7 @@ fn stands_instead(channels: &[ChannelData], named: &Named, outcome: &Outcome) ->
     let searched = models_of(&outcome.stages);
     let causes: Vec<usize> = outcome.causes.iter().map(|cause| cause.effect).collect();
     let both = |of: &dyn Fn(&[Extended]) -> f64| Both { searched: of(&searched), likely: of(&effect.models) };
-    let error = both(&|models| BlockErrors::of(channels, models, Role::Select).all());
+    let error = both(&|models| BlockErrors::of(channels, models, &[Role::Select]).all());
     let density = both(&|models| evidence(channels, models).log_density());
     takes_the_place(effect.effect, &causes, error, density)
 }

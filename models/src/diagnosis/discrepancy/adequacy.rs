@@ -41,7 +41,8 @@ pub fn beyond(error_kpa: f64, allowed_kpa: f64) -> bool {
 pub fn astray(channels: &[ChannelData], base: &[Extended]) -> bool {
     let driven = channels.iter().all(|data| !data.inputs.in_loop());
     driven
-        && BlockErrors::of(channels, base, Role::Select).all() > SETTINGS.astray * allowed_kpa(channels, base)
+        && BlockErrors::of(channels, base, &[Role::Select]).all()
+            > SETTINGS.astray * allowed_kpa(channels, base)
 }
 
 /// A remark on a base model that describes nothing.

@@ -147,7 +147,7 @@ pub fn correction_gain(
     if corrected.iter().all(|m| m.correction.is_none()) {
         return None;
     }
-    let after = BlockErrors::of(channels, corrected, Role::Test);
+    let after = BlockErrors::of(channels, corrected, &[Role::Test]);
     let by_channel = channels.iter().zip(corrected).filter_map(|(data, model)| {
         Some((data.id.to_string(), model.correction.as_ref()?.variable.words().to_owned()))
     });

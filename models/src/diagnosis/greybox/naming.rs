@@ -86,7 +86,7 @@ pub fn name(
         .collect();
     descending(&mut contenders, |item| item.gain);
     let closest = contenders.iter().map(|c| c.error_kpa).fold(f64::INFINITY, f64::min);
-    let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select).all();
+    let errors = |models: &[Extended]| BlockErrors::of(channels, models, &[Role::Select]).all();
     let least_kpa = (1.0 - SETTINGS.greybox_worth) * errors(&base).min(errors(known));
     let stands_out = |c: &&Contender| {
         SETTINGS.greybox_as_likely * c.error_kpa <= closest && errors(&c.models) <= least_kpa

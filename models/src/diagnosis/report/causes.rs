@@ -31,7 +31,7 @@ pub fn measured_causes(
     let measured = |found: &Found| {
         let without = staged(channels, found.without.clone(), change);
         let weighted_ci95 = weighed(&without).gain(&final_weighed).ci95;
-        let plain = BlockErrors::of(channels, &found.without, Role::Test).gain(final_errors);
+        let plain = BlockErrors::of(channels, &found.without, &[Role::Test]).gain(final_errors);
         let gain = Gain { weighted_ci95, ..plain };
         cause(channels, outcome, &determined, (found, gain), change)
     };

@@ -14,6 +14,8 @@ use crate::effects::{EffectInfo, EffectParameter};
 
 /// Explanations less probable than this are not listed, and no cause among them has a name.
 pub const LEAST_PROBABLE: f64 = 0.001;
+/// What is less probable than this needs a gain that is surely large.
+const DOUBTFUL: f64 = 0.01;
 /// What is at least as probable is more so than not.
 pub const EVEN: f64 = 0.5;
 
@@ -35,7 +37,12 @@ pub fn part(
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
         let told_otherwise = change || looped && hunts(&cause) || is_sure_by_itself(&cause, looped);
         let must_be_even = (looped || is_undetermined(&cause)) && !told_otherwise;
-        let least = if must_be_even { EVEN } else { LEAST_PROBABLE };
+        let large = cause.gain.weighted_ci95[0] >= SETTINGS.sure_gain;
+        let least = match (must_be_even, large) {
+            (true, _) => EVEN,
+            (false, true) => LEAST_PROBABLE,
+            (false, false) => DOUBTFUL,
+        };
         let improbable = || (probability(&cause) < least).then_some(Unnamed::Improbable);
         match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
             None => causes.push(cause),

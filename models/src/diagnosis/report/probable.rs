@@ -25,6 +25,13 @@ pub fn probability(cause: &Cause, weighed: &[Weighed]) -> f64 {
     if weighed.is_empty() { 1.0 } else { probability_of(&ties, weighed) }
 }
 
+/// What counts of that for a name: what the rows of a loop show (`looped`, `shown`) is there. It
+/// follows its stale samples, and rollouts of it tell little; of recorded drives they do.
+#[must_use]
+pub fn counted(cause: &Cause, weighed: &[Weighed], looped: bool, shown: bool) -> f64 {
+    if looped && shown { 1.0 } else { probability(cause, weighed) }
+}
+
 /// Probability of all explanations with one of some effects.
 pub fn probability_of(ids: &[String], weighed: &[Weighed]) -> f64 {
     let one_of = |effect: &usize| ids.iter().any(|id| id == CATALOGUE[*effect].id);
@@ -88,6 +95,16 @@ mod tests {
         let tied = Cause { equivalent: vec![CATALOGUE[lag].id.to_owned()], ..cause("transport_delay", 0.5) };
         let order: Vec<String> = told(&[tied]).into_iter().map(|(ids, _)| ids).collect();
         assert_eq!(order, ["valve_lag", "none", "supply_sag", "valve_lag+supply_sag"]);
+    }
+
+    #[test]
+    fn what_the_rows_show_is_sure_in_a_loop_and_as_probable_as_it_is_with_recorded_drives() {
+        let stale = index_of("stale_samples").unwrap();
+        let weighed =
+            [Weighed { missing: Missing::Effects(vec![stale]), probability: 0.003, select_rmse_kpa: 1.0 }];
+        let of = |looped: bool, shown: bool| counted(&cause("stale_samples", 0.5), &weighed, looped, shown);
+        let told = [(true, true), (true, false), (false, true)].map(|(looped, shown)| of(looped, shown));
+        assert_eq!(told, [1.0, 0.003, 0.003]);
     }
 
     #[test]

@@ -135,15 +135,20 @@ pub fn a_trace_beside(channels: &[ChannelData], stages: &[ChannelStage], candida
     let after = together(channels, &candidate.losses, &OPEN).iter().sum::<f64>() / rows;
     after > SETTINGS.large_error
         && after - 1.0 > (1.0 - SETTINGS.forced) * (before - 1.0)
-        && !is_surely_closer(channels, stages, candidate)
+        && !is_surely_closer(channels, &models_of(stages), &candidate.models, (&[Role::Select], CLOSER))
 }
 
-/// Are rollouts on the choosing blocks surely closer to the pressure, by a part of their plain
-/// error that is worth a model? Of a loop that hunts they do not tell.
-fn is_surely_closer(channels: &[ChannelData], stages: &[ChannelStage], candidate: &Candidate) -> bool {
-    let errors = |models: &[Extended]| BlockErrors::of(channels, models, Role::Select);
-    let hunting = channels.iter().zip(&candidate.models).any(|(data, model)| hunts(data, model));
-    !hunting && errors(&models_of(stages)).gain(&errors(&candidate.models)).ci95[0] > CLOSER
+/// Are rollouts of models on the blocks of some roles closer to the pressure than those of others,
+/// surely by a part of their plain error? Of a loop that hunts they do not tell.
+pub fn is_surely_closer(
+    channels: &[ChannelData],
+    others: &[Extended],
+    models: &[Extended],
+    (roles, part): (&[Role], f64),
+) -> bool {
+    let errors = |models: &[Extended]| BlockErrors::of(channels, models, roles);
+    let hunting = channels.iter().zip(models).any(|(data, model)| hunts(data, model));
+    !hunting && errors(others).gain(&errors(models)).ci95[0] > part
 }
 
 /// [Deviance](Losses::deviance) of all channels on the open blocks.

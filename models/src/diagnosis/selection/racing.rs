@@ -1,6 +1,6 @@
 //! One round of the search: what passed the gate is refitted and ranked, and the best may be named.
 
-use super::acceptance::{is_shown, kept_total, open_rows, worth_naming};
+use super::acceptance::{is_shown, is_surely_closer, kept_total, open_rows, worth_naming};
 use super::candidate::{Candidate, first_look, refit_further};
 use super::chance::p_value;
 use super::entrants::{Entrants, Field, LOOK, to_look_at};
@@ -192,6 +192,12 @@ pub fn rivals(
             nearly_the_same(best.iter().sum(), other.iter().sum(), is_foil(&ranked[k]))
                 || (low <= 0.0 && left < SETTINGS.tie_gain * gain)
         })
+        .filter(|&k| {
+            // What is weighed has room for a supply that wanders; a foil that needs it is none.
+            let others = &ranked[k].models;
+            !is_foil(&ranked[k])
+                || !is_surely_closer(channels, others, &ranked[winner].models, (&OPEN, SETTINGS.practical))
+        })
         .collect()
 }
 
@@ -207,7 +213,9 @@ fn nearly_the_same(best_squared: f64, other_squared: f64, foil: bool) -> bool {
 mod tests {
     use super::*;
     use crate::diagnosis::screening::{judge, trials};
+    use crate::diagnosis::selection::candidate::losses_of;
     use crate::diagnosis::testing::{STRUCTURE, channel, fitted, measured, with};
+    use crate::effects::catalogue::index_of;
 
     #[test]
     fn errors_that_differ_by_less_than_is_worth_a_name_do_not_tell_rivals_apart() {
@@ -216,6 +224,27 @@ mod tests {
         };
         assert!(with(0.9, false) && !with(1.1, false));
         assert!(with(0.4, true) && !with(0.6, true), "a foil takes the name away");
+    }
+
+    #[test]
+    fn a_foil_that_is_weighed_alike_is_a_rival_unless_its_rollouts_are_surely_further() {
+        let (data, base) = channel(false);
+        let swinging = with(&data, &base, "supply_ripple", &[30.0, 5.0, 0.0, 0.5]);
+        let channels = [measured(data.clone(), &swinging, 0)];
+        let stages = channels.each_ref().map(|data| fitted(data, &base));
+        let [ripple, foil, sag] =
+            ["supply_ripple", "inflow_cycle", "supply_sag"].map(|id| index_of(id).unwrap());
+        let losses = losses_of(&channels[0], &stages[0], &swinging);
+        let of = |effect: usize, model: &Extended| Candidate {
+            effect,
+            models: vec![model.clone()],
+            acts: vec![true],
+            losses: vec![losses.clone()],
+        };
+        let rivals = |other: Candidate| rivals(&channels, &stages, &[of(ripple, &swinging), other], 0);
+        assert_eq!(rivals(of(foil, &swinging)), [1]);
+        assert!(rivals(of(foil, &base)).is_empty());
+        assert_eq!(rivals(of(sag, &base)), [1], "it is in the catalogue, and a tie is a tie");
     }
 
     #[test]

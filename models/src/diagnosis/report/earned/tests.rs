@@ -192,6 +192,16 @@ fn what_is_less_probable_than_is_worth_a_line_has_no_name() {
 }
 
 #[test]
+fn what_is_hardly_probable_has_a_name_only_with_a_gain_that_is_surely_large() {
+    let named = |weighted: f64, probability: f64| {
+        let mut found = cause("stale_samples", "share", Some([0.05, 0.7]), 0.4);
+        found.gain.weighted_ci95 = [weighted, 0.5];
+        !part(vec![found], &[], false, false, |_| probability).0.is_empty()
+    };
+    assert!(named(0.013, 0.02) && !named(0.013, 0.003) && named(0.06, 0.003));
+}
+
+#[test]
 fn since_a_calibration_every_size_counts() {
     let small = cause("valve_asymmetry", "ratio", Some([0.95, 0.96]), 0.4);
     assert_eq!(why_not(&small, true, false), None);

@@ -196,7 +196,7 @@ pub fn goes_astray(channels: &[ChannelData], models: &[Extended], base_kpa: f64)
 
 /// RMS error of rollouts on the choosing blocks, kPa.
 pub fn choosing_kpa(channels: &[ChannelData], models: &[Extended]) -> f64 {
-    BlockErrors::of(channels, models, Role::Select).all()
+    BlockErrors::of(channels, models, &[Role::Select]).all()
 }
 
 /// Takes all names back but those which the recording shows by itself.
