@@ -4,7 +4,7 @@ use pneudrive_model::data::ChannelId;
 use pneudrive_model::diagnosis::{ChannelData, ExtendedFile};
 use pneudrive_model::effects::catalogue::AnyEffect;
 use pneudrive_model::effects::{
-    DriveInput, Plant, Step, Stepper, StepperState, Stretch, course_from, install,
+    DriveInput, Facing, Plant, Step, Stepper, StepperState, Stretch, course_from, install,
 };
 
 use crate::engine::{Engine, check_loop};

@@ -172,7 +172,9 @@ fn assemble(
     let shown = |cause: &Cause| index_of(&cause.effect).is_some_and(|k| is_shown(&channels, k));
     let probability = |cause: &Cause| probable::probability(cause, explanations);
     let counted = |cause: &Cause| probable::counted(cause, explanations, looped, shown(cause));
-    let (mut causes, mut imperfections) = earned::part(causes, &imitated, change, looped, counted);
+    let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
+    let circumstances = earned::Circumstances { change, looped, adequate: base_errors.all() <= allowed_kpa };
+    let (mut causes, mut imperfections) = earned::part(causes, &imitated, circumstances, counted);
     if !change {
         let probable = |cause: &Cause| probability(cause) >= earned::EVEN;
         let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);
@@ -193,7 +195,6 @@ fn assemble(
     }
     notes.extend(limit_cycle::note(&channels, &finals));
     notes.extend(adequacy::poor(&channels, base_errors.all()));
-    let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
     let left_kpa = final_errors.all();
     let rest = !depends_on.is_empty() || adequacy::beyond(left_kpa, allowed_kpa);
     let verdict = Verdict::new(!causes.is_empty(), rest);

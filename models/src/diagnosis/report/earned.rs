@@ -19,24 +19,35 @@ const DOUBTFUL: f64 = 0.01;
 /// What is at least as probable is more so than not.
 pub const EVEN: f64 = 0.5;
 
+/// Under what circumstances names are earned.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Circumstances {
+    /// Asked what has changed since a calibration.
+    pub change: bool,
+    /// Of a board's loop whose drive is not recorded.
+    pub looped: bool,
+    /// The base model leaves no more than noise and a usual wander do.
+    pub adequate: bool,
+}
+
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
 /// smooth functions do as well. A name has a `probability` that is worth a line. What has no size
-/// that is determined must be more probable than not. Of a board's loop whose drive is not recorded
-/// (`looped`), the error hardly tells what is wrong: there all must be, but what makes it hunt, in
-/// step with which no rollout does, and what is sure by itself.
+/// that is determined must be more probable than not. Where the base model is adequate, all must be:
+/// nothing need be missing. Of a board's loop whose drive is not recorded the error hardly tells
+/// what is wrong: there, too, all must be, but what makes it hunt, in step with which no rollout
+/// does, and what is sure by itself.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
     imitated: &[&str],
-    change: bool,
-    looped: bool,
+    Circumstances { change, looped, adequate }: Circumstances,
     probability: impl Fn(&Cause) -> f64,
 ) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
         let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
         let told_otherwise = change || looped && hunts(&cause) || is_sure_by_itself(&cause, looped);
-        let must_be_even = (looped || is_undetermined(&cause)) && !told_otherwise;
+        let must_be_even = (looped || adequate || is_undetermined(&cause)) && !told_otherwise;
         let large = cause.gain.weighted_ci95[0] >= SETTINGS.sure_gain;
         let least = match (must_be_even, large) {
             (true, _) => EVEN,

@@ -130,7 +130,7 @@ fn what_a_smooth_function_does_as_well_is_modelled_without_a_name() {
         cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
         cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
     ];
-    let (causes, imperfections) = part(found, &["vent_restriction"], false, false, |_| 1.0);
+    let (causes, imperfections) = part(found, &["vent_restriction"], Circumstances::default(), |_| 1.0);
     assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
     assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
 }
@@ -160,7 +160,7 @@ fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_ha
         let mut sag = cause("supply_sag", "drop", size, 0.4);
         sag.gain.weighted_ci95 = [weighted, 0.5];
         let (causes, imperfections) =
-            part(vec![sag], &[], false, looped, |_| if probable { 0.6 } else { 0.4 });
+            part(vec![sag], &[], looped_or_not(looped), |_| if probable { 0.6 } else { 0.4 });
         assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
         !causes.is_empty()
     };
@@ -173,7 +173,7 @@ fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_ha
     assert!(!named_by(None, true, false, 0.1) && !named_by(Some([2.0, 70.0]), true, false, 0.1));
     // Of a loop that hunts, how far says little, and that it hunts says much.
     let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
-    let causes = |size, looped| part(found(size), &[], false, looped, |_| 0.4).0.len();
+    let causes = |size, looped| part(found(size), &[], looped_or_not(looped), |_| 0.4).0.len();
     assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 1));
 }
 
@@ -182,7 +182,7 @@ fn what_is_less_probable_than_is_worth_a_line_has_no_name() {
     let named = |effect: &str, name: &str, looped: bool, probability: f64| {
         let mut found = cause(effect, name, Some([0.05, 0.06]), 0.4);
         found.gain.weighted_ci95 = [0.3, 0.5];
-        !part(vec![found], &[], false, looped, |_| probability).0.is_empty()
+        !part(vec![found], &[], looped_or_not(looped), |_| probability).0.is_empty()
     };
     for probability in [2e-7, 0.01] {
         let worth = probability > LEAST_PROBABLE;
@@ -191,12 +191,28 @@ fn what_is_less_probable_than_is_worth_a_line_has_no_name() {
     }
 }
 
+fn looped_or_not(looped: bool) -> Circumstances {
+    Circumstances { looped, ..Circumstances::default() }
+}
+
+#[test]
+fn where_the_base_model_is_adequate_a_name_is_more_probable_than_not_or_sure_by_itself() {
+    let named = |adequate: bool, probability: f64, weighted: f64| {
+        let mut found = cause("supply_sag", "drop", Some([10.0, 40.0]), 0.4);
+        found.gain.weighted_ci95 = [weighted, 0.5];
+        let circumstances = Circumstances { adequate, ..Circumstances::default() };
+        !part(vec![found], &[], circumstances, |_| probability).0.is_empty()
+    };
+    assert!(named(false, 0.12, 0.02) && !named(true, 0.12, 0.02));
+    assert!(named(true, 0.6, 0.02) && named(true, 0.12, 0.06));
+}
+
 #[test]
 fn what_is_hardly_probable_has_a_name_only_with_a_gain_that_is_surely_large() {
     let named = |weighted: f64, probability: f64| {
         let mut found = cause("stale_samples", "share", Some([0.05, 0.7]), 0.4);
         found.gain.weighted_ci95 = [weighted, 0.5];
-        !part(vec![found], &[], false, false, |_| probability).0.is_empty()
+        !part(vec![found], &[], Circumstances::default(), |_| probability).0.is_empty()
     };
     assert!(named(0.013, 0.02) && !named(0.013, 0.003) && named(0.06, 0.003));
 }
