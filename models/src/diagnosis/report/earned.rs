@@ -32,10 +32,10 @@ pub struct Circumstances {
 
 /// Parts what was found into causes and what is modelled without a name; `imitated` are those that
 /// smooth functions do as well. A name has a `probability` that is worth a line. What has no size
-/// that is determined must be more probable than not. Where the base model is adequate, all must be:
-/// nothing need be missing. Of a board's loop whose drive is not recorded the error hardly tells
-/// what is wrong: there, too, all must be, but what makes it hunt, in step with which no rollout
-/// does, and what is sure by itself.
+/// that is determined must be more probable than not. Where the base model is adequate, all must
+/// be: nothing need be missing. Of a board's loop whose drive is not recorded the error hardly
+/// tells what is wrong: there, too, all must be, but what makes it hunt, in step with which no
+/// rollout does, and what is sure by itself.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
