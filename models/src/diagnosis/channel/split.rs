@@ -4,7 +4,7 @@
 //! slowly (drift, wear, ripple) is in all three, with a gap before each.
 
 use crate::diagnosis::settings::SETTINGS;
-use crate::effects::{ChannelInputs, DriveInput};
+use crate::effects::ChannelInputs;
 use std::sync::Arc;
 
 /// What a block is used for.
@@ -50,11 +50,13 @@ pub fn block_length_s(duration_s: f64) -> f64 {
 const SETTLING: f64 = 0.25;
 
 /// Rows at which a simulation's pressure is [moved to the measured one](ChannelInputs::anchors):
-/// one after each start, where drives are recorded. A loop that is simulated makes up for a wrong
-/// beginning by itself.
+/// one after each start, where the drive of a spool is recorded. A loop that is simulated makes up
+/// for a wrong beginning by itself. Two valves are closed without current, and what is behind them
+/// begins at rest: moved along with the pressure in front of it, what a tube separates would be
+/// wrong.
 #[must_use]
 pub fn anchors(inputs: &ChannelInputs) -> Arc<[usize]> {
-    if !matches!(inputs.drive, DriveInput::Spool(_) | DriveInput::Separate { .. }) {
+    if !inputs.spool_is_recorded() {
         return Arc::default();
     }
     let after_s = SETTLING * block_length_s(inputs.duration_s);
@@ -104,6 +106,7 @@ pub fn split(inputs: &ChannelInputs) -> Vec<Block> {
 mod tests {
     use super::*;
     use crate::diagnosis::testing::channel;
+    use crate::effects::DriveInput;
 
     /// Rows at 100 Hz, with starts at some of them.
     fn inputs(rows: usize, starts: &[usize]) -> ChannelInputs {
@@ -173,6 +176,9 @@ mod tests {
         assert_eq!((of(1000).start, of(1000).compared), (500, 530));
         let looped = channel(true).0.inputs;
         assert!(anchors(&looped).is_empty(), "a simulated loop makes up for its beginning");
+        let valves = inputs.command_pa.clone();
+        inputs.drive = DriveInput::Separate { fill: valves.clone(), vent: valves };
+        assert!(anchors(&inputs).is_empty(), "two valves are closed without current");
     }
 
     #[test]
