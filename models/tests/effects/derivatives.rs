@@ -1,9 +1,9 @@
 //! Derivatives of the simulation by every parameter, of the effects and of the base model, against
 //! differences.
 
-use pneudrive_model::effects::EffectInfo;
+use pneudrive_model::effects::{Domain, EffectInfo};
 
-use crate::effects::bench::{Bench, catalogue};
+use crate::effects::bench::{Bench, Installed, catalogue};
 use crate::effects::random::{DrivenBy, rig_for};
 
 /// Largest error as a part of the largest derivative of the recording.
@@ -30,8 +30,8 @@ fn hunts(id: &str, driven_by: DrivenBy) -> bool {
     driven_by == DrivenBy::Board && ["valve_hysteresis", "valve_stiction"].contains(&id)
 }
 
-fn check(name: &str, bench: &Bench, (id, values): (&str, &[f64])) {
-    for d in bench.derivatives(&[(id, values)]) {
+fn check(name: &str, bench: &Bench, effects: Installed<'_>) {
+    for d in bench.derivatives(effects) {
         let sides = || d.before.iter().zip(&d.behind);
         let largest = sides().map(|(a, b)| a.abs().max(b.abs())).fold(0.0, f64::max);
         // A parameter that does nothing here must have derivatives of nothing.
@@ -58,9 +58,24 @@ fn every_effect_is_differentiated_exactly() {
                 for seed in 0..2 {
                     let bench = rig_for(info.id, seed, driven_by);
                     let name = format!("{} {values:?} ({driven_by:?}, seed {seed})", info.id);
-                    check(&name, &bench, (info.id, &values));
+                    check(&name, &bench, &[(info.id, &values)]);
                 }
             }
+        }
+    }
+}
+
+/// Effects that share the chamber's step.
+#[test]
+fn effects_on_one_chamber_are_differentiated_exactly() {
+    let heat: (&str, &[f64]) = ("heat_exchange", &[0.3]);
+    let tube: (&str, &[f64]) = ("line_restriction", &[0.3, 0.05, 5.0]);
+    let wall: (&str, &[f64]) = ("wall_compliance", &[0.1]);
+    let pairs: [Installed<'_>; 3] = [&[heat, tube], &[heat, wall], &[heat, tube, wall]];
+    for effects in pairs {
+        for &driven_by in DrivenBy::of(Domain::Valve) {
+            let bench = rig_for("heat_exchange", 0, driven_by);
+            check(&format!("{effects:?} ({driven_by:?})"), &bench, effects);
         }
     }
 }

@@ -6,19 +6,18 @@
 //! pressures is steep. It uses the slope of the flow by the pressure, which depends on the
 //! parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
-use super::hook::{LineParameters, Memory, Stretch, Structure};
+mod line;
+
+use super::heat::{Gas, Heat};
+use super::hook::{Memory, Stretch, Structure};
 use super::outlet::{Outlet, Through, Venting};
 use super::phi::phi1;
-use super::tube::{Ends, Tube};
 use crate::model::{Areas, BaseModel, GAMMA, Nonlinear, Ports};
 use crate::numeric::Scalar;
 
 /// Absolute pressure at which the time constant of the gas temperature is stated, Pa: the middle of
 /// the working range.
 pub const HEAT_REFERENCE_PA: f64 = 250_000.0;
-
-/// No pressure falls below this, Pa: what would take more in a step than there is.
-const LOWEST_PA: f64 = 1e3;
 
 /// What holds during one step.
 #[derive(Debug, Clone, Copy)]
@@ -205,50 +204,35 @@ impl<S: Scalar> Chamber<S> {
         self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
     }
 
-    /// Gas temperature as a second state: the first law with the outflow at the gas's temperature
-    /// and a wall of constant conductance at ambient temperature.
+    /// Gas temperature as a second state.
     #[inline(always)]
     fn advance_heat(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, tau: S) {
         let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
-        let t0 = self.ambient_k;
-        let (p, t) = (self.pressure, self.temperature);
-        let warmth = t.times(1.0 / t0);
-        let root = warmth.sqrt();
-        let swelling = c.expansion * c.stretch.factor + c.stretch.rate;
-        // Relative rates: of the pressure without the wall, and of the mass.
-        let driven = |root: S| fill * inflow - vent * outflow * root - (swelling * p).times(GAMMA);
-        let mass = (fill * inflow - vent * outflow / root).times(1.0 / GAMMA) * warmth / p;
-        let heating = t * (driven(root) / p + swelling - mass);
-        // T' = heating - k (T - T0), k from the wall's conductance.
-        let k = (tau * p).recip().times(HEAT_REFERENCE_PA) * warmth;
-        let decay = (-k.times(h)).exp();
-        let level = (heating / k).plus(t0);
-        let next = level + (t - level) * decay;
-        let share = (-decay).plus(1.0) / k.times(h);
-        let mean = level + (t - level) * share;
-        let wall = (-mean).plus(t0) / tau.times(t0 / HEAT_REFERENCE_PA);
-        let mean_root = mean.times(1.0 / t0).sqrt();
-        let rate = driven(mean_root) + wall;
-        let slope = fill * in_by - vent * out_by * mean_root - swelling.times(GAMMA);
-        self.pressure = p + rate * phi1(slope.times(h)).times(h);
-        self.temperature = next;
+        let (heat, growth) = (self.heat(h, c, tau), self.growth(c));
+        let energy = |root: S| fill * inflow - vent * outflow * root - growth * self.pressure;
+        let root = heat.warmth.sqrt();
+        let settled = heat.settled(energy(root), fill * inflow - vent * outflow / root);
+        let root = heat.mean_warmth(settled).sqrt();
+        let rate = heat.rate(energy(root) - heat.taken(settled));
+        let slope = heat.rate(fill * in_by - vent * out_by * root - growth);
+        self.pressure = self.pressure + rate * phi1(slope.times(h)).times(h);
+        self.temperature = heat.end(settled);
     }
 
-    /// The port's volume and the chamber's, with a tube between them.
+    /// One step of the temperature.
     #[inline(always)]
-    fn advance_line(&mut self, h: f64, c: &Conditions<S>, flows: &Flows<S>, line: &LineParameters<S>) {
-        let &Flows { fill, vent, inflow, in_by, outflow, out_by } = flows;
-        let (mut swelling, mut chamber) = (c.expansion.times(GAMMA), S::constant(1.0));
+    fn heat(&self, h: f64, c: &Conditions<S>, time_constant: S) -> Heat<S> {
+        let &Self { pressure, temperature, ambient_k, .. } = self;
+        let gas = Gas { pressure, temperature, ambient_k, time_constant, stretches: self.stretches() };
+        Heat::new(h, &gas, c)
+    }
+
+    /// What the volume's growth without the pressure's part takes from the pressure, 1/s.
+    #[inline(always)]
+    fn growth(&self, c: &Conditions<S>) -> S {
         if self.stretches() {
-            let room = c.stretch.factor + (self.pressure * c.stretch.by_pressure).times(GAMMA);
-            swelling = (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA) / room;
-            chamber = room.recip();
+            return (c.expansion * c.stretch.factor + c.stretch.rate).times(GAMMA);
         }
-        let (driven, slope) = (fill * inflow - vent * outflow, fill * in_by - vent * out_by);
-        let ends = Ends { driven, slope, swelling, port: line.volume_ratio.recip(), chamber };
-        let tube = Tube { flow: &self.ports.own, line };
-        let [port, chamber] = tube.advance(h, &ends, [self.port, self.pressure]);
-        let lowest = S::constant(LOWEST_PA);
-        (self.port, self.pressure) = (port.max(lowest), chamber.max(lowest));
+        c.expansion.times(GAMMA)
     }
 }

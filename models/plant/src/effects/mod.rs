@@ -11,6 +11,7 @@ mod chamber;
 mod controller;
 mod deviations;
 mod dither;
+mod heat;
 mod hook;
 mod info;
 mod inputs;

@@ -43,12 +43,22 @@ pub struct Tube<'a, S> {
 }
 
 impl<S: Scalar> Tube<'_, S> {
-    /// The pressures `[port, chamber]` after `h` seconds.
+    /// About the pressures `[port, chamber]` in the middle of a step of `h` seconds.
     #[inline(always)]
-    pub fn advance(&self, h: f64, ends: &Ends<S>, pressures: [S; 2]) -> [S; 2] {
-        let start = Linear { ends, pressures, through: self.conductance(pressures) };
-        let through = self.conductance(start.implicit(0.5 * h));
-        Linear { through, ..start }.exponential(h)
+    pub fn halfway(&self, h: f64, ends: &Ends<S>, pressures: [S; 2]) -> [S; 2] {
+        Linear { ends, pressures, through: self.conductance(pressures) }.implicit(0.5 * h)
+    }
+
+    /// The pressures after `h` seconds, from those at their start and in the middle.
+    #[inline(always)]
+    pub fn advance(&self, h: f64, ends: &Ends<S>, pressures: [S; 2], halfway: [S; 2]) -> [S; 2] {
+        Linear { ends, pressures, through: self.conductance(halfway) }.exponential(h)
+    }
+
+    /// The flow into the chamber, as a rate of its pressure, Pa/s.
+    #[inline(always)]
+    pub fn flow(&self, pressures: [S; 2]) -> S {
+        self.conductance(pressures) * (pressures[0] - pressures[1])
     }
 
     /// Flow over drop, 1/s.
@@ -225,7 +235,8 @@ mod tests {
         let flow = FlowFunction::new(0.3, FlowForm::Iso6358);
         let line = LineParameters { time_constant_s: tau, volume_ratio: port.recip(), laminar_pa };
         let ends = Ends { driven, slope, swelling, port, chamber };
-        Tube { flow: &flow, line: &line }.advance(h, &ends, [p, q])
+        let tube = Tube { flow: &flow, line: &line };
+        tube.advance(h, &ends, [p, q], tube.halfway(h, &ends, [p, q]))
     }
 
     /// Filling, venting, and almost without a drop, where the tube is stiffest.

@@ -31,6 +31,63 @@ pub fn filling_lies_between_isothermal_and_adiabatic() {
     assert!(shares[0] >= 1.0 / GAMMA && shares[4] <= 1.0, "{shares:?}");
 }
 
+/// What is let in warms the gas behind the tube; in the end it has the walls' temperature, and only
+/// what was let in counts.
+pub fn gas_behind_a_tube_is_warmed_and_cools_again() {
+    let (heat, volume_ratio) = (("heat_exchange", &[0.3][..]), 0.05);
+    let tube = ("line_restriction", &[0.1, volume_ratio, 0.0][..]);
+    let mut bench = Bench::valve(0.5, 110e3, &pulse(20, 600));
+    bench.plant.longest_step_s = 0.0005;
+    let run = bench.run(&[heat, tube]);
+    let rise = GAMMA * (1.0 + volume_ratio) * (last(&run) - 110e3);
+    assert_close(rise, let_in(&bench, &run), 2e-3);
+    // 50 ms after the valve has closed the pressures are equal, and the gas is still warm.
+    assert!(run[25].reading_pa > last(&run) + 5e3, "{} {}", run[25].reading_pa, last(&run));
+    // Emptied through the tube, it cools and is warmed again.
+    let mut bench = Bench::valve(0.5, 400e3, &pulse(20, 600).iter().map(|u| -u).collect::<Vec<_>>());
+    bench.plant.longest_step_s = 0.0005;
+    let run = bench.run(&[heat, tube]);
+    let (lowest, end) = (run[25..].iter().map(|s| s.reading_pa).fold(f64::MAX, f64::min), last(&run));
+    assert!(end > lowest + 5e3, "{lowest} {end}");
+}
+
+/// A tube that hardly resists belongs to the chamber, but that what flows back is warmed in it: while
+/// the chamber is filled it changes nothing.
+pub fn behind_a_wide_tube_gas_is_warmed_as_without_one() {
+    let drive: Vec<f64> = (0..400).map(|k| 0.3 * (0.05 * f64::from(k)).sin().max(0.0)).collect();
+    for tau in [0.01, 0.3, 5.0] {
+        let heat = ("heat_exchange", &[tau][..]);
+        let mut bench = Bench::valve(0.5, 250e3, &drive);
+        bench.plant.longest_step_s = 0.002;
+        let tube = readings(&bench.run(&[heat, ("line_restriction", &[0.001, 0.003, 0.0])]));
+        let none = readings(&bench.run(&[heat]));
+        let range = none.iter().fold(0.0, |most: f64, p| most.max((p - 250e3).abs()));
+        assert!(range > 50e3, "{range}");
+        for (with, without) in tube.iter().zip(&none) {
+            // A hundredth: the tube's volume and that it is isothermal.
+            assert!((with - without).abs() < 0.01 * range, "{tau} s: {with} and {without}");
+        }
+    }
+}
+
+/// Where no heat is exchanged, a wall gives way as it does without a temperature.
+pub fn a_wall_gives_way_to_gas_that_has_a_temperature() {
+    let drive: Vec<f64> = (0..200).map(|k| if k % 100 < 50 { 0.5 } else { 0.0 }).collect();
+    let mut bench = Bench::valve(0.5, 150e3, &drive);
+    bench.plant.longest_step_s = 0.001;
+    for (wall, most) in [(("wall_compliance", &[0.2][..]), 0.4), (("wall_creep", &[0.2, 0.3]), 0.2)] {
+        let none = readings(&bench.run(&[wall]));
+        let heat = readings(&bench.run(&[wall, ("heat_exchange", &[40.0])]));
+        let rise = last(&bench.run(&[])) - 150e3;
+        let slowed = 1.0 - (none[199] - 150e3) / rise;
+        assert!(slowed > most, "{slowed}");
+        for (with, without) in heat.iter().zip(&none) {
+            // What is exchanged in two seconds of 40.
+            assert!((with - without).abs() < 0.02 * rise, "{wall:?}: {with} and {without}");
+        }
+    }
+}
+
 pub fn a_wall_that_gives_way_slows_the_rise_by_volume_and_growth() {
     let compliance = 0.2;
     for start in [110e3, 150e3, 190e3] {

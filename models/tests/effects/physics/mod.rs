@@ -76,6 +76,17 @@ fn a_bent_sensor_bends_what_is_read_of_the_chamber_opposite_as_well() {
     chamber::a_bent_sensor_bends_what_is_read_of_the_chamber_opposite_as_well();
 }
 
+#[test]
+fn gas_behind_a_tube_has_a_temperature() {
+    chamber::gas_behind_a_tube_is_warmed_and_cools_again();
+    chamber::behind_a_wide_tube_gas_is_warmed_as_without_one();
+}
+
+#[test]
+fn a_wall_gives_way_to_gas_that_has_a_temperature() {
+    chamber::a_wall_gives_way_to_gas_that_has_a_temperature();
+}
+
 /// A valve of 0.1 mm^2 that fills a chamber so slowly that the flow stays choked.
 fn choked(drive: &[f64]) -> Bench {
     Bench::valve(GAIN_MM2, 110e3, drive)
