@@ -33,13 +33,18 @@ pub fn promising_pairs(channels: &[ChannelData], stages: &[ChannelStage], tried:
         gains(data, stage, tried)
     });
     let total = |a: usize, b: usize| by_channel.iter().map(|gains| gains[a][b]).sum::<f64>();
-    let named = |&effect: &usize| CATALOGUE[effect].question != Question::Foil && total(effect, effect) > 0.0;
+    let named = |&effect: &usize| CATALOGUE[effect].question != Question::Foil;
     let effects: Vec<usize> = (0..CATALOGUE.len()).filter(named).collect();
     let mut pairs = Vec::new();
     for (k, &a) in effects.iter().enumerate() {
         for &b in &effects[..k] {
-            let effects = if total(a, a) > total(b, b) { [a, b] } else { [b, a] };
-            pairs.push(Pair { effects, gain: total(a, b) });
+            let (alone, gain) = ([total(a, a), total(b, b)], total(a, b));
+            // What promises nothing alone may do so beside another: of an effect that has one
+            // direction only, the other hides which.
+            if alone[0].min(alone[1]) > 0.0 || gain > alone[0].max(alone[1]) {
+                let effects = if alone[0] > alone[1] { [a, b] } else { [b, a] };
+                pairs.push(Pair { effects, gain });
+            }
         }
     }
     descending(&mut pairs, |pair| pair.gain);
@@ -109,5 +114,39 @@ mod tests {
         sets.sort_unstable();
         sets.dedup();
         assert_eq!(sets.len(), pairs.len());
+    }
+
+    /// A muffler can only slow what vents. Where what else is wrong makes vents look slow already,
+    /// it would have to make them faster, until the other is there.
+    #[test]
+    fn what_goes_the_wrong_way_alone_is_in_a_pair_with_what_turns_it_round() {
+        let (data, base) = channel(false);
+        let mut stage = fitted(&data, &base);
+        let [lag, muffler, wear] =
+            ["sensor_lag", "vent_restriction", "valve_wear"].map(|id| index_of(id).unwrap());
+        let waves = |mix: [f64; 3]| -> Vec<f64> {
+            let wave = |row: usize, k: usize| (0.1 * (k + 1) as f64 * row as f64).sin();
+            (0..data.rows.len()).map(|row| (0..3).map(|k| mix[k] * wave(row, k)).sum()).collect()
+        };
+        // The muffler does much of the opposite of the lag, and something of its own; wear has no part.
+        stage.residuals = waves([1.0, 0.3, -0.2]);
+        let trial = |effect: usize, mix: [f64; 3]| Trial {
+            effect,
+            probe: 0,
+            start: base.clone(),
+            scores: Vec::new(),
+            direction: thinned(&data, &waves(mix)),
+            loss: 0.0,
+            promise: 0.0,
+            one_sided: true,
+            searched: None,
+        };
+        let tried = [vec![
+            trial(lag, [1.0, 0.0, 0.0]),
+            trial(muffler, [-0.8, 0.6, 0.0]),
+            trial(wear, [-0.8, 0.0, 0.6]),
+        ]];
+        let pairs = promising_pairs(std::slice::from_ref(&data), &[stage], &tried);
+        assert_eq!(pairs.iter().map(|pair| pair.effects).collect::<Vec<_>>(), [[lag, muffler]]);
     }
 }

@@ -33,6 +33,8 @@ const AGAIN: usize = 3;
 const MOST_ROWS: usize = 36_000;
 /// Evaluations of the model for a first effect: of a look, and of each of two refits after it.
 const EVALUATIONS: [usize; 2] = [6, 10];
+/// Part of the error above the noise that names may leave where there were none.
+const NEARLY_ALL: f64 = 0.02;
 /// Where something outside the catalogue explained as well as a name, what is named now must leave
 /// less than this part of what that left.
 const BESIDE_FOIL: f64 = 0.8;
@@ -84,9 +86,18 @@ pub fn from_another_first(
         {
             *stages = other;
             (named.causes, named.withheld) = (again.causes, None);
+            let best = round.ranked.first().map(|candidate| candidate.effect);
+            put_first(&mut named.causes, |cause| Some(cause.effect) == best);
         } else {
             share_draws(channels, &before);
         }
+    }
+}
+
+/// Names what explains most alone before the others: with what a search began says nothing of it.
+fn put_first(causes: &mut [Found], is_first: impl Fn(&Found) -> bool) {
+    if let Some(place) = causes.iter().position(is_first) {
+        causes[..=place].rotate_right(1);
     }
 }
 
@@ -136,9 +147,15 @@ fn is_better(
     let (few, many) = (named.causes.len(), again.causes.len());
     let least = if many > few { (many - few) as f64 } else { 0.5 } * SETTINGS.practical;
     let explains = if many < few { gain >= -least } else { low > 0.0 && gain >= least };
-    let enough = few > 0 || sum(&new) <= ENOUGH * open_rows(channels);
+    let enough = few > 0 || sum(&new) <= next_to_nothing(sum(&old), open_rows(channels));
     let harmless = again.harmful.is_none() && again.withheld.is_none();
     many > 0 && harmless && beyond_foil && enough && explains
+}
+
+/// Error up to which names are trusted where there were none: what is [`ENOUGH`], or nearly all of
+/// an error that was `before`, both in variances of the noise over so many rows.
+fn next_to_nothing(before: f64, rows: f64) -> f64 {
+    (ENOUGH * rows).max(rows + NEARLY_ALL * (before - rows))
 }
 
 /// Tries the catalogue in place of the effect that a search was begun with, beside what else was

@@ -121,6 +121,25 @@ fn where_there_was_no_name_little_may_be_left() {
     assert!(better((&["valve_lag", "wall_compliance"], &both), (&[], &base), None));
     assert!(!better((&["valve_lag"], &lagging), (&[], &base), None));
     assert!(better((&["valve_lag"], &lagging), (&["wall_compliance"], &base), None));
+    // 1.2, or a fiftieth of a large error above 1.
+    assert!((next_to_nothing(5e3, 1e3) - 1.2e3).abs() < 1e-6);
+    assert!((next_to_nothing(61e3, 1e3) - 2.2e3).abs() < 1e-6);
+}
+
+#[test]
+fn what_explains_most_alone_is_named_first_though_a_search_began_with_another() {
+    let (channels, first) = channels(&truth_of_two());
+    let found = |effect: usize| {
+        let (models, losses) = first.iter().map(|s| (s.model.clone(), s.losses.clone())).unzip();
+        let candidate = Candidate { effect, models, acts: vec![true; 2], losses };
+        Found::new(&channels, &first, &[candidate], 0, &[], 0.01)
+    };
+    let order = |best: usize| {
+        let mut causes: Vec<Found> = [3, 1, 2].map(found).to_vec();
+        put_first(&mut causes, |cause| cause.effect == best);
+        causes.iter().map(|cause| cause.effect).collect::<Vec<_>>()
+    };
+    assert_eq!([order(2), order(3), order(7)], [[2, 3, 1], [3, 1, 2], [3, 1, 2]]);
 }
 
 #[test]
