@@ -10,10 +10,13 @@
 //!                                   --at-once 2 two at a time
 //! blind score DIR                   the confusion matrix, from truth.json and report.json, and
 //!                                   reliability.svg
+//! blind ceiling DIR                 what the program itself lacks: every effect and every two in
+//!                                   rigs without imperfections, with nothing else asked about
 //! blind table [FILE]                whether the diagnosis still says of fixed recordings what the
 //!                                   table says
 //! ```
 
+mod ceiling;
 mod recording;
 mod table;
 
@@ -36,6 +39,10 @@ const USAGE: &str = "usage: blind COMMAND DIR
   diagnose DIR [--program pneudrive-model] [--at-once 1]
                                             report.json beside each; goes on where it was stopped
   score DIR                                 tables, from truth.json and report.json, and reliability.svg
+  ceiling DIR [--loop drive|closed] [--size moderate] [--effect ID] [--at-once 1]
+                                            makes and diagnoses every effect and every two, 60 s of two channels without
+                                            imperfections, and asks about nothing else; says where the simulation with
+                                            what is named is not as close as the noise, and what has no name
   table [FILE] [--share 0.1] [--only TEXT] [--write]
                                             makes and diagnoses the recordings of the committed table and compares: exit status 1
                                             when a name differs or a number moves by more than this share of its interval;
@@ -99,7 +106,22 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
             diagnose(&directory, option("--program").map_or("pneudrive-model", String::as_str), at_once)?;
         }
         "score" => print_score(&directory)?,
-        other => return Err(format!("no command {other}: generate, diagnose, score or table").into()),
+        "ceiling" => {
+            let size = option("--size").map_or("moderate", String::as_str);
+            ceiling::run(&ceiling::Wanted {
+                folder: directory,
+                size: SIZES
+                    .iter()
+                    .position(|known| *known == size)
+                    .ok_or("--size is limit, moderate or gross")?,
+                drive: option("--loop").is_none_or(|kind| kind == "drive"),
+                only: option("--effect").cloned(),
+                at_once: option("--at-once").map_or(Ok(1), |text| text.parse())?,
+            })?;
+        }
+        other => {
+            return Err(format!("no command {other}: generate, diagnose, score, ceiling or table").into());
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

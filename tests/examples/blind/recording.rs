@@ -31,13 +31,18 @@ impl Default for Extent {
     }
 }
 
-/// Writes `run.csv`, `rig.toml` and `truth.json`.
+/// Writes `run.csv`, `rig.toml` and `truth.json`, of a rig in a laboratory.
 pub fn record(folder: &Path, case: &Case, extent: Extent) -> Result<()> {
+    record_in(Nuisances::laboratory(), folder, case, extent)
+}
+
+/// The same of a rig with these imperfections.
+pub fn record_in(nuisances: Nuisances, folder: &Path, case: &Case, extent: Extent) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     let defaults = RecordingSettings::default();
     let mut plant = defaults.plant.clone();
     plant.channels = extent.channels;
-    plant.nuisances = Nuisances::laboratory();
+    plant.nuisances = nuisances;
     if case.hard.is_some() {
         plant.nuisances.background = Background::typical();
     }
