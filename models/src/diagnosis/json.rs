@@ -139,7 +139,7 @@ pub enum Unnamed {
     /// Less probable than not, beside what is more, where none of its sizes is determined or in
     /// closed loop, and not sure by size and gain; or so improbable that it is not listed.
     Improbable,
-    /// None of its sizes is determined, and in closed loop it stands beside what has one that is.
+    /// By its intervals it may be nothing, and in closed loop it stands beside what may not.
     Undetermined,
 }
 

@@ -8,11 +8,11 @@ use crate::diagnosis::selection::roughly_timed;
 use crate::diagnosis::settings::SETTINGS;
 use crate::effects::catalogue::{CATALOGUE, index_of};
 
-use super::earned::{hunts, is_undetermined, stands_out};
+use super::earned::{hunts, may_be_nothing, stands_out};
 
 /// Parts causes, the largest gain first, into those that keep their names beside each other and
 /// those that do not. `base_kpa` is the error of the base models on the test blocks. In closed loop
-/// (`looped`) what has no size that is determined has no name beside what has one. With the drive,
+/// (`looped`) what by all its sizes may be nothing has no name beside what may not. With the drive,
 /// a gain need not be sure where the cause itself is: larger than in sound rigs, and `probable`.
 #[must_use]
 pub fn part(
@@ -22,7 +22,7 @@ pub fn part(
     probable: impl Fn(&Cause) -> bool,
 ) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut named, mut imperfections) = (causes, Vec::new());
-    let sized = |cause: &Cause| hunts(cause) || !is_undetermined(cause);
+    let sized = |cause: &Cause| hunts(cause) || !may_be_nothing(cause);
     if looped && named.iter().any(sized) {
         imperfections.extend(unnamed(&mut named, Unnamed::Undetermined, |_, cause| sized(cause)));
     }
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn in_closed_loop_what_has_a_size_leaves_no_name_to_what_has_none() {
+    fn in_closed_loop_what_has_a_size_leaves_no_name_to_what_may_be_nothing() {
         let limited = || sized("drive_saturation", "limit", [0.68, 0.72]);
         let sagging = |size: Option<[f64; 2]>| {
             let mut sag = sized("supply_sag", "drop", size.unwrap_or_default());
@@ -152,6 +152,7 @@ mod tests {
         assert!(unnamed.iter().all(|i| i.why == Unnamed::Undetermined));
         let count = |causes, looped| part(causes, 2.0, looped, |_| false).0.len();
         assert_eq!(count(vec![limited(), sagging(Some([20.0, 70.0]))], true), 2);
+        assert_eq!(count(vec![limited(), sagging(Some([0.0, 70.0]))], true), 1, "it may be none");
         assert_eq!(count(vec![limited(), sagging(None)], false), 2, "with the drive, the error tells");
         assert_eq!(count(vec![sagging(None)], true), 1);
     }

@@ -113,7 +113,7 @@ pub(super) fn is_undetermined(cause: &Cause) -> bool {
 
 /// May, by its intervals, every size that tells how large it is be none? A size that is not
 /// determined may.
-fn may_be_nothing(cause: &Cause) -> bool {
+pub(super) fn may_be_nothing(cause: &Cause) -> bool {
     of_all_sizes(cause, |parameter, ci95| {
         ci95.is_none_or(|[low, high]| (low..=high).contains(&parameter.null))
     })

@@ -17,7 +17,7 @@ use crate::diagnosis::estimation::{
     ChannelStage, GAINS, free_of, plain_cost, plain_costs, refit, refit_by_own_weights, start, with_usual,
 };
 use crate::diagnosis::likelihood::{Whitening, together};
-use crate::diagnosis::screening::Asked;
+use crate::diagnosis::screening::{Asked, Trial};
 use crate::effects::Question;
 use crate::effects::catalogue::CATALOGUE;
 use crate::parallel;
@@ -28,6 +28,10 @@ const EDGE: f64 = 0.06;
 const LOOKED: usize = 4;
 /// An effect that leaves more than this part of the squared error of a channel is not followed.
 const PART: f64 = 0.3;
+/// The same of two effects together: what is left may be the weighed error's to judge.
+const PART_OF_TWO: f64 = 0.5;
+/// Starts of a pair that are fitted.
+const FOLLOWED: usize = 2;
 /// Evaluations of a fit, with weights that go with its start.
 const EVALUATIONS: usize = 10;
 
@@ -52,10 +56,7 @@ pub fn explained_afresh(
 /// Looks on the channel with the largest error for effects that explain it, and fits those to all;
 /// best first.
 fn candidates(channels: &[ChannelData], stages: &[ChannelStage], asked: Asked<'_>) -> Vec<Candidate> {
-    let costs: Vec<f64> = channels.iter().zip(stages).map(|(d, s)| plain_cost(d, &s.model)).collect();
-    let Some(worst) = (0..channels.len()).max_by(|&a, &b| costs[a].total_cmp(&costs[b])) else {
-        return Vec::new();
-    };
+    let Some((worst, cost)) = worst(channels, stages) else { return Vec::new() };
     // A valve that imitates what is missing there, too, leads as far astray.
     let described = |k: &usize| !is_large(&channels[*k..=*k], &stages[*k..=*k]);
     let valves: Vec<&Extended> = (0..channels.len()).filter(described).map(|k| &stages[k].model).collect();
@@ -63,7 +64,7 @@ fn candidates(channels: &[ChannelData], stages: &[ChannelStage], asked: Asked<'_
     let mut looked = parallel::map(first.into_iter().take(LOOKED), |(effect, model)| {
         (effect, fit(&channels[worst], &model))
     });
-    looked.retain(|(_, model)| plain_cost(&channels[worst], model) < PART * costs[worst]);
+    looked.retain(|(_, model)| plain_cost(&channels[worst], model) < PART * cost);
     let mut fitted: Vec<(f64, Candidate)> = looked
         .into_iter()
         .map(|(effect, lent)| {
@@ -98,6 +99,67 @@ fn first_looks(data: &ChannelData, valves: &[&Extended], asked: Asked<'_>) -> Ve
     let mut best: Vec<(f64, usize, Extended)> = looked.into_iter().flatten().collect();
     ascending(&mut best, |item| item.0);
     best.into_iter().map(|(_, effect, model)| (effect, model)).collect()
+}
+
+/// Models of every channel with two effects, and base parameters that neither a base model nor one
+/// of them alone has led astray. `None` where they leave much of the error of the channel with the
+/// largest, on which they are looked for.
+#[must_use]
+pub fn together_afresh(
+    channels: &[ChannelData],
+    stages: &[ChannelStage],
+    tried: &[Vec<Trial>],
+    effects: [usize; 2],
+) -> Option<Vec<Extended>> {
+    let (worst, cost) = worst(channels, stages)?;
+    let lent = two_afresh(&channels[worst], &tried[worst], effects)?;
+    (plain_cost(&channels[worst], &lent) < PART_OF_TWO * cost).then(|| {
+        parallel::map(
+            channels.iter().enumerate(),
+            |(k, data)| {
+                if k == worst { lent.clone() } else { fit(data, &lent) }
+            },
+        )
+    })
+}
+
+/// The channel with the largest error, and its square.
+fn worst(channels: &[ChannelData], stages: &[ChannelStage]) -> Option<(usize, f64)> {
+    let costs = channels.iter().zip(stages).map(|(data, stage)| plain_cost(data, &stage.model));
+    costs.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The best model of a channel with two effects, from all their sizes with a valve of each of seven
+/// gains.
+fn two_afresh(data: &ChannelData, trials: &[Trial], effects: [usize; 2]) -> Option<Extended> {
+    let mut starts: Vec<Extended> =
+        GAINS.iter().map(|&gain| with_usual(data, &start(data, gain, EDGE))).collect();
+    for effect in effects {
+        let sizes = sizes(data, trials, effect);
+        let with = |model: &Extended| -> Vec<Extended> {
+            sizes.iter().map(|size| model.with(&data.plant, effect, size)).collect()
+        };
+        starts = starts.iter().flat_map(with).collect();
+    }
+    let mut ranked: Vec<(f64, Extended)> = plain_costs(data, &starts).into_iter().zip(starts).collect();
+    ranked.retain(|(cost, _)| cost.is_finite());
+    ascending(&mut ranked, |item| item.0);
+    let fitted = parallel::map(ranked.into_iter().take(FOLLOWED), |(_, start)| {
+        let model = fit(data, &start);
+        (plain_cost(data, &model), model)
+    });
+    fitted.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, model)| model)
+}
+
+/// Sizes at which an effect is tried on a channel: its probes, or where they are found in the
+/// recording, what was tried there.
+fn sizes(data: &ChannelData, trials: &[Trial], effect: usize) -> Vec<Vec<f64>> {
+    let probes = CATALOGUE[effect].probes;
+    if !probes.is_empty() {
+        return probes.iter().map(|probe| probe.to_vec()).collect();
+    }
+    let of = |trial: &Trial| Some(trial.start.values[trial.start.range(&data.plant, effect)?].to_vec());
+    trials.iter().filter(|trial| trial.effect == effect).filter_map(of).collect()
 }
 
 /// Base parameters and effects, all free. Of a loop, the error that is left is weighed beside the
@@ -167,5 +229,25 @@ mod tests {
         data.measured_kpa = data.readings(&truth).iter().enumerate().map(|(k, y)| y + wave(k)).collect();
         let stage = ChannelStage::new(&data, stage.model, stage.free);
         assert!(candidates(&[data], &[stage], STRUCTURE).is_empty());
+    }
+
+    #[test]
+    fn two_effects_are_found_with_a_valve_of_their_own_or_not_followed() {
+        let (mut data, stage, behind) = behind_a_tube();
+        let [lag, saturation] = ["sensor_lag", "drive_saturation"].map(|id| index_of(id).unwrap());
+        let truth = behind.with(&data.plant, lag, &[0.05]);
+        data.measured_kpa = data.readings(&truth).into();
+        let stage = ChannelStage::new(&data, stage.model, stage.free);
+        let before = plain_cost(&data, &stage.model);
+        let (channels, stages) = ([data], [stage]);
+        let found = |other| together_afresh(&channels, &stages, &[Vec::new()], [behind.effects[0], other]);
+        let both = found(lag).expect("they explain nearly everything").swap_remove(0);
+        let left = plain_cost(&channels[0], &both) / before;
+        assert!(left < 0.01, "{left} of the squared error is left");
+        let range = both.range(&channels[0].plant, lag).unwrap();
+        assert!((0.04..0.06).contains(&both.values[range.start]), "{both:?}");
+        // Without the lag no valve comes near.
+        let without = found(saturation).map(|models| plain_cost(&channels[0], &models[0]) / before);
+        assert!(without.is_none_or(|part| part > 0.05), "{without:?}");
     }
 }

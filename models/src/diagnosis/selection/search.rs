@@ -2,6 +2,7 @@
 
 mod another_first;
 mod naming;
+mod pairs_afresh;
 
 pub use self::naming::harms;
 

@@ -4,13 +4,14 @@
 //! depends on where it began. Where the names leave more than noise and wander explain, all pairs
 //! are screened, and the search is begun with an effect of the most promising that is not named.
 
-use super::naming::{Named, Rules, name, p_value};
+use super::naming::{Entered, Named, Rules, name, p_value};
+use super::pairs_afresh::from_pairs_afresh;
 use crate::diagnosis::channel::{ChannelData, OPEN, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::likelihood::together;
 use crate::diagnosis::resampling::bootstrap;
 use crate::diagnosis::screening::{Asked, Pair, Trial, judge, promising_pairs, trials};
-use crate::diagnosis::selection::acceptance::{kept_total, open_rows};
+use crate::diagnosis::selection::acceptance::{is_large, kept_total, open_rows};
 use crate::diagnosis::selection::candidate::{Candidate, Starts, first_look, refit_further};
 use crate::diagnosis::selection::entrants::{Entrants, Field};
 use crate::diagnosis::selection::racing::{is_foil, race, rivals};
@@ -53,17 +54,20 @@ pub fn from_another_first(
     let first = &mut first.to_vec()[..];
     let rows: usize = channels.iter().map(|data| data.rows.len()).sum();
     let most = most_searches(rows);
+    if most == 0 && !is_large(channels, stages)
+        || kept_total(channels, stages) <= ENOUGH * open_rows(channels)
+    {
+        return;
+    }
+    let (pairs, gates) = (promising_pairs(channels, first, tried), judge(tried));
     let mut begun: Vec<usize> = named.causes.first().map(|cause| cause.effect).into_iter().collect();
-    let mut screened = None;
     let mut searches = 0;
     while searches < most {
         let left = kept_total(channels, stages);
         if left <= ENOUGH * open_rows(channels) {
             return;
         }
-        let (pairs, gates) =
-            screened.get_or_insert_with(|| (promising_pairs(channels, first, tried), judge(tried)));
-        let Some(effect) = next_first(pairs, &named.causes, &begun) else { return };
+        let Some(effect) = next_first(&pairs, &named.causes, &begun) else { break };
         begun.push(effect);
         let before = models_of(stages);
         share_draws(channels, &models_of(first));
@@ -76,22 +80,37 @@ pub fn from_another_first(
         progress("trying the catalogue from another effect on", searches as u64);
         searches += 1;
         let found =
-            Found::new(channels, first, std::slice::from_ref(&candidate), 0, &[], p_value(gates, effect));
+            Found::new(channels, first, std::slice::from_ref(&candidate), 0, &[], p_value(&gates, effect));
         let mut other = settle_finely(channels, &candidate.models, false);
         let mut again = Named { causes: vec![found], ..Named::default() };
         name(channels, (first, &mut other), Rules { beating: Some(left), ..rules }, &mut again, progress);
-        named.explanations.append(&mut again.explanations);
-        if is_better(channels, (&again, &other), (named, stages))
-            && stands_in_the_catalogue(channels, &other, &mut again.causes, effect, rules.asked)
-        {
-            *stages = other;
-            (named.causes, named.withheld) = (again.causes, None);
-            let best = round.ranked.first().map(|candidate| candidate.effect);
-            put_first(&mut named.causes, |cause| Some(cause.effect) == best);
-        } else {
+        if !take_over(channels, (again, other), (named, stages), &[effect], (&round, rules.asked)) {
             share_draws(channels, &before);
         }
     }
+    from_pairs_afresh(channels, (first, stages), (&round, &pairs, &gates), rules, named, progress);
+}
+
+/// Takes over what another search has `named`, with its stages, if it is better. Did it?
+pub(super) fn take_over(
+    channels: &mut [ChannelData],
+    (mut again, other): (Named, Vec<ChannelStage>),
+    (named, stages): (&mut Named, &mut Vec<ChannelStage>),
+    begun: &[usize],
+    (round, asked): (&Entered, Asked<'_>),
+) -> bool {
+    named.explanations.append(&mut again.explanations);
+    let better = is_better(channels, (&again, &other), (named, stages))
+        && begun
+            .iter()
+            .all(|&effect| stands_in_the_catalogue(channels, &other, &mut again.causes, effect, asked));
+    if better {
+        *stages = other;
+        (named.causes, named.withheld) = (again.causes, None);
+        let best = round.ranked.first().map(|candidate| candidate.effect);
+        put_first(&mut named.causes, |cause| Some(cause.effect) == best);
+    }
+    better
 }
 
 /// Names what explains most alone before the others: with what a search began says nothing of it.
@@ -112,6 +131,19 @@ fn next_first(pairs: &[Pair], causes: &[Found], begun: &[usize]) -> Option<usize
     let pairs = pairs.iter().take(PROMISING).map(|pair| pair.effects);
     let unnamed = pairs.filter(|effects| !effects.iter().all(known)).flatten();
     unnamed.into_iter().find(|effect| !begun.contains(effect))
+}
+
+/// An effect as a candidate beside the stages without it, with the models that a search has ended
+/// with.
+pub(super) fn as_candidate(
+    channels: &[ChannelData],
+    without: &[ChannelStage],
+    stages: &[ChannelStage],
+    effect: usize,
+) -> Candidate {
+    let acts = vec![true; stages.len()];
+    let ended = Candidate { effect, models: models_of(stages), acts, losses: Vec::new() };
+    refit_further(channels, without, &ended, 0)
 }
 
 /// One effect beside nothing, refitted.
@@ -174,9 +206,12 @@ fn stands_in_the_catalogue(
     let tried = trials(channels, &without, asked, &|| {});
     let gates = judge(&tried);
     let field = Field { channels, stages: &without, tried: &tried, gates: &gates };
-    let ranked = race(field, Entrants::Passed, &mut Vec::new());
+    let mut ranked = race(field, Entrants::Passed, &mut Vec::new());
     share_draws(channels, &models_of(stages));
-    let Some(own) = ranked.iter().position(|candidate| candidate.effect == begun) else { return true };
+    // From where the others end without it, a fit may not come as far as the search has.
+    ranked.retain(|candidate| candidate.effect != begun);
+    ranked.push(as_candidate(channels, &without, stages, begun));
+    let own = ranked.len() - 1;
     let equivalent = rivals(channels, &without, &ranked, own);
     cause.equivalent = equivalent.iter().map(|&k| ranked[k].effect).collect();
     cause.rivals = equivalent.iter().map(|&k| ranked[k].clone()).collect();
