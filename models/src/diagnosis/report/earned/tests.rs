@@ -155,6 +155,18 @@ fn in_closed_loop_a_size_that_sound_rigs_may_have_needs_a_gain_that_is_sure_wher
 }
 
 #[test]
+fn what_ties_with_several_others_must_be_more_than_more_probable_than_not() {
+    let named = |ties: usize, probable: f64, looped: bool| {
+        let mut sag = cause("supply_sag", "drop", Some([20.0, 70.0]), 0.4);
+        sag.gain.weighted_ci95 = [0.04, 0.5];
+        sag.equivalent = ["valve_wear", "wall_creep"].iter().take(ties).map(|id| (*id).to_owned()).collect();
+        !part(vec![sag], &[], looped_or_not(looped), |_| probable).0.is_empty()
+    };
+    assert!(named(1, 0.6, true) && !named(2, 0.6, true) && named(2, 0.9, true));
+    assert!(named(2, 0.6, false), "the drive being recorded, a size tells");
+}
+
+#[test]
 fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_has_a_name() {
     let named_by = |size: Option<[f64; 2]>, looped: bool, probable: bool, weighted: f64| {
         let mut sag = cause("supply_sag", "drop", size, 0.4);
