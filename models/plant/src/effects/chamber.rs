@@ -6,9 +6,10 @@
 //! pressures is steep. It uses the slope of the flow by the pressure, which depends on the
 //! parameters too: a derivative of the step that leaves that out is wrong in fast transients.
 
+mod heat;
 mod line;
 
-use super::heat::{Gas, Heat};
+use self::heat::{Gas, Heat};
 use super::hook::{Memory, Stretch, Structure};
 use super::outlet::{Outlet, Through, Venting};
 use super::phi::phi1;

@@ -11,7 +11,6 @@ mod chamber;
 mod controller;
 mod deviations;
 mod dither;
-mod heat;
 mod hook;
 mod info;
 mod inputs;

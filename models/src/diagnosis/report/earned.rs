@@ -21,8 +21,8 @@ pub const EVEN: f64 = 0.5;
 /// What as many others explain as well says little of what is wrong: where a name must be more
 /// probable than not, that must be so probable.
 const MANY: usize = 2;
-/// See [`MANY`]. Of three such names in 250 looked-at recordings of a loop two were false, of 0.54 and
-/// 0.55; the right one has 0.9.
+/// See [`MANY`]. Of three such names in 250 looked-at recordings of a loop two were false, of 0.54
+/// and 0.55; the right one has 0.9.
 const PROBABLE: f64 = 0.8;
 
 /// Under what circumstances names are earned.

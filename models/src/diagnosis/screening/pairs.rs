@@ -128,7 +128,8 @@ mod tests {
             let wave = |row: usize, k: usize| (0.1 * (k + 1) as f64 * row as f64).sin();
             (0..data.rows.len()).map(|row| (0..3).map(|k| mix[k] * wave(row, k)).sum()).collect()
         };
-        // The muffler does much of the opposite of the lag, and something of its own; wear has no part.
+        // The muffler does much of the opposite of the lag, and something of its own; wear has no
+        // part.
         stage.residuals = waves([1.0, 0.3, -0.2]);
         let trial = |effect: usize, mix: [f64; 3]| Trial {
             effect,

@@ -3,6 +3,7 @@
 mod another_first;
 mod naming;
 mod pairs_afresh;
+mod taking_over;
 
 pub use self::naming::harms;
 

@@ -51,8 +51,8 @@ pub fn gas_behind_a_tube_is_warmed_and_cools_again() {
     assert!(end > lowest + 5e3, "{lowest} {end}");
 }
 
-/// A tube that hardly resists belongs to the chamber, but that what flows back is warmed in it: while
-/// the chamber is filled it changes nothing.
+/// A tube that hardly resists belongs to the chamber, but that what flows back is warmed in it:
+/// while the chamber is filled it changes nothing.
 pub fn behind_a_wide_tube_gas_is_warmed_as_without_one() {
     let drive: Vec<f64> = (0..400).map(|k| 0.3 * (0.05 * f64::from(k)).sin().max(0.0)).collect();
     for tau in [0.01, 0.3, 5.0] {

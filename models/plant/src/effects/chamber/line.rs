@@ -6,7 +6,8 @@ use crate::effects::tube::{Ends, Tube};
 use crate::model::GAMMA;
 use crate::numeric::Scalar;
 
-/// A flow that is slow, as a rate of the chamber's pressure, Pa/s: which way it goes hardly matters.
+/// A flow that is slow, as a rate of the chamber's pressure, Pa/s: which way it goes hardly
+/// matters.
 const SLOW_PA_S: f64 = 1e4;
 
 /// No pressure falls below this, Pa: what would take more in a step than there is.
@@ -42,8 +43,8 @@ impl<S: Scalar> Chamber<S> {
         (self.port, self.pressure) = (port.max(lowest), chamber.max(lowest));
     }
 
-    /// 1 where gas flows from the chamber into the tube, and 0 where it flows the other way. Between
-    /// them it is smooth: of a jump, a derivative knows nothing.
+    /// 1 where gas flows from the chamber into the tube, and 0 where it flows the other way.
+    /// Between them it is smooth: of a jump, a derivative knows nothing.
     #[inline(always)]
     fn back(&self, line: &LineParameters<S>, halfway: [S; 2]) -> S {
         let flow = Tube { flow: &self.ports.own, line }.flow(halfway);

@@ -3,8 +3,8 @@
 //! Where two large effects are there, the base model goes so far to imitate them that neither of
 //! them explains anything from where it ends, nor the second beside the first.
 
-use super::another_first::{as_candidate, take_over};
 use super::naming::{Entered, Named, Rules, name, p_value};
+use super::taking_over::{as_candidate, take_over};
 use crate::diagnosis::channel::{ChannelData, share_draws};
 use crate::diagnosis::estimation::{ChannelStage, models_of};
 use crate::diagnosis::screening::{Gate, Pair};

@@ -1,9 +1,12 @@
 //! Searches from another effect on, on channels whose truth is known.
 
 use super::super::naming::Entered;
+use super::super::taking_over::{is_better, next_to_nothing, put_first, stands_in_the_catalogue};
 use super::*;
 use crate::diagnosis::channel::Extended;
+use crate::diagnosis::screening::trials;
 use crate::diagnosis::selection::selected::Withheld;
+use crate::diagnosis::settings::SETTINGS;
 use crate::diagnosis::testing::{STRUCTURE, channel, fitted, measured, with};
 use crate::effects::catalogue::{CATALOGUE, index_of};
 use std::rc::Rc;

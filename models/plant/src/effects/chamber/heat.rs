@@ -2,13 +2,14 @@
 //! outflow at the gas's temperature and a wall of constant conductance at ambient temperature.
 //!
 //! Over a step the temperature's equation is the linear one that holds at the step's start, and is
-//! solved exactly: a wall that answers within the step makes the gas isothermal in it. It is written
-//! for what the wall takes, which is proportional to how much warmer the gas is than the wall.
+//! solved exactly: a wall that answers within the step makes the gas isothermal in it. It is
+//! written for what the wall takes, which is proportional to how much warmer the gas is than the
+//! wall.
 //!
 //! Energies and flows are the rates of the pressure that they would cause in a rigid chamber of
 //! nominal volume, flows as if of gas at ambient temperature, Pa/s.
 
-use super::chamber::{Conditions, HEAT_REFERENCE_PA};
+use super::{Conditions, HEAT_REFERENCE_PA};
 use crate::model::GAMMA;
 use crate::numeric::Scalar;
 
@@ -39,8 +40,8 @@ pub struct Heat<S> {
     now: S,
     /// The same per kelvin, Pa/(s K).
     per_k: S,
-    /// What the wall would take in the end less than the energy that comes, per flow: what is needed
-    /// to warm or cool what flows in.
+    /// What the wall would take in the end less than the energy that comes, per flow: what is
+    /// needed to warm or cool what flows in.
     carried: S,
     /// What it would take more, because the chamber grows.
     grown: S,
