@@ -17,7 +17,7 @@ use crate::diagnosis::settings::SETTINGS;
 /// Mean squared weighted error, in variances of the noise, up to which nothing more is looked for:
 /// of sound rigs it is about 1.
 pub const ENOUGH: f64 = 1.2;
-/// Part of the error above the noise that names may leave where there were none.
+/// Part of the error above the noise that names may leave of a loop where there were none.
 const NEARLY_ALL: f64 = 0.02;
 /// Where something outside the catalogue explained as well as a name, what is named now must leave
 /// less than this part of what that left.
@@ -85,15 +85,18 @@ pub fn is_better(
     let (few, many) = (named.causes.len(), again.causes.len());
     let least = if many > few { (many - few) as f64 } else { 0.5 } * SETTINGS.practical;
     let explains = if many < few { gain >= -least } else { low > 0.0 && gain >= least };
-    let enough = few > 0 || sum(&new) <= next_to_nothing(sum(&old), open_rows(channels));
+    let looped = channels.iter().all(|data| data.inputs.in_loop());
+    let enough = few > 0 || sum(&new) <= next_to_nothing(sum(&old), open_rows(channels), looped);
     let harmless = again.harmful.is_none() && again.withheld.is_none();
     many > 0 && harmless && beyond_foil && enough && explains
 }
 
-/// Error up to which names are trusted where there were none: what is [`ENOUGH`], or nearly all of
-/// an error that was `before`, both in variances of the noise over so many rows.
-pub fn next_to_nothing(before: f64, rows: f64) -> f64 {
-    (ENOUGH * rows).max(rows + NEARLY_ALL * (before - rows))
+/// Error up to which names are trusted where there were none: what is [`ENOUGH`], or of a loop,
+/// which makes more of every small error, nearly all of an error that was `before`; both in
+/// variances of the noise over so many rows.
+pub fn next_to_nothing(before: f64, rows: f64, looped: bool) -> f64 {
+    let nearly_all = if looped { NEARLY_ALL * (before - rows) } else { 0.0 };
+    (ENOUGH * rows).max(rows + nearly_all)
 }
 
 /// Tries the catalogue in place of the effect that a search was begun with, beside what else was
