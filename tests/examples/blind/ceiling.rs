@@ -38,7 +38,7 @@ const SEED: u64 = 5;
 struct Ended {
     hidden: Vec<String>,
     named: Vec<String>,
-    /// Error on the test blocks without and with them, kPa.
+    /// Error of the base model and of the extended one on the test blocks, kPa.
     error_kpa: [f64; 2],
     noise_kpa: f64,
 }
@@ -65,6 +65,9 @@ impl std::fmt::Display for Ended {
 /// Every effect, and every two. Prints what is simulated badly, and what has no name.
 pub fn run(wanted: &Wanted) -> Result<()> {
     let cases = cases(wanted);
+    if cases.is_empty() {
+        return Err("--effect: no such effect in the catalogue".into());
+    }
     let (next, ended) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| -> Result<()> {
         let work = || -> std::result::Result<(), String> {
@@ -125,7 +128,7 @@ fn diagnosed(folder: &Path, case: &Case) -> Result<Ended> {
     let request = Request { only: &only, ..Request::default() };
     let report = diagnose(&loaded.recording, &rig, request, &|_, _| {})?.report;
     let before_kpa = report.baseline.test_rmse_kpa;
-    let after_kpa = report.causes.first().map_or(before_kpa, |cause| cause.gain.test_rmse_after_kpa);
+    let after_kpa = report.unexplained.test_rmse_kpa;
     Ok(Ended {
         hidden: case.effects.clone(),
         named: report.causes.into_iter().map(|cause| cause.effect).collect(),

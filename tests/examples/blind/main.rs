@@ -41,8 +41,8 @@ const USAGE: &str = "usage: blind COMMAND DIR
   score DIR                                 tables, from truth.json and report.json, and reliability.svg
   ceiling DIR [--loop drive|closed] [--size moderate] [--effect ID] [--at-once 1]
                                             makes and diagnoses every effect and every two, 60 s of two channels without
-                                            imperfections, and asks about nothing else; says where the simulation with
-                                            what is named is not as close as the noise, and what has no name
+                                            imperfections, and asks about nothing else; says where the simulation is
+                                            not as close as the noise then, and what has no name
   table [FILE] [--share 0.1] [--only TEXT] [--write]
                                             makes and diagnoses the recordings of the committed table and compares: exit status 1
                                             when a name differs or a number moves by more than this share of its interval;
@@ -114,7 +114,11 @@ fn run(arguments: &[String]) -> Result<ExitCode> {
                     .iter()
                     .position(|known| *known == size)
                     .ok_or("--size is limit, moderate or gross")?,
-                drive: option("--loop").is_none_or(|kind| kind == "drive"),
+                drive: match option("--loop").map_or("drive", String::as_str) {
+                    "drive" => true,
+                    "closed" => false,
+                    _ => return Err("--loop is drive or closed".into()),
+                },
                 only: option("--effect").cloned(),
                 at_once: option("--at-once").map_or(Ok(1), |text| text.parse())?,
             })?;

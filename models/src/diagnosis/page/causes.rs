@@ -27,8 +27,8 @@ pub fn unnamed(report: &Report) -> Markup {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {
                 Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
-                Unnamed::Improbable => "it is less probable than not.",
-                Unnamed::Undetermined => "by its interval it may be nothing, and in closed loop it then may be what another cause leaves.",
+                Unnamed::Improbable => "it is less probable than not, or, where several others do as well, than 80 %.",
+                Unnamed::Undetermined => "as far as this recording tells its size it may be nothing, and in closed loop it then may be what another cause leaves.",
                 Unnamed::Gainless => "no gain of more than 1 % on the test blocks, neither gain nor size is surely more than nothing, or beside a larger cause neither the gain is surely more than 1 % nor the cause itself is sure, or the gain is less than 1 % of the whole error.",
             }) }
         }
