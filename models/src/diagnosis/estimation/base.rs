@@ -147,7 +147,13 @@ pub fn fit_base_from(data: &ChannelData, start: &Extended) -> Extended {
     }
     // Where the model is no description, the weights (starts and supply free) lead it astray
     // between the blocks.
-    if plain_cost(data, &model) > ASTRAY * plain_cost(data, start) { with_usual(data, start) } else { model }
+    if is_astray(data, &model, start) { with_usual(data, start) } else { model }
+}
+
+/// Has a fit made the plain error on its blocks much larger than where it started?
+#[must_use]
+pub fn is_astray(data: &ChannelData, fitted: &Extended, start: &Extended) -> bool {
+    plain_cost(data, fitted) > ASTRAY * plain_cost(data, start)
 }
 
 /// Some steps of a fit with the weights that go with where it starts, and how many evaluations they

@@ -10,7 +10,7 @@ mod objective;
 mod sensitivity;
 
 pub use base::{
-    CORNER, EDGES, GAINS, LEAK, fit_base, fit_base_from, free_base, free_of, gain_of, plain_cost,
+    CORNER, EDGES, GAINS, LEAK, fit_base, fit_base_from, free_base, free_of, gain_of, is_astray, plain_cost,
     plain_costs, refit_by_own_weights, rounded, start, with_usual,
 };
 pub use effect::fit_from;

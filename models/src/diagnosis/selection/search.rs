@@ -16,7 +16,7 @@ use super::selected::{Found, Withheld};
 use super::settling::{fitted_by, settle_finely, staged};
 use super::warm_start::lend_base;
 use crate::diagnosis::channel::{ChannelData, Extended, share_draws};
-use crate::diagnosis::estimation::{ChannelStage, fit_base, models_of, refit_near};
+use crate::diagnosis::estimation::{ChannelStage, fit_base, is_astray, models_of, refit_near};
 use crate::diagnosis::evidence::Explanation;
 use crate::diagnosis::screening::Asked;
 use crate::diagnosis::settings::SETTINGS;
@@ -139,8 +139,13 @@ impl Outcome {
             self.stages = staged(channels, models_of(&self.stages), change);
             return;
         }
+        // Of a model that lacks something the weights that go with it may lead further from the
+        // pressure, and what is named would seem to gain more than it does.
         let again = |channels: &mut [ChannelData], models: &[Extended]| {
-            fitted_by(channels, models, change, refit_near)
+            fitted_by(channels, models, change, |data, whitening, model, free| {
+                let fitted = refit_near(data, whitening, model, free);
+                if is_astray(data, &fitted, model) { model.clone() } else { fitted }
+            })
         };
         let coarse = self.base.clone();
         if !change {

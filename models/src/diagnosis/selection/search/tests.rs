@@ -2,6 +2,7 @@
 
 use super::naming::{Rules, choosing_kpa, goes_astray, keep_shown};
 use super::*;
+use crate::diagnosis::estimation::plain_cost;
 use crate::diagnosis::selection::elimination::eliminate;
 use crate::diagnosis::selection::settling::settle;
 use crate::diagnosis::testing::{STRUCTURE, channel, measured, with, with_repeated_readings};
@@ -198,4 +199,38 @@ fn a_name_harms_where_it_leaves_much_and_more_kilopascals_than_none() {
     assert_eq!(judged(&base, &large), (true, true));
     assert_eq!(judged(&large, &large), (false, false));
     assert_eq!(judged(&base, &small), (true, false), "hardly any error is left");
+}
+
+/// Plain cost of the base model of a loop with `truth`, before everything is fitted again and after.
+fn refined(truth: impl Fn(&ChannelData, &Extended) -> Extended) -> [f64; 2] {
+    let (data, base) = channel(true);
+    let truth = truth(&data, &base);
+    let mut channels = vec![measured(data, &truth, 1)];
+    // A little off, as steps of the search are.
+    let mut start = fit_base(&channels[0]);
+    start.values[2] *= 1.01;
+    let mut outcome = Outcome {
+        base: vec![start.clone()],
+        causes: Vec::new(),
+        stages: staged(&channels, vec![start.clone()], false),
+        rounds: Vec::new(),
+        explanations: Vec::new(),
+        withheld: None,
+        by_likelihood: false,
+    };
+    let cost = |channels: &[ChannelData], model| plain_cost(&channels[0], model);
+    let before = cost(&channels, &start);
+    outcome.refine(&mut channels, false);
+    assert_eq!(outcome.base[0], outcome.stages[0].model);
+    [before, cost(&channels, &outcome.base[0])]
+}
+
+#[test]
+fn a_model_that_lacks_something_is_not_led_astray_when_all_is_fitted_again() {
+    for (id, values) in [("heat_exchange", &[0.12][..]), ("valve_asymmetry", &[1.7])] {
+        let [before, after] = refined(|data, base| with(data, base, id, values));
+        assert!(before > 1.0 && after <= 1.5 * before, "{id}: {before} to {after} kPa^2");
+    }
+    let [before, after] = refined(|_, base| base.clone());
+    assert!(after < before, "where nothing is missing it is fitted: {before} to {after} kPa^2");
 }
