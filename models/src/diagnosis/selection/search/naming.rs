@@ -114,6 +114,10 @@ pub fn name(
         }
         let equivalent = rivals(channels, stages, &ranked, winner);
         if let Some(&foil) = equivalent.iter().find(|&&k| is_foil(&ranked[k])) {
+            // Another search is judged by what it has named so far.
+            if beating.is_some() {
+                break;
+            }
             let name = Withheld { effect: ranked[winner].effect, foil: ranked[foil].clone() };
             if withheld.is_some() || !is_of_the_rig_file(&ranked[foil]) {
                 withheld.get_or_insert(name);

@@ -109,6 +109,16 @@ mod tests {
     }
 
     #[test]
+    fn what_nobody_can_tell_from_another_supply_takes_no_name_away() {
+        let (tube, lag) = (("line_restriction", &[1.3, 0.05, 0.0][..]), ("sensor_lag", &[0.05][..]));
+        let misstated = ("supply_misstated", &[-0.1][..]);
+        assert_eq!(
+            named(&[tube, lag, misstated], ["line_restriction", "sensor_lag"]),
+            ["line_restriction", "sensor_lag"]
+        );
+    }
+
+    #[test]
     fn of_long_recordings_of_loops_fewer_pairs_are_tried() {
         let most = |looped: bool, seconds: usize| {
             let (mut data, _) = channel(looped);

@@ -87,8 +87,7 @@ pub fn is_better(
     let explains = if many < few { gain >= -least } else { low > 0.0 && gain >= least };
     let looped = channels.iter().all(|data| data.inputs.in_loop());
     let enough = few > 0 || sum(&new) <= next_to_nothing(sum(&old), open_rows(channels), looped);
-    let harmless = again.harmful.is_none() && again.withheld.is_none();
-    many > 0 && harmless && beyond_foil && enough && explains
+    many > 0 && again.harmful.is_none() && beyond_foil && enough && explains
 }
 
 /// Error up to which names are trusted where there were none: what is [`ENOUGH`], or of a loop,
