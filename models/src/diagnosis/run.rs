@@ -174,7 +174,10 @@ fn assemble(
     let counted = |cause: &Cause| probable::counted(cause, explanations, looped, shown(cause));
     let allowed_kpa = adequacy::allowed_kpa(&channels, &finals);
     let circumstances = earned::Circumstances { change, looped, adequate: base_errors.all() <= allowed_kpa };
-    let (mut causes, mut imperfections) = earned::part(causes, &imitated, circumstances, counted);
+    let as_usual =
+        if change { Vec::new() } else { alternatives::tied_with_the_usual(&channels, &outcome.causes) };
+    let unearned = earned::Unearned { imitated: &imitated, as_usual: &as_usual };
+    let (mut causes, mut imperfections) = earned::part(causes, unearned, circumstances, counted);
     if !change {
         let probable = |cause: &Cause| probability(cause) >= earned::EVEN;
         let (named, unnamed) = beside::part(causes, base_errors.all(), looped, probable);

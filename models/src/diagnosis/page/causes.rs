@@ -25,7 +25,7 @@ pub fn unnamed(report: &Report) -> Markup {
         (table(report, report.imperfections.iter().map(|i| &i.cause)))
         @for i in &report.imperfections {
             p { (verdict::title(&i.cause.effect)) ": " (match i.why {
-                Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing.",
+                Unnamed::Usual => "no larger than usual, or, in closed loop, maybe nothing; or another effect that is no larger than usual fits as well.",
                 Unnamed::Imitated => "beside what is named, a smooth function of one measured variable does as much.",
                 Unnamed::Improbable => "it is less probable than not, or, where several others do as well, than 80 %.",
                 Unnamed::Undetermined => "as far as this recording tells its size it may be nothing, and in closed loop it then may be what another cause leaves.",

@@ -5,7 +5,7 @@ use crate::diagnosis::discrepancy::{Rest, corrected};
 use crate::diagnosis::estimation::models_of;
 use crate::diagnosis::evidence::{Explanation, Missing, Weighed, weigh};
 use crate::diagnosis::json::{Alternative, Imperfection, Report, Unnamed, Verdict};
-use crate::diagnosis::selection::{Found, Outcome};
+use crate::diagnosis::selection::{Candidate, Found, Outcome, is_shown};
 use crate::effects::catalogue::CATALOGUE;
 use crate::order::descending;
 
@@ -54,6 +54,15 @@ fn is_beyond_usual(channels: &[ChannelData], models: &[Extended], effect: usize)
         })
     };
     channels.iter().zip(models).any(beyond)
+}
+
+/// Effects that were found, in place of which something that sound rigs have does as well: then
+/// nothing need be missing, unless the rows show it.
+#[must_use]
+pub fn tied_with_the_usual(channels: &[ChannelData], causes: &[Found]) -> Vec<&'static str> {
+    let usual = |rival: &Candidate| !is_beyond_usual(channels, &rival.models, rival.effect);
+    let tied = causes.iter().filter(|c| c.rivals.iter().any(usual) && !is_shown(channels, c.effect));
+    tied.map(|c| CATALOGUE[c.effect].id).collect()
 }
 
 /// A smooth correction beside some effects, where there is one.
@@ -136,7 +145,8 @@ pub fn listed<'a>(weighed: impl IntoIterator<Item = (&'a Missing, f64, f64)>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::testing::{channel, with};
+    use crate::diagnosis::estimation::ChannelStage;
+    use crate::diagnosis::testing::{channel, with, with_repeated_readings};
     use crate::effects::catalogue::index_of;
 
     #[test]
@@ -148,6 +158,29 @@ mod tests {
         let beyond = |models: [Extended; 2]| is_beyond_usual(&channels, &models, asymmetry);
         assert!(!beyond([of(0.95), of(1.05)]) && !beyond([base.clone(), base.clone()]));
         assert!(beyond([of(0.95), of(0.7)]) && beyond([base.clone(), of(1.4)]));
+    }
+
+    #[test]
+    fn what_ties_with_a_size_that_sound_rigs_have_is_told_unless_rows_show_it() {
+        let (data, base) = channel(true);
+        let tied = |data: &ChannelData, effect: &str, rival: &str, size: f64| {
+            let stage = ChannelStage::new(data, base.clone(), Vec::new());
+            let of = |id: &str, size: f64| Candidate {
+                effect: index_of(id).unwrap(),
+                models: vec![with(data, &base, id, &[size])],
+                acts: vec![true],
+                losses: vec![stage.losses.clone()],
+            };
+            let (channels, ranked) = (std::slice::from_ref(data), [of(effect, 0.3), of(rival, size)]);
+            let found = Found::new(channels, std::slice::from_ref(&stage), &ranked, 0, &[1], 0.01);
+            tied_with_the_usual(channels, &[found])
+        };
+        let beside = |size| tied(&data, "valve_hysteresis", "valve_asymmetry", size);
+        assert_eq!(beside(0.95), ["valve_hysteresis"]);
+        assert!(beside(0.7).is_empty(), "sound rigs have no such asymmetry");
+        let shown = with_repeated_readings(data.clone());
+        assert!(tied(&shown, "stale_samples", "valve_asymmetry", 0.95).is_empty());
+        assert!(tied(&data, "valve_hysteresis", "supply_misstated", -0.1).is_empty(), "no effect but a foil");
     }
 
     #[test]

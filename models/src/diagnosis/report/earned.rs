@@ -36,22 +36,32 @@ pub struct Circumstances {
     pub adequate: bool,
 }
 
-/// Parts what was found into causes and what is modelled without a name; `imitated` are those that
-/// smooth functions do as well. A name has a `probability` that is worth a line. What has no size
-/// that is determined must be more probable than not. Where the base model is adequate, all must
-/// be: nothing need be missing. Of a board's loop whose drive is not recorded the error hardly
-/// tells what is wrong: there, too, all must be, but what makes it hunt, in step with which no
-/// rollout does, and what is sure by itself. What ties with several others must be more than that.
+/// What has no name because something that need not be missing does as well.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unearned<'a> {
+    /// Where smooth functions do.
+    pub imitated: &'a [&'a str],
+    /// Where an effect no larger than in sound rigs does.
+    pub as_usual: &'a [&'a str],
+}
+
+/// Parts what was found into causes and what is modelled without a name. A name has a `probability`
+/// that is worth a line. What has no size that is determined must be more probable than not. Where
+/// the base model is adequate, all must be: nothing need be missing. Of a board's loop whose drive
+/// is not recorded the error hardly tells what is wrong: there, too, all must be, but what makes it
+/// hunt, in step with which no rollout does, and what is sure by itself. What ties with several
+/// others must be more than that.
 #[must_use]
 pub fn part(
     found: Vec<Cause>,
-    imitated: &[&str],
+    Unearned { imitated, as_usual }: Unearned<'_>,
     Circumstances { change, looped, adequate }: Circumstances,
     probability: impl Fn(&Cause) -> f64,
 ) -> (Vec<Cause>, Vec<Imperfection>) {
     let (mut causes, mut imperfections) = (Vec::new(), Vec::new());
     for cause in found {
-        let imitated = || imitated.contains(&cause.effect.as_str()).then_some(Unnamed::Imitated);
+        let among = |ids: &[&str], why| ids.contains(&cause.effect.as_str()).then_some(why);
+        let alike = || among(as_usual, Unnamed::Usual).or_else(|| among(imitated, Unnamed::Imitated));
         let told_otherwise = change || looped && hunts(&cause) || is_sure_by_itself(&cause, looped);
         let must_be_even = (looped || adequate || is_undetermined(&cause)) && !told_otherwise;
         let large = cause.gain.weighted_ci95[0] >= SETTINGS.sure_gain;
@@ -62,7 +72,7 @@ pub fn part(
             (false, false) => DOUBTFUL,
         };
         let improbable = || (probability(&cause) < least).then_some(Unnamed::Improbable);
-        match why_not(&cause, change, looped).or_else(imitated).or_else(improbable) {
+        match why_not(&cause, change, looped).or_else(alike).or_else(improbable) {
             None => causes.push(cause),
             Some(why) => imperfections.push(Imperfection { why, cause }),
         }

@@ -125,14 +125,17 @@ fn what_makes_a_loop_hunt_and_rollouts_surely_worse_needs_a_likelihood_that_is_s
 }
 
 #[test]
-fn what_a_smooth_function_does_as_well_is_modelled_without_a_name() {
+fn what_something_that_need_not_be_missing_does_as_well_is_modelled_without_a_name() {
     let found = vec![
         cause("heat_exchange", "time_constant", Some([0.4, 0.6]), 0.7),
         cause("vent_restriction", "area_ratio", Some([1.5, 2.0]), 0.2),
+        cause("supply_sag", "drop", Some([20.0, 70.0]), 0.2),
     ];
-    let (causes, imperfections) = part(found, &["vent_restriction"], Circumstances::default(), |_| 1.0);
+    let alike = Unearned { imitated: &["vent_restriction"], as_usual: &["supply_sag"] };
+    let (causes, imperfections) = part(found, alike, Circumstances::default(), |_| 1.0);
     assert_eq!(causes.iter().map(|c| c.effect.as_str()).collect::<Vec<_>>(), ["heat_exchange"]);
-    assert_eq!(imperfections.iter().map(|i| i.why).collect::<Vec<_>>(), [Unnamed::Imitated]);
+    let why: Vec<_> = imperfections.iter().map(|i| i.why).collect();
+    assert_eq!(why, [Unnamed::Imitated, Unnamed::Usual]);
 }
 
 #[test]
@@ -160,7 +163,7 @@ fn what_ties_with_several_others_must_be_more_than_more_probable_than_not() {
         let mut sag = cause("supply_sag", "drop", Some([20.0, 70.0]), 0.4);
         sag.gain.weighted_ci95 = [0.04, 0.5];
         sag.equivalent = ["valve_wear", "wall_creep"].iter().take(ties).map(|id| (*id).to_owned()).collect();
-        !part(vec![sag], &[], looped_or_not(looped), |_| probable).0.is_empty()
+        !part(vec![sag], Unearned::default(), looped_or_not(looped), |_| probable).0.is_empty()
     };
     assert!(named(1, 0.6, true) && !named(2, 0.6, true) && named(2, 0.9, true));
     assert!(named(2, 0.6, false), "the drive being recorded, a size tells");
@@ -172,7 +175,7 @@ fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_ha
         let mut sag = cause("supply_sag", "drop", size, 0.4);
         sag.gain.weighted_ci95 = [weighted, 0.5];
         let (causes, imperfections) =
-            part(vec![sag], &[], looped_or_not(looped), |_| if probable { 0.6 } else { 0.4 });
+            part(vec![sag], Unearned::default(), looped_or_not(looped), |_| if probable { 0.6 } else { 0.4 });
         assert!(imperfections.iter().all(|i| i.why == Unnamed::Improbable));
         !causes.is_empty()
     };
@@ -185,7 +188,8 @@ fn in_closed_loop_and_without_a_size_that_is_determined_only_what_is_probable_ha
     assert!(!named_by(None, true, false, 0.1) && !named_by(Some([2.0, 70.0]), true, false, 0.1));
     // Of a loop that hunts, how far says little, and that it hunts says much.
     let found = |size| vec![cause("valve_stiction", "threshold", size, 0.4)];
-    let causes = |size, looped| part(found(size), &[], looped_or_not(looped), |_| 0.4).0.len();
+    let causes =
+        |size, looped| part(found(size), Unearned::default(), looped_or_not(looped), |_| 0.4).0.len();
     assert_eq!((causes(None, true), causes(None, false), causes(Some([0.05, 0.07]), true)), (1, 0, 1));
 }
 
@@ -194,7 +198,7 @@ fn what_is_less_probable_than_is_worth_a_line_has_no_name() {
     let named = |effect: &str, name: &str, looped: bool, probability: f64| {
         let mut found = cause(effect, name, Some([0.05, 0.06]), 0.4);
         found.gain.weighted_ci95 = [0.3, 0.5];
-        !part(vec![found], &[], looped_or_not(looped), |_| probability).0.is_empty()
+        !part(vec![found], Unearned::default(), looped_or_not(looped), |_| probability).0.is_empty()
     };
     for probability in [2e-7, 0.01] {
         let worth = probability > LEAST_PROBABLE;
@@ -213,7 +217,7 @@ fn where_the_base_model_is_adequate_a_name_is_more_probable_than_not_or_sure_by_
         let mut found = cause("supply_sag", "drop", Some([10.0, 40.0]), 0.4);
         found.gain.weighted_ci95 = [weighted, 0.5];
         let circumstances = Circumstances { adequate, ..Circumstances::default() };
-        !part(vec![found], &[], circumstances, |_| probability).0.is_empty()
+        !part(vec![found], Unearned::default(), circumstances, |_| probability).0.is_empty()
     };
     assert!(named(false, 0.12, 0.02) && !named(true, 0.12, 0.02));
     assert!(named(true, 0.6, 0.02) && named(true, 0.12, 0.06));
@@ -224,7 +228,7 @@ fn what_is_hardly_probable_has_a_name_only_with_a_gain_that_is_surely_large() {
     let named = |weighted: f64, probability: f64| {
         let mut found = cause("stale_samples", "share", Some([0.05, 0.7]), 0.4);
         found.gain.weighted_ci95 = [weighted, 0.5];
-        !part(vec![found], &[], Circumstances::default(), |_| probability).0.is_empty()
+        !part(vec![found], Unearned::default(), Circumstances::default(), |_| probability).0.is_empty()
     };
     assert!(named(0.013, 0.02) && !named(0.013, 0.003) && named(0.06, 0.003));
 }
