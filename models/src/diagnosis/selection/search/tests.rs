@@ -201,7 +201,8 @@ fn a_name_harms_where_it_leaves_much_and_more_kilopascals_than_none() {
     assert_eq!(judged(&base, &small), (true, false), "hardly any error is left");
 }
 
-/// Plain cost of the base model of a loop with `truth`, before everything is fitted again and after.
+/// Plain cost of the base model of a loop with `truth`, before everything is fitted again and
+/// after.
 fn refined(truth: impl Fn(&ChannelData, &Extended) -> Extended) -> [f64; 2] {
     let (data, base) = channel(true);
     let truth = truth(&data, &base);
