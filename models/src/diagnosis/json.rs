@@ -129,7 +129,7 @@ pub struct Imperfection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unnamed {
-    /// It is no larger than on sound rigs, or something does as well that is not.
+    /// It is no larger than on sound rigs, or something else that is not does as well.
     Usual,
     /// It gains nothing on the test blocks, or may, and be of no size too; or beside a larger cause
     /// the gain is not sure, or a trace of the whole error.
